@@ -1,0 +1,47 @@
+//! What can go wrong while a scene is read.
+
+use std::path::PathBuf;
+
+/// Why a scene could not be read. Messages say what, where, and what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The file, or one it refers to, cannot be opened or read.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file that could not be read.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The file's ending names no format that is read.
+    #[error("{path}: not a scene file (expected .gltf or .glb, or demo:NAME)", path = path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The content breaks the format's rules.
+    #[error("{path}: {what}", path = path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with the object's place in the file.
+        what: String,
+    },
+    /// The file requires something that is not supported.
+    #[error("{path}: requires {what}, which is not supported", path = path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// The feature's or extension's name.
+        what: String,
+    },
+    /// No generated scene has that name.
+    #[error("demo:{name}: no such scene; there are {known}")]
+    UnknownDemo {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+}

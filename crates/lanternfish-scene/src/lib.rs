@@ -1,0 +1,24 @@
+//! Scenes without a GPU: meshes, materials, lights, cameras; glTF import; procedural scenes.
+//!
+//! Space: right-handed, +y up; metres, radians, linear Rec. 709; candela for point and spot lights, lux for
+//! directional ones, nits for emission. Everything in a [`Scene`] is placed in world space: the node tree of a file
+//! is resolved when it is read.
+
+mod camera;
+mod error;
+pub mod generate;
+pub mod import;
+mod light;
+mod material;
+mod mesh;
+mod scene;
+mod texture;
+
+pub use camera::{Camera, Projection};
+pub use error::SceneError;
+pub use import::load;
+pub use light::{Light, LightKind};
+pub use material::{AlphaMode, Material, TextureRef};
+pub use mesh::{Bounds, Mesh, Primitive};
+pub use scene::{Instance, Scene};
+pub use texture::{Filter, Image, MipFilter, Sampler, Texture, Wrap};

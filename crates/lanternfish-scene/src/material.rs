@@ -1,0 +1,93 @@
+//! Surfaces: glTF's metallic-roughness model.
+
+use glam::{Affine2, Vec3, Vec4};
+
+/// A surface. Textures multiply the factors beside them.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// The file's name for it, or empty.
+    pub name: String,
+    /// Linear RGBA.
+    pub base_color: Vec4,
+    /// sRGB-encoded RGBA.
+    pub base_color_texture: Option<TextureRef>,
+    /// 0: dielectric, 1: metal.
+    pub metallic: f32,
+    /// The artist's roughness; `alpha` is its square.
+    pub perceptual_roughness: f32,
+    /// Linear; green: roughness, blue: metallic.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    /// Tangent space, linear.
+    pub normal_texture: Option<TextureRef>,
+    /// Multiplies x and y of the normal map.
+    pub normal_scale: f32,
+    /// Linear; red: 1 is unoccluded. For indirect light only.
+    pub occlusion_texture: Option<TextureRef>,
+    /// 0: ignore the occlusion texture, 1: apply it fully.
+    pub occlusion_strength: f32,
+    /// Emitted radiance, nits, linear (factor times `KHR_materials_emissive_strength`).
+    pub emissive: Vec3,
+    /// sRGB-encoded RGB.
+    pub emissive_texture: Option<TextureRef>,
+    /// What alpha means.
+    pub alpha_mode: AlphaMode,
+    /// Whether back faces are drawn, with the normal turned to the viewer.
+    pub double_sided: bool,
+    /// `KHR_materials_unlit`: the base colour is the radiance.
+    pub unlit: bool,
+}
+
+impl Default for Material {
+    /// glTF's default material: white, metallic 1, roughness 1.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            metallic: 1.0,
+            perceptual_roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            alpha_mode: AlphaMode::Opaque,
+            double_sided: false,
+            unlit: false,
+        }
+    }
+}
+
+/// What a material's alpha means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Ignored: the surface is solid.
+    Opaque,
+    /// The surface is there where alpha >= cutoff.
+    Mask {
+        /// 0.5 unless the file says otherwise.
+        cutoff: f32,
+    },
+    /// Covers what is behind it by alpha; drawn after everything else, far to near.
+    Blend,
+}
+
+/// How a material reads a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`crate::Scene::textures`].
+    pub texture: usize,
+    /// 0 or 1: which texture coordinates.
+    pub uv_set: u32,
+    /// `KHR_texture_transform`: applied to the texture coordinates.
+    pub texture_from_uv: Affine2,
+}
+
+impl TextureRef {
+    /// The texture through its first coordinates, untransformed.
+    pub fn new(texture: usize) -> Self {
+        Self { texture, uv_set: 0, texture_from_uv: Affine2::IDENTITY }
+    }
+}

@@ -1,0 +1,63 @@
+//! A scene: everything a frame needs, placed in world space.
+
+use glam::{Affine3A, Vec3};
+
+use crate::{Bounds, Camera, Image, Light, Material, Mesh, Sampler, Texture};
+
+/// Everything a frame needs. Indices refer into the lists of the same scene.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// What the scene is called: a file's stem, or the name of a generated scene.
+    pub name: String,
+    /// Geometry, each in its own object space.
+    pub meshes: Vec<Mesh>,
+    /// Meshes placed in the world.
+    pub instances: Vec<Instance>,
+    /// Surfaces.
+    pub materials: Vec<Material>,
+    /// An image seen through a sampler.
+    pub textures: Vec<Texture>,
+    /// Decoded pixels, each held once however many textures use it.
+    pub images: Vec<Image>,
+    /// How textures are filtered and wrapped.
+    pub samplers: Vec<Sampler>,
+    /// Punctual lights, in world space.
+    pub lights: Vec<Light>,
+    /// Cameras, in world space.
+    pub cameras: Vec<Camera>,
+    /// Radiance of everything that no surface covers, nits, linear Rec. 709.
+    pub sky: Vec3,
+}
+
+/// A mesh placed in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// The node's name, or empty.
+    pub name: String,
+    /// Index into [`Scene::meshes`].
+    pub mesh: usize,
+    /// Object to world; may mirror (negative determinant) and shear.
+    pub world_from_object: Affine3A,
+}
+
+impl Scene {
+    /// World-space box of all instances; [`Bounds::EMPTY`] for a scene without geometry. Conservative: the boxes of
+    /// the primitives are transformed, not their vertices.
+    pub fn bounds(&self) -> Bounds {
+        let mut bounds = Bounds::EMPTY;
+        for instance in &self.instances {
+            for primitive in &self.meshes[instance.mesh].primitives {
+                bounds.add_bounds(&primitive.bounds().transformed(&instance.world_from_object));
+            }
+        }
+        bounds
+    }
+
+    /// Triangles stored, and triangles placed in the world (each instance counted).
+    pub fn triangle_counts(&self) -> (usize, usize) {
+        let count = |mesh: &Mesh| mesh.primitives.iter().map(|p| p.indices.len() / 3).sum::<usize>();
+        let stored = self.meshes.iter().map(count).sum();
+        let placed = self.instances.iter().map(|i| count(&self.meshes[i.mesh])).sum();
+        (stored, placed)
+    }
+}
