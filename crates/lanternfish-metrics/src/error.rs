@@ -1,0 +1,57 @@
+//! What can go wrong with images and comparisons.
+
+use std::path::PathBuf;
+
+/// Why an image could not be read, written or compared.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MetricsError {
+    /// The file cannot be opened, read, written or put in its place.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The file's content is not an image that can be read.
+    #[error("{path}: {what}", path = path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// A list of pixels is not as long as its width and height say.
+    #[error("{got} values for an image that needs {expected}")]
+    PixelCount {
+        /// Values given.
+        got: usize,
+        /// Width × height × values a pixel.
+        expected: usize,
+    },
+    /// Two images to be compared differ in size.
+    #[error("images of {}×{} and {}×{} cannot be compared: render both at one size", .image.0, .image.1, .reference.0, .reference.1)]
+    SizeMismatch {
+        /// Width and height of the first.
+        image: (usize, usize),
+        /// Width and height of the second.
+        reference: (usize, usize),
+    },
+    /// An image cannot be divided into whole boxes.
+    #[error("{width}×{height} is not a multiple of {factor}: choose a factor that divides both sides")]
+    Indivisible {
+        /// Pixels across.
+        width: usize,
+        /// Pixels down.
+        height: usize,
+        /// Pixels a box is wide and high.
+        factor: usize,
+    },
+    /// No pixel of the reference is brighter than the threshold, so there is nothing to measure.
+    #[error("no pixel of the reference is brighter than {threshold}: lower the threshold")]
+    NothingLit {
+        /// Luminance above which a pixel counts as lit.
+        threshold: f32,
+    },
+}
