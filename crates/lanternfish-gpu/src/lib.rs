@@ -1,1 +1,38 @@
-//! x
+//! Thin over wgpu: what every technique needs and none should write again.
+//!
+//! - [`Gpu`]: an adapter and its device, opened with the features the renderer can use.
+//! - [`ShaderLibrary`]: WESL sources, linked, validated and reflected.
+//! - [`gpu_struct!`]: a struct both sides share, its layout checked against the shader's.
+//! - [`ComputeKernel`], [`RasterPipeline`]: pipelines whose resources are bound by name ([`Bindings`]).
+//! - [`Frame`]: the commands of a frame, timed pass by pass.
+//! - Scans and other parallel building blocks, in [`primitives`].
+
+// `gpu_struct!` names the crate from outside, and is used inside too.
+extern crate self as lanternfish_gpu;
+
+mod adapter;
+mod bindings;
+mod buffer;
+mod compute;
+mod error;
+mod frame;
+mod gpu_struct;
+pub mod primitives;
+mod raster;
+mod reflect;
+mod shader;
+#[cfg(feature = "testing")]
+pub mod testing;
+
+pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
+pub use bindings::Bindings;
+pub use buffer::{read_back, read_texture, storage_buffer, storage_buffer_of, uniform_buffer_of};
+pub use compute::ComputeKernel;
+pub use error::GpuError;
+pub use frame::{Frame, PassTime, Profiler};
+pub use gpu_struct::{Field, GpuStruct, LayoutError, WgslType, check_layout};
+pub use raster::{RasterPipeline, RasterState};
+pub use shader::{LinkedShader, ShaderLibrary, ShaderSource};
+
+#[doc(hidden)]
+pub use bytemuck;

@@ -1,0 +1,129 @@
+//! Making buffers, and reading buffers and textures back.
+
+use wgpu::util::DeviceExt;
+
+use crate::GpuError;
+
+/// Usages of every storage buffer: shaders, uploads, clears, copies.
+const STORAGE: wgpu::BufferUsages =
+    wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST).union(wgpu::BufferUsages::COPY_SRC);
+
+/// An uninitialised (zeroed) storage buffer of at least `bytes` (rounded up to 16, and never empty).
+///
+/// An error when that is more than one binding of the device can hold.
+pub fn storage_buffer(device: &wgpu::Device, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+    let size = bytes.max(16).next_multiple_of(16);
+    let limits = device.limits();
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if size > limit {
+        return Err(GpuError::TooLarge { what: label.to_owned(), needed: size, limit });
+    }
+    Ok(device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: STORAGE,
+        mapped_at_creation: false,
+    }))
+}
+
+/// A storage buffer with this content; `usage` is added to the usual ones. An empty slice gives 16 zero bytes.
+pub fn storage_buffer_of<T: bytemuck::NoUninit>(
+    device: &wgpu::Device,
+    label: &str,
+    content: &[T],
+    usage: wgpu::BufferUsages,
+) -> Result<wgpu::Buffer, GpuError> {
+    let bytes: &[u8] = bytemuck::cast_slice(content);
+    let limits = device.limits();
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if bytes.len() as u64 > limit {
+        return Err(GpuError::TooLarge { what: label.to_owned(), needed: bytes.len() as u64, limit });
+    }
+    let contents = if bytes.is_empty() { &[0; 16] } else { bytes };
+    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents,
+        usage: STORAGE | usage,
+    }))
+}
+
+/// A uniform buffer with this content.
+pub fn uniform_buffer_of<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &str, content: &T) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents: bytemuck::bytes_of(content),
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+    })
+}
+
+/// Waits for the device and copies the first `count` elements of a buffer.
+pub fn read_back<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    count: usize,
+) -> Result<Vec<T>, GpuError> {
+    let bytes = (count * size_of::<T>()) as u64;
+    if bytes == 0 {
+        return Ok(Vec::new());
+    }
+    let staging = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read_back"),
+        size: bytes.next_multiple_of(4),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes.next_multiple_of(4));
+    queue.submit([encoder.finish()]);
+    with_mapped(device, &staging, |data| bytemuck::pod_collect_to_vec(&data[..bytes as usize]))
+}
+
+/// Waits for the device and copies level 0 of a 2D texture, rows tightly packed.
+///
+/// `texture` must allow `COPY_SRC` and its texels must be whole bytes that make up `T`.
+pub fn read_texture<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+) -> Result<Vec<T>, GpuError> {
+    let size = texture.size();
+    let row = size.width * size_of::<T>() as u32;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let staging = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read_texture"),
+        size: u64::from(padded) * u64::from(size.height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &staging,
+            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+        },
+        size,
+    );
+    queue.submit([encoder.finish()]);
+    with_mapped(device, &staging, |data| {
+        let mut texels = Vec::with_capacity((size.width * size.height) as usize);
+        for padded_row in data.chunks_exact(padded as usize) {
+            texels.extend(bytemuck::pod_collect_to_vec::<u8, T>(&padded_row[..row as usize]));
+        }
+        texels
+    })
+}
+
+fn with_mapped<R>(device: &wgpu::Device, staging: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> R) -> Result<R, GpuError> {
+    let fail = |source: Box<dyn std::error::Error + Send + Sync>| GpuError::ReadBack { what: "buffer".into(), source };
+    let (sender, receiver) = std::sync::mpsc::channel();
+    staging.map_async(wgpu::MapMode::Read, .., move |result| {
+        // The receiver is gone only when polling failed, which is reported below.
+        let _ = sender.send(result);
+    });
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| fail(e.into()))?;
+    receiver.recv().map_err(|e| fail(e.into()))?.map_err(|e| fail(e.into()))?;
+    let data = staging.get_mapped_range(..).map_err(|e| fail(e.into()))?;
+    Ok(read(&data))
+}

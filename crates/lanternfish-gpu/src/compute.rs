@@ -1,0 +1,56 @@
+//! A compute pipeline whose resources are bound by name.
+
+use crate::{
+    Bindings, LinkedShader,
+    reflect::{Layouts, layouts},
+};
+
+/// One entry point of a compute shader, ready to run.
+#[derive(Debug)]
+pub struct ComputeKernel {
+    label: String,
+    pipeline: wgpu::ComputePipeline,
+    layouts: Layouts,
+    workgroup_size: [u32; 3],
+}
+
+impl ComputeKernel {
+    /// Compiles `entry` of `shader`. The label, a path such as `light_culling/tiled/assign`, names the pass in reports.
+    pub fn new(device: &wgpu::Device, shader: &LinkedShader, entry: &str, label: &str) -> Self {
+        let layouts = layouts(device, shader, &[entry], &[]);
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(label),
+            layout: Some(&layouts.pipeline),
+            module: &shader.create_module(device),
+            entry_point: Some(entry),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        Self { label: label.to_owned(), pipeline, layouts, workgroup_size: shader.workgroup_size(entry) }
+    }
+
+    /// The name of the pass.
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// Invocations of a workgroup along x, y and z.
+    pub fn workgroup_size(&self) -> [u32; 3] {
+        self.workgroup_size
+    }
+
+    pub(crate) fn dispatch(
+        &self,
+        device: &wgpu::Device,
+        pass: &mut wgpu::ComputePass<'_>,
+        bindings: &Bindings<'_>,
+        workgroups: [u32; 3],
+    ) {
+        pass.set_pipeline(&self.pipeline);
+        for group in 0..self.layouts.groups.len() {
+            let bind_group = bindings.bind_group(device, &self.label, &self.layouts, group);
+            pass.set_bind_group(group as u32, &bind_group, &[]);
+        }
+        pass.dispatch_workgroups(workgroups[0], workgroups[1], workgroups[2]);
+    }
+}

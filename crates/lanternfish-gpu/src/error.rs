@@ -1,0 +1,55 @@
+//! What can go wrong on the way to a device, a shader or a buffer.
+
+/// Why the GPU cannot be used as asked. Messages name the thing and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GpuError {
+    /// There is no adapter at all.
+    #[error(
+        "no graphics adapter found: install a Vulkan driver (Debian, Ubuntu: `apt-get install mesa-vulkan-drivers \
+         libvulkan1` gives a software one)"
+    )]
+    NoAdapter,
+    /// No adapter of that name.
+    #[error("no adapter called {name:?}; there are: {known}")]
+    UnknownAdapter {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The adapter refused to open a device.
+    #[error("{adapter}: cannot open a device: {source}")]
+    Device {
+        /// The adapter's name.
+        adapter: String,
+        /// The driver's reason.
+        source: wgpu::RequestDeviceError,
+    },
+    /// A shader does not link or validate.
+    #[error("shader {shader}: {what}")]
+    Shader {
+        /// The module that was linked.
+        shader: String,
+        /// The linker's or validator's message, with source lines.
+        what: String,
+    },
+    /// More memory than the adapter can bind or hold.
+    #[error("{what}: {needed} bytes needed, the adapter's limit is {limit}")]
+    TooLarge {
+        /// The list or image.
+        what: String,
+        /// Bytes it would need.
+        needed: u64,
+        /// The adapter's limit, bytes.
+        limit: u64,
+    },
+    /// The device stopped answering.
+    #[error("{what}: the device was lost or refused to be read: {source}")]
+    ReadBack {
+        /// What was read.
+        what: String,
+        /// wgpu's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}

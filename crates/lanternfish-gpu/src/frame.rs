@@ -1,0 +1,104 @@
+//! The commands of a frame, each pass timed under its label.
+
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
+
+use crate::{Bindings, ComputeKernel};
+
+/// What a pass cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// The pass's label, a path.
+    pub name: String,
+    /// Milliseconds on the device.
+    pub ms: f64,
+}
+
+/// Times passes where the device has timestamp queries, and does nothing elsewhere.
+pub struct Profiler {
+    inner: GpuProfiler,
+    period: f32,
+}
+
+impl std::fmt::Debug for Profiler {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Profiler").field("period", &self.period).finish_non_exhaustive()
+    }
+}
+
+impl Profiler {
+    /// For frames of this device.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
+        let inner = GpuProfiler::new(device, settings).expect("the settings are valid");
+        Self { inner, period: queue.get_timestamp_period() }
+    }
+
+    /// Times of the oldest finished frame, in the order of its passes; empty when none is finished or nothing is timed.
+    pub fn finished(&mut self) -> Vec<PassTime> {
+        let results: Vec<GpuTimerQueryResult> = self.inner.process_finished_frame(self.period).unwrap_or_default();
+        let ms = |r: &GpuTimerQueryResult| r.time.as_ref().map(|t| 1e3 * (t.end - t.start));
+        results.iter().filter_map(|r| Some(PassTime { name: r.label.clone(), ms: ms(r)? })).collect()
+    }
+}
+
+/// One frame's commands while they are recorded.
+#[derive(Debug)]
+pub struct Frame<'a> {
+    /// Where bind groups come from.
+    pub device: &'a wgpu::Device,
+    /// For small uploads before the frame runs.
+    pub queue: &'a wgpu::Queue,
+    /// The commands so far.
+    pub encoder: wgpu::CommandEncoder,
+    profiler: &'a mut Profiler,
+}
+
+impl<'a> Frame<'a> {
+    /// An empty frame.
+    pub fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
+        let encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        Self { device, queue, encoder, profiler }
+    }
+
+    /// Adds a compute pass of one dispatch.
+    pub fn dispatch(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: [u32; 3]) {
+        let query = self.profiler.inner.begin_pass_query(kernel.label(), &mut self.encoder);
+        let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(kernel.label()),
+            timestamp_writes: query.compute_pass_timestamp_writes(),
+        });
+        kernel.dispatch(self.device, &mut pass, bindings, workgroups);
+        drop(pass);
+        self.profiler.inner.end_query(&mut self.encoder, query);
+    }
+
+    /// Adds a render pass; `draw` fills it.
+    pub fn render(
+        &mut self,
+        label: &str,
+        colors: &[Option<wgpu::RenderPassColorAttachment<'_>>],
+        depth: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
+        draw: impl FnOnce(&wgpu::Device, &mut wgpu::RenderPass<'_>),
+    ) {
+        let query = self.profiler.inner.begin_pass_query(label, &mut self.encoder);
+        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(label),
+            color_attachments: colors,
+            depth_stencil_attachment: depth,
+            timestamp_writes: query.render_pass_timestamp_writes(),
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        draw(self.device, &mut pass);
+        drop(pass);
+        self.profiler.inner.end_query(&mut self.encoder, query);
+    }
+
+    /// Hands the commands to the device.
+    pub fn submit(mut self) {
+        self.profiler.inner.resolve_queries(&mut self.encoder);
+        self.queue.submit([self.encoder.finish()]);
+        // Fails only when a query was left open, which `dispatch` and `render` never do.
+        self.profiler.inner.end_frame().expect("every query is closed");
+    }
+}

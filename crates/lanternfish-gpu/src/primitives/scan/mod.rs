@@ -1,0 +1,139 @@
+//! Exclusive prefix sum of u32 lists.
+
+use crate::{Bindings, ComputeKernel, Frame, GpuError, gpu_struct, storage_buffer, uniform_buffer_of};
+
+/// Values a workgroup scans; the shader's `BLOCK`.
+const BLOCK: u32 = 1024;
+
+gpu_struct! {
+    /// One level's size.
+    struct ScanParameters {
+        /// Values in this level.
+        count: u32,
+        /// Workgroups along x.
+        width: u32,
+    }
+}
+
+/// Turns counts into starts: an exclusive prefix sum in place, and the total after the last value.
+#[derive(Debug)]
+pub struct Scan {
+    blocks: ComputeKernel,
+    add: ComputeKernel,
+    capacity: u32,
+    levels: Vec<Level>,
+}
+
+/// What one level needs: its own size, and room for its blocks' totals (which the next level scans).
+#[derive(Debug)]
+struct Level {
+    parameters: wgpu::Buffer,
+    totals: wgpu::Buffer,
+    count: u32,
+}
+
+impl Scan {
+    /// For lists of exactly `count` values.
+    pub fn new(device: &wgpu::Device, label: &str, count: u32) -> Result<Self, GpuError> {
+        let shader = super::SHADERS.link("primitives/scan/scan", &[])?;
+        let mut levels = Vec::new();
+        let mut level_count = count;
+        loop {
+            let blocks = level_count.div_ceil(BLOCK).max(1);
+            let parameters = ScanParameters { count: level_count, width: grid(blocks)[0] };
+            levels.push(Level {
+                parameters: uniform_buffer_of(device, label, &parameters),
+                totals: storage_buffer(device, &format!("{label}/totals"), 4 * u64::from(blocks))?,
+                count: level_count,
+            });
+            if blocks == 1 {
+                break;
+            }
+            level_count = blocks;
+        }
+        Ok(Self {
+            blocks: ComputeKernel::new(device, &shader, "scan_blocks", &format!("{label}/scan")),
+            add: ComputeKernel::new(device, &shader, "add_block_starts", &format!("{label}/scan_add")),
+            capacity: count,
+            levels,
+        })
+    }
+
+    /// Number of values it was made for.
+    pub fn count(&self) -> u32 {
+        self.capacity
+    }
+
+    /// Replaces the values (at least [`Scan::count`] of them) by the sums of all before each.
+    pub fn record(&self, frame: &mut Frame<'_>, values: &wgpu::Buffer) {
+        let list = |level: usize| if level == 0 { values } else { &self.levels[level - 1].totals };
+        let bindings = |level: usize| {
+            Bindings::new()
+                .buffer("scan_parameters", &self.levels[level].parameters)
+                .buffer("scan_values", list(level))
+                .buffer("scan_totals", &self.levels[level].totals)
+        };
+        for (level, l) in self.levels.iter().enumerate() {
+            frame.dispatch(&self.blocks, &bindings(level), grid(l.count.div_ceil(BLOCK).max(1)));
+        }
+        // Totals of the last level are one number; all levels below it still lack their block's start.
+        for (level, l) in self.levels.iter().enumerate().rev().skip(1) {
+            frame.dispatch(&self.add, &bindings(level), grid(l.count.div_ceil(BLOCK).max(1)));
+        }
+    }
+
+    /// The sum of all values, one u32, after [`Scan::record`] has run.
+    pub fn total(&self) -> &wgpu::Buffer {
+        &self.levels.last().expect("there is at least one level").totals
+    }
+}
+
+/// Workgroups for so many blocks, within the limit of 65,535 along an axis.
+fn grid(blocks: u32) -> [u32; 3] {
+    let width = blocks.min(32768);
+    [width, blocks.div_ceil(width), 1]
+}
+
+#[cfg(all(test, feature = "testing"))]
+mod tests {
+    use super::*;
+    use crate::{Profiler, check_layout, read_back, storage_buffer_of, testing};
+
+    /// The same, as plain Rust.
+    fn twin(values: &[u32]) -> (Vec<u32>, u32) {
+        let mut sum = 0u32;
+        let starts = values
+            .iter()
+            .map(|v| {
+                let start = sum;
+                sum = sum.wrapping_add(*v);
+                start
+            })
+            .collect();
+        (starts, sum)
+    }
+
+    #[test]
+    fn parameters_are_laid_out_as_shaders_read_them() {
+        let shader = crate::primitives::SHADERS.link("primitives/scan/scan", &[]).unwrap();
+        check_layout::<ScanParameters>(&shader).unwrap();
+        assert_eq!(shader.workgroup_size("scan_blocks")[0] * 4, BLOCK);
+    }
+
+    #[test]
+    fn gpu_scan_is_its_twin_around_every_size() {
+        let Some(gpu) = testing::gpu("scan") else { return };
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        for count in [0, 1, 1023, 1024, 1025, 1024 * 1024 - 1, 1024 * 1024 + 1, 1_500_000] {
+            let values: Vec<u32> = (0..count).map(|i: u32| i.wrapping_mul(2_654_435_761) >> 20).collect();
+            let buffer = storage_buffer_of(&gpu.device, "values", &values, wgpu::BufferUsages::empty()).unwrap();
+            let scan = Scan::new(&gpu.device, "test", count).unwrap();
+            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+            scan.record(&mut frame, &buffer);
+            frame.submit();
+            let (starts, total) = twin(&values);
+            assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &buffer, count as usize).unwrap(), starts, "{count}");
+            assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, scan.total(), 1).unwrap(), [total], "{count}");
+        }
+    }
+}

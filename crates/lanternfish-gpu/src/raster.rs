@@ -1,0 +1,98 @@
+//! A render pipeline whose resources are bound by name.
+
+use crate::{
+    Bindings, LinkedShader,
+    reflect::{Layouts, layouts},
+};
+
+/// The fixed-function state of a render pipeline.
+#[derive(Clone, Debug, Default)]
+pub struct RasterState<'a> {
+    /// Vertex buffers.
+    pub vertex_buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    /// Culling and winding.
+    pub primitive: wgpu::PrimitiveState,
+    /// Depth test, if any.
+    pub depth: Option<wgpu::DepthStencilState>,
+    /// Formats and blending of the colour attachments.
+    pub targets: &'a [Option<wgpu::ColorTargetState>],
+    /// Length of each binding array, by name.
+    pub array_lengths: &'a [(&'a str, u32)],
+}
+
+/// A vertex and a fragment entry point of one shader, ready to draw.
+#[derive(Debug)]
+pub struct RasterPipeline {
+    label: String,
+    pipeline: wgpu::RenderPipeline,
+    layouts: Layouts,
+}
+
+impl RasterPipeline {
+    /// Compiles the entry points `vertex` and `fragment` of `shader`.
+    pub fn new(
+        device: &wgpu::Device,
+        shader: &LinkedShader,
+        vertex: &str,
+        fragment: &str,
+        label: &str,
+        state: &RasterState<'_>,
+    ) -> Self {
+        let layouts = layouts(device, shader, &[vertex, fragment], state.array_lengths);
+        let module = shader.create_module(device);
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(label),
+            layout: Some(&layouts.pipeline),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(vertex),
+                compilation_options: Default::default(),
+                buffers: state.vertex_buffers,
+            },
+            primitive: state.primitive,
+            depth_stencil: state.depth.clone(),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(fragment),
+                compilation_options: Default::default(),
+                targets: state.targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { label: label.to_owned(), pipeline, layouts }
+    }
+
+    /// Makes it the pass's pipeline, without binding anything.
+    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_pipeline(&self.pipeline);
+    }
+
+    /// Binds every group below `group_limit` (the pipeline's own number of groups at most).
+    pub fn bind(
+        &self,
+        device: &wgpu::Device,
+        pass: &mut wgpu::RenderPass<'_>,
+        bindings: &Bindings<'_>,
+        group_limit: usize,
+    ) {
+        for group in 0..self.layouts.groups.len().min(group_limit) {
+            pass.set_bind_group(group as u32, &self.bind_group(device, bindings, group), &[]);
+        }
+    }
+
+    /// The bind group of one group, to set again and again. `None` when the pipeline has no such group.
+    pub fn bind_group_if_used(
+        &self,
+        device: &wgpu::Device,
+        bindings: &Bindings<'_>,
+        group: usize,
+    ) -> Option<wgpu::BindGroup> {
+        (group < self.layouts.groups.len()).then(|| self.bind_group(device, bindings, group))
+    }
+
+    fn bind_group(&self, device: &wgpu::Device, bindings: &Bindings<'_>, group: usize) -> wgpu::BindGroup {
+        bindings.bind_group(device, &self.label, &self.layouts, group)
+    }
+}

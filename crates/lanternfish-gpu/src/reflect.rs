@@ -1,0 +1,133 @@
+//! Bind group layouts read from the shader, so that no binding is written down twice.
+
+use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind, StorageAccess, TypeInner};
+
+use crate::{LinkedShader, shader::item_name};
+
+/// The resources a pipeline uses, by group.
+#[derive(Debug)]
+pub(crate) struct Layouts {
+    /// One a group from 0 up to the highest in use; empty groups between have an empty layout.
+    pub groups: Vec<wgpu::BindGroupLayout>,
+    /// Name and binding number of every resource, by group.
+    pub names: Vec<Vec<(String, u32)>>,
+    /// All of them.
+    pub pipeline: wgpu::PipelineLayout,
+}
+
+/// Reflects the bindings that these entry points use. `array_lengths` gives the length of each binding array by name.
+pub(crate) fn layouts(
+    device: &wgpu::Device,
+    shader: &LinkedShader,
+    entries: &[&str],
+    array_lengths: &[(&str, u32)],
+) -> Layouts {
+    let mut found: Vec<(u32, String, wgpu::BindGroupLayoutEntry)> = Vec::new();
+    for entry in entries {
+        let index = shader.entry_index(entry);
+        let stage = match shader.module.entry_points[index].stage {
+            naga::ShaderStage::Vertex => wgpu::ShaderStages::VERTEX,
+            naga::ShaderStage::Fragment => wgpu::ShaderStages::FRAGMENT,
+            _ => wgpu::ShaderStages::COMPUTE,
+        };
+        for (handle, variable) in shader.module.global_variables.iter() {
+            let Some(binding) = variable.binding else { continue };
+            if shader.info.get_entry_point(index)[handle].is_empty() {
+                continue;
+            }
+            let name = item_name(variable.name.as_deref().unwrap_or_default());
+            if let Some((_, _, known)) =
+                found.iter_mut().find(|(group, _, e)| *group == binding.group && e.binding == binding.binding)
+            {
+                known.visibility |= stage;
+                continue;
+            }
+            let (ty, count) = binding_type(shader, variable, name, array_lengths);
+            let layout_entry = wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility: stage, ty, count };
+            found.push((binding.group, name.to_owned(), layout_entry));
+        }
+    }
+
+    let group_count = found.iter().map(|(group, ..)| group + 1).max().unwrap_or(0);
+    let mut groups = Vec::new();
+    let mut names = Vec::new();
+    for group in 0..group_count {
+        let members: Vec<_> = found.iter().filter(|(g, ..)| *g == group).collect();
+        let entries: Vec<_> = members.iter().map(|(_, _, entry)| *entry).collect();
+        groups.push(device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(&shader.label),
+            entries: &entries,
+        }));
+        names.push(members.iter().map(|(_, name, entry)| (name.clone(), entry.binding)).collect());
+    }
+    let pipeline = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(&shader.label),
+        bind_group_layouts: &groups.iter().map(Some).collect::<Vec<_>>(),
+        immediate_size: 0,
+    });
+    Layouts { groups, names, pipeline }
+}
+
+fn binding_type(
+    shader: &LinkedShader,
+    variable: &naga::GlobalVariable,
+    name: &str,
+    array_lengths: &[(&str, u32)],
+) -> (wgpu::BindingType, Option<std::num::NonZeroU32>) {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    match variable.space {
+        AddressSpace::Uniform => return (buffer(wgpu::BufferBindingType::Uniform), None),
+        AddressSpace::Storage { access } => {
+            let read_only = !access.contains(StorageAccess::STORE);
+            return (buffer(wgpu::BufferBindingType::Storage { read_only }), None);
+        }
+        _ => {}
+    }
+    let types = &shader.module.types;
+    match &types[variable.ty].inner {
+        TypeInner::BindingArray { base, .. } => {
+            let length = array_lengths.iter().find(|(n, _)| *n == name).map(|(_, length)| *length);
+            let length = length.unwrap_or_else(|| panic!("{}: no length given for array {name}", shader.label));
+            (opaque_type(&types[*base].inner, &shader.label, name), std::num::NonZeroU32::new(length))
+        }
+        inner => (opaque_type(inner, &shader.label, name), None),
+    }
+}
+
+fn opaque_type(inner: &TypeInner, label: &str, name: &str) -> wgpu::BindingType {
+    match inner {
+        TypeInner::Image { dim, arrayed, class } => {
+            let view_dimension = match (dim, arrayed) {
+                (ImageDimension::D1, _) => wgpu::TextureViewDimension::D1,
+                (ImageDimension::D2, false) => wgpu::TextureViewDimension::D2,
+                (ImageDimension::D2, true) => wgpu::TextureViewDimension::D2Array,
+                (ImageDimension::D3, _) => wgpu::TextureViewDimension::D3,
+                (ImageDimension::Cube, false) => wgpu::TextureViewDimension::Cube,
+                (ImageDimension::Cube, true) => wgpu::TextureViewDimension::CubeArray,
+            };
+            match class {
+                ImageClass::Sampled { kind, multi } => wgpu::BindingType::Texture {
+                    sample_type: match kind {
+                        ScalarKind::Uint => wgpu::TextureSampleType::Uint,
+                        ScalarKind::Sint => wgpu::TextureSampleType::Sint,
+                        _ => wgpu::TextureSampleType::Float { filterable: !multi },
+                    },
+                    view_dimension,
+                    multisampled: *multi,
+                },
+                ImageClass::Depth { multi } => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Depth,
+                    view_dimension,
+                    multisampled: *multi,
+                },
+                other => panic!("{label}: texture {name} of class {other:?} cannot be bound by name yet"),
+            }
+        }
+        TypeInner::Sampler { comparison: true } => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison),
+        TypeInner::Sampler { .. } => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        TypeInner::AccelerationStructure { vertex_return } => {
+            wgpu::BindingType::AccelerationStructure { vertex_return: *vertex_return }
+        }
+        other => panic!("{label}: {name} of type {other:?} cannot be bound by name"),
+    }
+}

@@ -1,0 +1,55 @@
+//! For tests: the software adapter, and a record of what had to be left out.
+
+use std::{io::Write, sync::OnceLock};
+
+use crate::{AdapterChoice, Gpu, GpuError};
+
+/// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto` is the best there
+/// is). `None` when there is no adapter; the test is then left out and says so.
+pub fn gpu(test: &str) -> Option<&'static Gpu> {
+    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
+    let gpu = GPU.get_or_init(|| {
+        let choice = match std::env::var("LANTERNFISH_TEST_ADAPTER").as_deref() {
+            Ok("auto") => AdapterChoice::Auto,
+            Ok(name) => AdapterChoice::Name(name.to_owned()),
+            Err(_) => AdapterChoice::Cpu,
+        };
+        match Gpu::open(&choice) {
+            Ok(gpu) => Some(gpu),
+            Err(GpuError::NoAdapter) => None,
+            Err(error) => panic!("{error}"),
+        }
+    });
+    if gpu.is_none() {
+        left_out(test, "no graphics adapter");
+    }
+    gpu.as_ref()
+}
+
+/// Says that a test is left out, on stderr and in the file that `LANTERNFISH_LEFT_OUT` names.
+pub fn left_out(test: &str, reason: &str) {
+    write_line(&format!("LEFT OUT: {test}: {reason}"));
+}
+
+/// A file of the shared scenes and references, looked for under `LANTERNFISH_SHARED` (default: `../shared` beside the
+/// checkout). `None` when it is not there; the test is then left out and says so.
+pub fn shared(test: &str, path: &str) -> Option<std::path::PathBuf> {
+    let root = std::env::var_os("LANTERNFISH_SHARED").map_or_else(
+        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),
+        std::path::PathBuf::from,
+    );
+    let file = root.join(path);
+    if file.exists() {
+        return Some(file);
+    }
+    write_line(&format!("LEFT OUT (shared): {test}: no {path}"));
+    None
+}
+
+fn write_line(line: &str) {
+    eprintln!("{line}");
+    let Some(file) = std::env::var_os("LANTERNFISH_LEFT_OUT") else { return };
+    let open = std::fs::OpenOptions::new().append(true).create(true).open(&file);
+    let written = open.and_then(|mut file| writeln!(file, "{line}"));
+    written.unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+}

@@ -1,0 +1,269 @@
+//! Everything that can be chosen. A setting says what a higher and a lower value do.
+
+use std::{fmt, str::FromStr};
+
+/// How an image is made from a scene and a camera. `Default` is what the renderer recommends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// How the lights of a point are found.
+    pub culling: Culling,
+    /// How shadows are found.
+    pub shadows: Shadows,
+    /// Which shadow rays are not worth tracing.
+    pub ray_culling: RayCulling,
+    /// How light falls off with distance.
+    pub attenuation: Attenuation,
+    /// Intensity at which a light without a stated range ends, cd/m² of its own inverse-square law; > 0. Lower: larger
+    /// ranges, less light lost, more lights a pixel [Elagabani2025, eq. 4.1].
+    pub range_threshold: f32,
+    /// Which surfaces are shaded.
+    pub materials: Materials,
+    /// Exposure, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
+    pub exposure: f32,
+    /// From scene-referred radiance to what a display shows.
+    pub tone_map: ToneMap,
+    /// Shows a quantity of the frame instead of its radiance.
+    pub debug_view: Option<DebugView>,
+    /// How material textures reach the shader. The picture is the same.
+    pub textures: TextureBinding,
+    /// Where every random number starts. Same seed, same image.
+    pub seed: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            culling: Culling::default(),
+            shadows: Shadows::Auto,
+            ray_culling: RayCulling::Surface,
+            attenuation: Attenuation::Gltf,
+            range_threshold: 0.02,
+            materials: Materials::File,
+            exposure: 0.0,
+            tone_map: ToneMap::Neutral,
+            debug_view: None,
+            textures: TextureBinding::Auto,
+            seed: 0,
+        }
+    }
+}
+
+/// How the lights of a point are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Culling {
+    /// Every light for every point: the oracle.
+    All,
+    /// Lists per screen tile.
+    Tiled(Tiled),
+}
+
+impl Default for Culling {
+    fn default() -> Self {
+        Self::Tiled(Tiled::default())
+    }
+}
+
+/// Lists per screen tile [Elagabani2025, §4.2].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tiled {
+    /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
+    pub tile_size: TileSize,
+    /// Whether lights are also tested against the box around the tile's frustum. On: fewer lights a tile, slightly
+    /// more work to find them [Elagabani2025, §4.2.3].
+    pub aabb_test: bool,
+}
+
+impl Default for Tiled {
+    fn default() -> Self {
+        Self { tile_size: TileSize::Px16, aabb_test: true }
+    }
+}
+
+/// Declares an enum whose variants have a name that is written, read and listed in one place.
+macro_rules! named_enum {
+    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal),+ $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $name { $($(#[$doc])* $variant),+ }
+
+        impl $name {
+            /// Every variant, in the order in which help lists them.
+            pub const ALL: &[Self] = &[$(Self::$variant),+];
+
+            /// The name that [`FromStr`] reads.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $text),+ }
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = String;
+            fn from_str(text: &str) -> Result<Self, String> {
+                Self::ALL.iter().copied().find(|v| v.name() == text).ok_or_else(|| {
+                    let known: Vec<_> = Self::ALL.iter().map(|v| v.name()).collect();
+                    format!("expected one of {}", known.join(", "))
+                })
+            }
+        }
+    };
+}
+
+named_enum! {
+    /// Edge of a screen tile, pixels.
+    TileSize {
+        /// 8 × 8.
+        Px8 = "8",
+        /// 16 × 16.
+        Px16 = "16",
+        /// 32 × 32.
+        Px32 = "32",
+    }
+}
+
+impl TileSize {
+    /// Edge, pixels.
+    pub const fn pixels(self) -> u32 {
+        match self {
+            Self::Px8 => 8,
+            Self::Px16 => 16,
+            Self::Px32 => 32,
+        }
+    }
+}
+
+named_enum! {
+    /// How shadows are found.
+    Shadows {
+        /// The faster tracer of this adapter: `ray-query` on hardware that has it, else `bvh`.
+        Auto = "auto",
+        /// No shadows.
+        None = "none",
+        /// The adapter's own acceleration structure.
+        RayQuery = "ray-query",
+        /// A compressed wide BVH walked in compute, on any adapter.
+        Bvh = "bvh",
+    }
+}
+
+named_enum! {
+    /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].
+    RayCulling {
+        /// Every listed light in range gets a ray.
+        None = "none",
+        /// Normals from depth, two samples an axis: wrong at edges.
+        Naive = "naive",
+        /// Normals from depth, five samples an axis: wrong only on triangles under three pixels.
+        Improved = "improved",
+        /// The surface target's own normal: exact.
+        Surface = "surface",
+    }
+}
+
+named_enum! {
+    /// How light falls off with distance. R is a light's range, I₀ = I / R² [van Gelderen 2020, appendix A].
+    Attenuation {
+        /// glTF's window: max(1 − (d/R)⁴, 0) / d².
+        Gltf = "gltf",
+        /// I / d², cut off at the stated range; unbounded where none is stated.
+        Physical = "physical",
+        /// I / d² − I₀.
+        Reduced = "reduced",
+        /// I / d² + 2 I₀ d / R − 3 I₀: value and slope reach zero.
+        Smooth = "smooth",
+        /// I / d² − I₀ d / R.
+        PhysicalReduced1 = "physical_reduced_1",
+        /// I / d² − I₀ d² / R²: the thesis' choice (eq. 5.1).
+        PhysicalReduced2 = "physical_reduced_2",
+        /// I / d² + 2 I₀ d² / R² − 3 I₀ d / R.
+        PhysicalSmooth1 = "physical_smooth_1",
+        /// I / d² + 2 I₀ d³ / R³ − 3 I₀ d² / R².
+        PhysicalSmooth2 = "physical_smooth_2",
+        /// I (R − d) / R: for illustration.
+        Linear = "linear",
+        /// I up to R: for illustration.
+        Step = "step",
+    }
+}
+
+named_enum! {
+    /// Which surfaces are shaded.
+    Materials {
+        /// The file's own: Cook–Torrance.
+        File = "file",
+        /// Base colour as a two-sided diffuse albedo; everything else but the alpha mask is ignored.
+        Lambert = "lambert",
+    }
+}
+
+named_enum! {
+    /// From scene-referred radiance to what a display shows. All but `none` compress highlights.
+    ToneMap {
+        /// Clamps to 0..1.
+        None = "none",
+        /// Khronos PBR Neutral: base colours stay as they are, only highlights are compressed.
+        Neutral = "neutral",
+        /// x / (1 + x) on luminance.
+        Reinhard = "reinhard",
+        /// A fit of the ACES reference rendering and output transforms: contrasty, warm.
+        Aces = "aces",
+    }
+}
+
+named_enum! {
+    /// A quantity of the frame, shown instead of its radiance.
+    DebugView {
+        /// Distance from the camera plane, brighter is nearer, logarithmic.
+        Depth = "depth",
+        /// The shading normal, world space, (n + 1) / 2.
+        Normal = "normal",
+        /// The triangle's own normal, world space.
+        GeometricNormal = "geometric-normal",
+        /// The normal rebuilt from depth with two samples an axis.
+        NormalNaive = "normal-naive",
+        /// The normal rebuilt from depth with five samples an axis.
+        NormalImproved = "normal-improved",
+        /// Perceptual roughness.
+        Roughness = "roughness",
+        /// Base colour after textures and vertex colours.
+        BaseColor = "base-color",
+        /// Listed lights a pixel, as a heat map.
+        LightCount = "light-count",
+        /// Shadow rays a pixel, as a heat map.
+        RayCount = "ray-count",
+        /// Share of listed lights that reach the pixel.
+        Visibility = "visibility",
+        /// Magenta where the radiance is not finite, grey elsewhere.
+        Nan = "nan",
+    }
+}
+
+named_enum! {
+    /// How material textures reach the shader.
+    TextureBinding {
+        /// `array` where the adapter has it, else `per-material`.
+        Auto = "auto",
+        /// One array of all textures, chosen by index.
+        Array = "array",
+        /// A bind group for every material: works everywhere.
+        PerMaterial = "per-material",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back_and_others_are_refused_with_the_list() {
+        for attenuation in Attenuation::ALL {
+            assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
+        }
+        assert!("16px".parse::<TileSize>().unwrap_err().contains("8, 16, 32"));
+    }
+}
