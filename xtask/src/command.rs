@@ -1,0 +1,72 @@
+//! Running other programs, visibly.
+
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+/// The folder of the workspace, wherever the task was called from.
+pub fn workspace() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace")
+}
+
+/// The cargo that runs this task, in the workspace's folder.
+pub fn cargo<S: AsRef<OsStr>>(words: impl IntoIterator<Item = S>) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+    command.args(words).current_dir(workspace());
+    command
+}
+
+/// Prints the command line, then runs it to its end; an error unless it succeeds.
+pub fn run(command: &mut Command) -> Result<(), String> {
+    let line = line(command);
+    eprintln!("==> {line}");
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{line}: {status}")),
+        Err(error) => Err(format!("{line}: {error}")),
+    }
+}
+
+/// Whether a command succeeds, without a word of its own.
+pub fn succeeds(command: &mut Command) -> bool {
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|s| s.success())
+}
+
+/// Where a program is, if it can be called by its name.
+pub fn find_program(name: &str) -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH")?;
+    std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
+}
+
+/// A command as it would be typed.
+fn line(command: &Command) -> String {
+    let program = Path::new(command.get_program());
+    let program = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
+    let variables = command
+        .get_envs()
+        .filter_map(|(name, value)| Some(format!("{}={}", name.to_string_lossy(), value?.to_string_lossy())));
+    let words = command.get_args().map(|word| word.to_string_lossy().into_owned());
+    variables.chain([program]).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_is_printed_as_it_would_be_typed() {
+        let mut command = Command::new("some/folder/cargo");
+        command.args(["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-Dwarnings");
+        assert_eq!(line(&command), "RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps");
+    }
+
+    #[test]
+    fn a_failing_command_is_an_error_that_names_it() {
+        let error = run(&mut Command::new("no-such-program-at-all")).unwrap_err();
+        assert!(error.starts_with("no-such-program-at-all: "), "{error}");
+        assert!(!succeeds(&mut Command::new("no-such-program-at-all")));
+        assert!(find_program("no-such-program-at-all").is_none());
+    }
+}
