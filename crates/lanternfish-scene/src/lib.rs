@@ -13,6 +13,7 @@ mod material;
 mod mesh;
 mod scene;
 mod texture;
+mod validate;
 
 pub use camera::{Camera, Projection};
 pub use error::SceneError;

@@ -1,0 +1,32 @@
+//! Scenes made by code, the same on every machine.
+
+mod atrium;
+mod build;
+mod cornell;
+mod hash;
+mod rain;
+mod surface;
+mod texture;
+
+pub use rain::light_rain;
+
+use crate::{Scene, SceneError};
+
+/// Names that [`demo`] knows.
+///
+/// - `atrium`: a court with two storeys of arcades, about 24 × 15 m and 10 m high, y = 0 at the court's floor; a low
+///   sun and hanging lanterns. Made for [`light_rain`] on top.
+/// - `cornell`: the Cornell box, 2 m high, y = 0 at its floor, lit by a point light under its lamp.
+pub const DEMOS: &[&str] = &["atrium", "cornell"];
+
+/// The generated scene of that name. Deterministic; takes a fraction of a second.
+pub fn demo(name: &str) -> Result<Scene, SceneError> {
+    match name {
+        "atrium" => Ok(atrium::atrium()),
+        "cornell" => Ok(cornell::cornell()),
+        _ => Err(SceneError::UnknownDemo { name: name.to_owned(), known: DEMOS.join(", ") }),
+    }
+}
+
+#[cfg(test)]
+mod tests;

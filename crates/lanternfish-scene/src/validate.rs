@@ -1,0 +1,248 @@
+//! Checks that a scene keeps the promises of its types.
+
+use glam::Vec3;
+
+use crate::{LightKind, Material, Primitive, Projection, Scene};
+
+/// How far a length may be from 1: two orders above what normalising in f32 leaves, and below what shading shows.
+const UNIT_TOLERANCE: f32 = 1e-3;
+
+impl Scene {
+    /// Whether every index, length and unit vector is as the types' documentation promises; if not, the first fault
+    /// and where it is. Takes time linear in the scene. Not checked: that surfaces are closed, that triangles turn
+    /// the way of their normals (see [`Primitive::winding_faults`]).
+    pub fn validate(&self) -> Result<(), String> {
+        for (i, mesh) in self.meshes.iter().enumerate() {
+            for (j, primitive) in mesh.primitives.iter().enumerate() {
+                let fault = |what| format!("mesh {i} ({}), primitive {j}: {what}", mesh.name);
+                primitive.validate(self.materials.len()).map_err(fault)?;
+            }
+        }
+        for (i, instance) in self.instances.iter().enumerate() {
+            let fault = |what| Err(format!("instance {i} ({}): {what}", instance.name));
+            if instance.mesh >= self.meshes.len() {
+                return fault(format!("mesh {} of {}", instance.mesh, self.meshes.len()));
+            }
+            if !instance.world_from_object.is_finite() {
+                return fault("its transform is not finite".to_owned());
+            }
+        }
+        for (i, material) in self.materials.iter().enumerate() {
+            material
+                .validate(self.textures.len())
+                .map_err(|what| format!("material {i} ({}): {what}", material.name))?;
+        }
+        self.validate_textures()?;
+        self.validate_lights()?;
+        self.validate_cameras()?;
+        if !self.sky.is_finite() || self.sky.min_element() < 0.0 {
+            return Err(format!("sky: {} is not a radiance", self.sky));
+        }
+        Ok(())
+    }
+
+    fn validate_textures(&self) -> Result<(), String> {
+        for (i, texture) in self.textures.iter().enumerate() {
+            if texture.image >= self.images.len() || texture.sampler >= self.samplers.len() {
+                let (images, samplers) = (self.images.len(), self.samplers.len());
+                return Err(format!("texture {i}: {texture:?} with {images} images, {samplers} samplers"));
+            }
+        }
+        for (i, image) in self.images.iter().enumerate() {
+            let (bytes, expected) = (image.rgba.len(), 4 * image.width as usize * image.height as usize);
+            if expected == 0 || bytes != expected {
+                let (name, width, height) = (&image.name, image.width, image.height);
+                return Err(format!("image {i} ({name}): {bytes} bytes for {width} × {height} pixels"));
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_lights(&self) -> Result<(), String> {
+        for (i, light) in self.lights.iter().enumerate() {
+            let fault = |what: &str| Err(format!("light {i} ({}): {what}", light.name));
+            if !light.position.is_finite() {
+                return fault("its position is not finite");
+            }
+            if !is_unit(light.direction) {
+                return fault("its direction is not of unit length");
+            }
+            if !light.intensity.is_finite() || light.intensity.min_element() < 0.0 {
+                return fault("its intensity is negative or not finite");
+            }
+            if light.range.is_some_and(|range| range.is_nan() || range <= 0.0) {
+                return fault("its range is not positive");
+            }
+            if let LightKind::Spot { inner_angle, outer_angle } = light.kind
+                && !(0.0 <= inner_angle && inner_angle < outer_angle && outer_angle <= std::f32::consts::FRAC_PI_2)
+            {
+                return fault("its cone breaks 0 <= inner < outer <= π/2");
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_cameras(&self) -> Result<(), String> {
+        for (i, camera) in self.cameras.iter().enumerate() {
+            let axes = camera.world_from_camera.matrix3;
+            let is_rotation = (axes * axes.transpose()).abs_diff_eq(glam::Mat3A::IDENTITY, UNIT_TOLERANCE);
+            let is_sound = match camera.projection {
+                Projection::Perspective { fov_y, near } => fov_y > 0.0 && fov_y < std::f32::consts::PI && near > 0.0,
+                Projection::Orthographic { half_height, near, far } => half_height > 0.0 && near >= 0.0 && far > near,
+            };
+            if !camera.world_from_camera.is_finite() || !is_rotation || !is_sound {
+                return Err(format!("camera {i} ({}): {camera:?}", camera.name));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Primitive {
+    /// How many triangles turn against the mean of their vertex normals: clockwise where they should be
+    /// counter-clockwise. Importers cannot promise zero; generated scenes do.
+    pub fn winding_faults(&self) -> usize {
+        let turned = |t: &&[u32]| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(|i| i as usize);
+            let p = &self.positions;
+            let face = (p[b] - p[a]).cross(p[c] - p[a]);
+            face.dot(self.normals[a] + self.normals[b] + self.normals[c]) <= 0.0
+        };
+        self.indices.chunks_exact(3).filter(turned).count()
+    }
+
+    fn validate(&self, material_count: usize) -> Result<(), String> {
+        let count = self.positions.len();
+        if self.material >= material_count {
+            return Err(format!("material {} of {material_count}", self.material));
+        }
+        if !self.indices.len().is_multiple_of(3) {
+            return Err(format!("{} indices are no whole triangles", self.indices.len()));
+        }
+        if let Some(index) = self.indices.iter().find(|i| **i as usize >= count) {
+            return Err(format!("index {index} of {count} vertices"));
+        }
+        if self.normals.len() != count {
+            return Err(format!("{} normals for {count} vertices", self.normals.len()));
+        }
+        let optional = [
+            ("tangents", self.tangents.len()),
+            ("uv0", self.uv0.len()),
+            ("uv1", self.uv1.len()),
+            ("colors", self.colors.len()),
+        ];
+        if let Some((name, length)) = optional.iter().find(|(_, length)| *length != 0 && *length != count) {
+            return Err(format!("{length} {name} for {count} vertices"));
+        }
+        if let Some(i) = self.positions.iter().position(|p| !p.is_finite()) {
+            return Err(format!("position {i} is {}", self.positions[i]));
+        }
+        if let Some(i) = self.normals.iter().position(|n| !is_unit(*n)) {
+            return Err(format!("normal {i} is {}, not of unit length", self.normals[i]));
+        }
+        if let Some(i) = self.tangents.iter().position(|t| !is_unit(t.truncate()) || t.w.abs() != 1.0) {
+            return Err(format!("tangent {i} is {}", self.tangents[i]));
+        }
+        if let Some(i) = self.uv0.iter().chain(&self.uv1).position(|uv| !uv.is_finite()) {
+            return Err(format!("texture coordinate {i} is not finite"));
+        }
+        if let Some(i) = self.colors.iter().position(|c| !(c.min_element() >= 0.0 && c.max_element() <= 1.0)) {
+            return Err(format!("colour {i} is {}, outside 0..=1", self.colors[i]));
+        }
+        Ok(())
+    }
+}
+
+impl Material {
+    fn validate(&self, texture_count: usize) -> Result<(), String> {
+        let textures = [
+            self.base_color_texture,
+            self.metallic_roughness_texture,
+            self.normal_texture,
+            self.occlusion_texture,
+            self.emissive_texture,
+        ];
+        for texture in textures.into_iter().flatten() {
+            if texture.texture >= texture_count || texture.uv_set > 1 || !texture.texture_from_uv.is_finite() {
+                return Err(format!("{texture:?} with {texture_count} textures"));
+            }
+        }
+        let in_unit = |x: f32| (0.0..=1.0).contains(&x);
+        if !self.base_color.to_array().into_iter().all(in_unit) {
+            return Err(format!("base colour {}, outside 0..=1", self.base_color));
+        }
+        if ![self.metallic, self.perceptual_roughness, self.occlusion_strength].into_iter().all(in_unit) {
+            return Err("metallic, roughness or occlusion strength outside 0..=1".to_owned());
+        }
+        if !self.normal_scale.is_finite() || !self.emissive.is_finite() || self.emissive.min_element() < 0.0 {
+            return Err("normal scale or emission is not finite, or negative".to_owned());
+        }
+        Ok(())
+    }
+}
+
+fn is_unit(v: Vec3) -> bool {
+    (v.length() - 1.0).abs() < UNIT_TOLERANCE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, Image, Instance, Light, Mesh, TextureRef};
+
+    fn triangle() -> Scene {
+        let primitive = Primitive {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            normals: vec![Vec3::Z; 3],
+            indices: vec![0, 1, 2],
+            ..Primitive::default()
+        };
+        Scene {
+            meshes: vec![Mesh { name: "triangle".to_owned(), primitives: vec![primitive] }],
+            instances: vec![Instance { name: String::new(), mesh: 0, world_from_object: Default::default() }],
+            materials: vec![Material::default()],
+            images: vec![Image { name: String::new(), width: 1, height: 1, rgba: vec![0; 4] }],
+            lights: vec![Light::point(Vec3::ONE, Vec3::ONE)],
+            cameras: vec![Camera::look_at(Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 1.0, near: 0.1 })],
+            ..Scene::default()
+        }
+    }
+
+    /// The message for a sound scene after `damage`.
+    fn fault(damage: impl Fn(&mut Scene)) -> String {
+        let mut scene = triangle();
+        damage(&mut scene);
+        scene.validate().expect_err("the damage goes unseen")
+    }
+
+    #[test]
+    fn a_sound_scene_passes() {
+        assert_eq!(triangle().validate(), Ok(()));
+        assert_eq!(triangle().meshes[0].primitives[0].winding_faults(), 0);
+    }
+
+    #[test]
+    fn every_damage_is_named() {
+        let primitive = |scene: &mut Scene, f: &dyn Fn(&mut Primitive)| f(&mut scene.meshes[0].primitives[0]);
+        assert!(fault(|s| primitive(s, &|p| p.indices[2] = 3)).contains("index 3 of 3"));
+        assert!(fault(|s| primitive(s, &|p| p.indices.truncate(2))).contains("whole triangles"));
+        assert!(fault(|s| primitive(s, &|p| p.normals[1] *= 1.01)).contains("normal 1"));
+        assert!(fault(|s| primitive(s, &|p| p.positions[0].y = f32::NAN)).contains("position 0"));
+        assert!(fault(|s| primitive(s, &|p| p.uv0.push(Default::default()))).contains("1 uv0"));
+        assert!(fault(|s| primitive(s, &|p| p.material = 1)).contains("material 1 of 1"));
+        assert!(fault(|s| s.instances[0].mesh = 4).contains("mesh 4 of 1"));
+        assert!(fault(|s| s.materials[0].normal_texture = Some(TextureRef::new(0))).contains("material 0"));
+        assert!(fault(|s| s.images[0].height = 2).contains("4 bytes"));
+        assert!(fault(|s| s.lights[0].range = Some(0.0)).contains("range"));
+        assert!(fault(|s| s.lights[0].direction = Vec3::ZERO).contains("direction"));
+        assert!(fault(|s| s.cameras[0].world_from_camera.matrix3 *= 2.0).contains("camera 0"));
+        assert!(fault(|s| s.sky.x = -1.0).contains("sky"));
+    }
+
+    #[test]
+    fn a_flipped_triangle_is_counted() {
+        let mut primitive = triangle().meshes.remove(0).primitives.remove(0);
+        primitive.indices.swap(0, 1);
+        assert_eq!(primitive.winding_faults(), 1);
+    }
+}
