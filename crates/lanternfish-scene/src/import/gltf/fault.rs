@@ -1,0 +1,55 @@
+//! Why a file is refused, before the file's path is known.
+
+use std::path::{Path, PathBuf};
+
+use crate::SceneError;
+
+/// [`SceneError`] without the scene's path, which [`Fault::at`] adds once, at the top.
+#[derive(Debug)]
+pub(super) enum Fault {
+    /// The content breaks the format's rules.
+    Invalid(String),
+    /// The file requires this, which is not supported.
+    Unsupported(String),
+    /// A file that it refers to cannot be read.
+    Io { path: PathBuf, source: std::io::Error },
+}
+
+pub(super) type Result<T> = std::result::Result<T, Fault>;
+
+/// The content breaks the format's rules.
+pub(super) fn invalid(what: impl Into<String>) -> Fault {
+    Fault::Invalid(what.into())
+}
+
+impl Fault {
+    /// The error for the scene file `path`.
+    pub fn at(self, path: &Path) -> SceneError {
+        match self {
+            Self::Invalid(what) => SceneError::Invalid { path: path.to_owned(), what },
+            Self::Unsupported(what) => SceneError::Unsupported { path: path.to_owned(), what },
+            Self::Io { path, source } => SceneError::Io { path, source },
+        }
+    }
+}
+
+/// Says where in the file something went wrong.
+pub(super) trait Place {
+    /// Puts the place before the message.
+    fn place(self, place: impl FnOnce() -> String) -> Self;
+}
+
+impl<T> Place for Result<T> {
+    fn place(self, place: impl FnOnce() -> String) -> Self {
+        self.map_err(|fault| match fault {
+            Fault::Invalid(what) => Fault::Invalid(format!("{}: {what}", place())),
+            Fault::Unsupported(what) => Fault::Unsupported(format!("{what} (at {})", place())),
+            io => io,
+        })
+    }
+}
+
+/// The item that a file's index refers to; `list` is the list's name in the file.
+pub(super) fn item<'a, T>(items: &'a [T], index: usize, list: &str) -> Result<&'a T> {
+    items.get(index).ok_or_else(|| invalid(format!("{list}[{index}] is referred to, but there are {}", items.len())))
+}

@@ -1,0 +1,87 @@
+//! The node tree, resolved to world space.
+
+use glam::{Affine3A, Mat4, Quat, Vec3};
+
+use super::fault::{Result, invalid, item};
+use super::schema::{Node, Root};
+
+/// A node of the scene that is shown.
+pub(super) struct Placed<'a> {
+    /// Its index in the file.
+    pub index: usize,
+    pub node: &'a Node,
+    pub world_from_node: Affine3A,
+}
+
+/// The nodes of the default scene (else of the first; else all), parents before children, in the file's order.
+///
+/// An error where the nodes of the file are not a set of trees.
+pub(super) fn resolve<'a>(root: &'a Root) -> Result<Vec<Placed<'a>>> {
+    let has_parent = check_trees(root)?;
+    let roots = match (root.scene, root.scenes.first()) {
+        (Some(scene), _) => item(&root.scenes, scene, "scenes")?.nodes.clone(),
+        (None, Some(scene)) => scene.nodes.clone(),
+        (None, None) => (0..root.nodes.len()).filter(|i| !has_parent[*i]).collect(),
+    };
+    let mut is_placed = vec![false; root.nodes.len()];
+    for index in &roots {
+        item(&root.nodes, *index, "nodes")?;
+        if has_parent[*index] {
+            return Err(invalid(format!("nodes[{index}]: a root of a scene, and a child")));
+        }
+        if std::mem::replace(&mut is_placed[*index], true) {
+            return Err(invalid(format!("nodes[{index}]: twice in a scene")));
+        }
+    }
+    // A stack of our own: trees may be deeper than the program's.
+    let mut placed = Vec::new();
+    let mut open: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY)).collect();
+    while let Some((index, world_from_parent)) = open.pop() {
+        let node = &root.nodes[index];
+        let world_from_node = world_from_parent * parent_from_node(node);
+        if !world_from_node.is_finite() {
+            return Err(invalid(format!("nodes[{index}]: its transform is not finite")));
+        }
+        open.extend(node.children.iter().rev().map(|child| (*child, world_from_node)));
+        placed.push(Placed { index, node, world_from_node });
+    }
+    Ok(placed)
+}
+
+/// Whether each node has a parent. An error unless each has at most one, and there is no cycle.
+fn check_trees(root: &Root) -> Result<Vec<bool>> {
+    let mut has_parent = vec![false; root.nodes.len()];
+    for (parent, node) in root.nodes.iter().enumerate() {
+        for child in &node.children {
+            item(&root.nodes, *child, "nodes")?;
+            if std::mem::replace(&mut has_parent[*child], true) {
+                return Err(invalid(format!("nodes[{parent}]: its child nodes[{child}] has another parent")));
+            }
+        }
+    }
+    // With one parent each, the nodes that no root leads to are those on or behind a cycle.
+    let mut is_reached = vec![false; root.nodes.len()];
+    let mut open: Vec<_> = (0..root.nodes.len()).filter(|i| !has_parent[*i]).collect();
+    while let Some(index) = open.pop() {
+        is_reached[index] = true;
+        open.extend(&root.nodes[index].children);
+    }
+    match is_reached.iter().position(|reached| !reached) {
+        Some(index) => Err(invalid(format!("nodes[{index}]: within a cycle, or below one"))),
+        None => Ok(has_parent),
+    }
+}
+
+/// The node's own transform. A matrix goes before translation, rotation and scale; its last row is taken as 0 0 0 1.
+fn parent_from_node(node: &Node) -> Affine3A {
+    if let Some(matrix) = &node.matrix {
+        return Affine3A::from_mat4(Mat4::from_cols_array(matrix));
+    }
+    let rotation = node.rotation.map_or(Quat::IDENTITY, Quat::from_array);
+    let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { Quat::IDENTITY };
+    Affine3A::from_scale_rotation_translation(
+        node.scale.map_or(Vec3::ONE, Vec3::from),
+        rotation,
+        node.translation.map_or(Vec3::ZERO, Vec3::from),
+    )
+}

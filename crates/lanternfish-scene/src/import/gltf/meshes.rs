@@ -1,0 +1,97 @@
+//! Meshes: which are used, with which materials, and their primitives, read on all cores.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::accessor::Accessors;
+use super::fault::{Place, Result, item};
+use super::hierarchy::Placed;
+use super::notes::Notes;
+use super::primitive::{self, Outcome};
+use super::schema::{self, Root};
+use crate::{Material, Mesh};
+
+/// What the scene uses of the file.
+#[derive(Default)]
+pub(super) struct Used {
+    /// The scene's index of each used mesh of the file.
+    pub meshes: BTreeMap<usize, usize>,
+    /// The file's index of each material of the scene, rising; `None`, the format's default material, is the last.
+    pub materials: Vec<Option<usize>>,
+}
+
+impl Used {
+    /// Finds the meshes that nodes place, and their materials; both keep the file's order.
+    pub fn find(root: &Root, nodes: &[Placed]) -> Result<Self> {
+        let mut used = Self::default();
+        for placed in nodes {
+            if let Some(mesh) = placed.node.mesh {
+                item(&root.meshes, mesh, "meshes").place(|| format!("nodes[{}]", placed.index))?;
+                used.meshes.insert(mesh, 0);
+            }
+        }
+        for (new, (mesh, index)) in used.meshes.iter_mut().enumerate() {
+            *index = new;
+            for (i, primitive) in root.meshes[*mesh].primitives.iter().enumerate() {
+                if let Some(material) = primitive.material {
+                    item(&root.materials, material, "materials").place(|| place(*mesh, i))?;
+                }
+                used.materials.push(primitive.material);
+            }
+        }
+        used.materials.sort_unstable_by_key(material_key);
+        used.materials.dedup();
+        Ok(used)
+    }
+
+    /// The scene's index of the file's `material`, which is used.
+    fn material(&self, material: Option<usize>) -> usize {
+        let found = self.materials.binary_search_by_key(&material_key(&material), material_key);
+        found.expect("all materials of used meshes are listed")
+    }
+}
+
+/// Puts the default material last.
+fn material_key(material: &Option<usize>) -> usize {
+    material.unwrap_or(usize::MAX)
+}
+
+/// Reads the used meshes. `materials` are the scene's.
+pub(super) fn read_all(
+    accessors: &Accessors,
+    used: &Used,
+    materials: &[Material],
+    notes: &mut Notes,
+) -> Result<Vec<Mesh>> {
+    let root = accessors.root;
+    let primitives: Vec<(usize, usize, &schema::Primitive)> = used
+        .meshes
+        .keys()
+        .flat_map(|mesh| root.meshes[*mesh].primitives.iter().enumerate().map(|(i, primitive)| (*mesh, i, primitive)))
+        .collect();
+    let read_one = |(mesh, i, source): &(usize, usize, &schema::Primitive)| {
+        let material = used.material(source.material);
+        let uv_set = materials[material].normal_texture.map(|texture| texture.uv_set);
+        (*mesh, material, primitive::read(accessors, source, uv_set).place(|| place(*mesh, *i)))
+    };
+    // Gather all results first, so that of several faults always the same one is reported.
+    let outcomes: Vec<_> = primitives.par_iter().map(read_one).collect();
+
+    let new_mesh = |mesh: &usize| Mesh { name: root.meshes[*mesh].name.clone(), primitives: Vec::new() };
+    let mut meshes: Vec<_> = used.meshes.keys().map(new_mesh).collect();
+    for (mesh, material, outcome) in outcomes {
+        match outcome? {
+            Outcome::Read(mut primitive) => {
+                primitive.material = material;
+                meshes[used.meshes[&mesh]].primitives.push(primitive);
+            }
+            Outcome::LeftOut(what) => notes.add(what),
+        }
+    }
+    Ok(meshes)
+}
+
+fn place(mesh: usize, primitive: usize) -> String {
+    format!("meshes[{mesh}].primitives[{primitive}]")
+}

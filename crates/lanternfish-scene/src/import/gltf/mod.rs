@@ -1,0 +1,117 @@
+//! glTF 2.0. The steps, each a module:
+//!
+//! 1. `container`: JSON and BIN chunk; `schema`: the JSON as structs; `extensions`: what is required
+//! 2. `buffers`, `uri`: the bytes
+//! 3. `hierarchy`: nodes in world space; `meshes::Used`: what they use
+//! 4. `materials`, `textures`
+//! 5. `images` are decoded while `meshes` are read: `primitive` (`accessor`, `topology`, `normals`, `tangents`)
+//! 6. `lights`, `cameras` and instances are placed
+//!
+//! The JSON is parsed with types of our own: other readers refuse accessors without data or `KHR_mesh_quantization`,
+//! or trust indices.
+
+mod accessor;
+mod buffers;
+mod cameras;
+mod container;
+mod extensions;
+mod fault;
+mod hierarchy;
+mod images;
+mod lights;
+mod materials;
+mod meshes;
+mod normals;
+mod notes;
+mod primitive;
+mod schema;
+mod tangents;
+mod textures;
+mod topology;
+mod uri;
+mod vertices;
+
+use std::path::Path;
+
+use accessor::Accessors;
+use buffers::Buffers;
+use fault::{Fault, Place, Result, invalid};
+use hierarchy::Placed;
+use meshes::Used;
+use notes::Notes;
+use schema::Root;
+use textures::Textures;
+
+use crate::{Instance, Material, Scene, SceneError};
+
+/// Reads the file at `path`; see [`crate::import::load`] for what of it.
+pub(super) fn load(path: &Path) -> std::result::Result<Scene, SceneError> {
+    let file = std::fs::read(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
+    read(&file, path).map_err(|fault| fault.at(path))
+}
+
+/// Reads the content of a file. `path` is where other files are looked for, and names the scene.
+fn read(file: &[u8], path: &Path) -> Result<Scene> {
+    let parts = container::split(file)?;
+    let root = parse(parts.json)?;
+    extensions::check(&root, path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let buffers = Buffers::load(&root, parts.bin, folder)?;
+    let nodes = hierarchy::resolve(&root)?;
+    let used = Used::find(&root, &nodes)?;
+
+    let mut notes = Notes::default();
+    let mut textures = Textures::default();
+    let mut materials: Vec<Material> = Vec::with_capacity(used.materials.len());
+    for file_index in &used.materials {
+        materials.push(match file_index {
+            Some(index) => materials::read(&root, *index, &mut textures, &mut notes)?,
+            None => Material::default(),
+        });
+    }
+    let accessors = Accessors { root: &root, buffers: &buffers };
+    let (images, meshes) = rayon::join(
+        || images::decode_all(&root, &textures.images, &buffers, folder),
+        || meshes::read_all(&accessors, &used, &materials, &mut notes),
+    );
+    let mut scene = Scene {
+        name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        meshes: meshes?,
+        materials,
+        textures: textures.textures,
+        images: images?,
+        samplers: textures.samplers,
+        ..Default::default()
+    };
+    for placed in &nodes {
+        place(&mut scene, &root, &used, placed, &mut notes).place(|| format!("nodes[{}]", placed.index))?;
+    }
+    notes.log(path);
+    Ok(scene)
+}
+
+fn parse(json: &[u8]) -> Result<Root<'_>> {
+    let root: Root = serde_json::from_slice(json).map_err(|error| invalid(format!("JSON: {error}")))?;
+    let required = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
+    let is_supported = match &root.asset.min_version {
+        Some(version) => version == "2.0",
+        None => root.asset.version.starts_with("2."),
+    };
+    if is_supported { Ok(root) } else { Err(Fault::Unsupported(format!("glTF {required}"))) }
+}
+
+/// Adds what is at a node: an instance, a light, a camera.
+fn place(scene: &mut Scene, root: &Root, used: &Used, placed: &Placed, notes: &mut Notes) -> Result<()> {
+    let node = placed.node;
+    if let Some(mesh) = node.mesh {
+        let (name, world_from_object) = (node.name.clone(), placed.world_from_node);
+        scene.instances.push(Instance { name, mesh: used.meshes[&mesh], world_from_object });
+    }
+    if let Some(light) = &node.extensions.light {
+        scene.lights.extend(lights::read(root, light.light, placed, notes)?);
+    }
+    if let Some(camera) = node.camera {
+        scene.cameras.push(cameras::read(root, camera, placed)?);
+    }
+    Ok(())
+}

@@ -1,0 +1,21 @@
+//! What was left out of a scene, said once for each kind.
+
+use std::collections::BTreeMap;
+
+/// Counts what was left out, by kind.
+#[derive(Default)]
+pub(super) struct Notes(BTreeMap<&'static str, usize>);
+
+impl Notes {
+    /// Counts one more of `what`, a phrase in the plural.
+    pub fn add(&mut self, what: &'static str) {
+        *self.0.entry(what).or_default() += 1;
+    }
+
+    /// One warning for each kind.
+    pub fn log(&self, file: &std::path::Path) {
+        for (what, count) in &self.0 {
+            tracing::warn!("{}: left out: {what} ({count})", file.display());
+        }
+    }
+}

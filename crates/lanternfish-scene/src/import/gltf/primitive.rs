@@ -1,0 +1,126 @@
+//! The geometry of one primitive: attributes, topology, normals, tangents.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::accessor::Accessors;
+use super::fault::{Place, Result, invalid};
+use super::topology::Topology;
+use super::{normals, schema, tangents, vertices};
+use crate::Primitive;
+
+/// What came of a primitive of the file.
+pub(super) enum Outcome {
+    /// A triangle list, without a material yet.
+    Read(Primitive),
+    /// Nothing that can be shown; says what, in the plural.
+    LeftOut(&'static str),
+}
+
+/// Reads a primitive. `normal_map_uv_set`: which texture coordinates its material's normal map uses, if it has one;
+/// only then there are tangents.
+pub(super) fn read(
+    accessors: &Accessors,
+    source: &schema::Primitive,
+    normal_map_uv_set: Option<u32>,
+) -> Result<Outcome> {
+    let mode = source.mode.unwrap_or(4);
+    let topology = Topology::new(mode).ok_or_else(|| invalid(format!("mode {mode} is not one of the format's")))?;
+    if topology == Topology::Other {
+        return Ok(Outcome::LeftOut("points and lines"));
+    }
+    let Some(positions) = source.attributes.get("POSITION") else {
+        return Ok(Outcome::LeftOut("primitives without positions"));
+    };
+    let mut primitive = Primitive { positions: read_positions(accessors, *positions)?, ..Default::default() };
+    let vertex_count = primitive.positions.len();
+    primitive.indices = topology.triangles(match source.indices {
+        Some(indices) => read_indices(accessors, indices, vertex_count).place(|| "indices".into())?,
+        None => (0..u32::try_from(vertex_count).map_err(|_| invalid("more vertices than indices reach"))?).collect(),
+    });
+    if u32::try_from(primitive.indices.len()).is_err() {
+        return Err(invalid(format!("{} indices; at most 2^32 - 1 are read", primitive.indices.len())));
+    }
+    read_attributes(accessors, source, &mut primitive, normal_map_uv_set.is_some())?;
+    vertices::drop_unused(&mut primitive);
+    if primitive.indices.is_empty() {
+        return Ok(Outcome::LeftOut("primitives without triangles"));
+    }
+
+    // Tangents without normals are to be ignored: flat normals have others.
+    if primitive.normals.is_empty() {
+        primitive.tangents.clear();
+        normals::make_flat(&mut primitive);
+    } else {
+        normals::repair(&mut primitive);
+    }
+    if let Some(uv_set) = normal_map_uv_set {
+        if primitive.tangents.is_empty() {
+            tangents::generate(&mut primitive, uv_set)?;
+        } else {
+            tangents::repair(&mut primitive);
+        }
+    }
+    Ok(Outcome::Read(primitive))
+}
+
+fn read_positions(accessors: &Accessors, accessor: usize) -> Result<Vec<Vec3>> {
+    let positions: Vec<Vec3> =
+        accessors.vectors(accessor).place(|| "POSITION".into())?.into_iter().map(Vec3::from).collect();
+    match positions.iter().position(|p| !p.is_finite()) {
+        Some(at) => Err(invalid(format!("POSITION: accessors[{accessor}]: element {at} is not finite"))),
+        None => Ok(positions),
+    }
+}
+
+fn read_indices(accessors: &Accessors, accessor: usize, vertex_count: usize) -> Result<Vec<u32>> {
+    let indices = accessors.indices(accessor)?;
+    match indices.iter().position(|index| *index as usize >= vertex_count) {
+        Some(at) => Err(invalid(format!(
+            "accessors[{accessor}]: element {at} is {}, but there are {vertex_count} vertices",
+            indices[at]
+        ))),
+        None => Ok(indices),
+    }
+}
+
+/// Reads what is there beside the positions.
+fn read_attributes(
+    accessors: &Accessors,
+    source: &schema::Primitive,
+    primitive: &mut Primitive,
+    with_tangents: bool,
+) -> Result<()> {
+    let vertex_count = primitive.positions.len();
+    primitive.normals = read_attribute(source, "NORMAL", vertex_count, |index| accessors.vectors(index))?;
+    if with_tangents {
+        primitive.tangents = read_attribute(source, "TANGENT", vertex_count, |index| accessors.vectors(index))?;
+    }
+    primitive.uv0 = read_attribute(source, "TEXCOORD_0", vertex_count, |index| accessors.vectors(index))?;
+    primitive.uv1 = read_attribute(source, "TEXCOORD_1", vertex_count, |index| accessors.vectors(index))?;
+    primitive.colors = read_attribute(source, "COLOR_0", vertex_count, |index| accessors.colors(index))?;
+    for uv in primitive.uv0.iter_mut().chain(&mut primitive.uv1) {
+        if !uv.is_finite() {
+            *uv = Vec2::ZERO;
+        }
+    }
+    for color in &mut primitive.colors {
+        let clamp = |c: f32| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) };
+        *color = Vec4::from_array(color.to_array().map(clamp));
+    }
+    Ok(())
+}
+
+/// An attribute as long as there are vertices; empty where the primitive lacks it.
+fn read_attribute<T: From<[f32; N]>, const N: usize>(
+    source: &schema::Primitive,
+    name: &str,
+    vertex_count: usize,
+    read: impl Fn(usize) -> Result<Vec<[f32; N]>>,
+) -> Result<Vec<T>> {
+    let Some(accessor) = source.attributes.get(name) else { return Ok(Vec::new()) };
+    let elements = read(*accessor).place(|| name.to_owned())?;
+    if elements.len() != vertex_count {
+        return Err(invalid(format!("{name}: {} elements, but there are {vertex_count} vertices", elements.len())));
+    }
+    Ok(elements.into_iter().map(T::from).collect())
+}

@@ -1,0 +1,103 @@
+//! Textures, samplers, and how materials refer to them.
+
+use glam::{Affine2, Mat2, Vec2};
+
+use super::fault::{Place, Result, item};
+use super::notes::Notes;
+use super::schema::{self, Root, TextureInfo, TextureTransform};
+use crate::{Filter, MipFilter, Sampler, Texture, TextureRef, Wrap};
+
+/// The textures that materials refer to, each distinct one once, in the order of first use.
+#[derive(Default)]
+pub(super) struct Textures {
+    /// For [`crate::Scene::textures`].
+    pub textures: Vec<Texture>,
+    /// For [`crate::Scene::samplers`].
+    pub samplers: Vec<Sampler>,
+    /// The file's image for each of [`crate::Scene::images`].
+    pub images: Vec<usize>,
+}
+
+impl Textures {
+    /// Adds a texture that a material refers to. `None`, with a note, for one that cannot be read: its image is in
+    /// a format of an extension, or it uses a third set of texture coordinates.
+    pub fn add(&mut self, root: &Root, info: &TextureInfo, notes: &mut Notes) -> Result<Option<TextureRef>> {
+        let texture = item(&root.textures, info.index, "textures")?;
+        let transform = info.extensions.transform.as_ref();
+        let uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord);
+        if uv_set > 1 {
+            notes.add("textures of a third or further set of texture coordinates");
+            return Ok(None);
+        }
+        let Some(source) = texture.source else {
+            notes.add("textures without an image in a format that is supported");
+            return Ok(None);
+        };
+        let sampler = self.sampler(root, texture, notes).place(|| format!("textures[{}]", info.index))?;
+        item(&root.images, source, "images").place(|| format!("textures[{}]", info.index))?;
+        let image = index_of(&mut self.images, source);
+        let texture = index_of(&mut self.textures, Texture { image, sampler });
+        let texture_from_uv = transform.map_or(Affine2::IDENTITY, texture_from_uv);
+        Ok(Some(TextureRef { texture, uv_set, texture_from_uv }))
+    }
+
+    fn sampler(&mut self, root: &Root, texture: &schema::Texture, notes: &mut Notes) -> Result<usize> {
+        let sampler = match texture.sampler {
+            Some(index) => read_sampler(item(&root.samplers, index, "samplers")?, notes),
+            None => Sampler::default(),
+        };
+        Ok(index_of(&mut self.samplers, sampler))
+    }
+}
+
+/// Where `value` is in the list; it is appended when it is not.
+fn index_of<T: PartialEq>(list: &mut Vec<T>, value: T) -> usize {
+    list.iter().position(|have| *have == value).unwrap_or_else(|| {
+        list.push(value);
+        list.len() - 1
+    })
+}
+
+/// Unknown values fall back to the default, with a note. The codes are OpenGL's.
+fn read_sampler(sampler: &schema::Sampler, notes: &mut Notes) -> Sampler {
+    let default = Sampler::default();
+    let mut unknown = || notes.add("sampler settings of unknown value");
+    let mag = match sampler.mag_filter {
+        Some(9728) => Filter::Nearest,
+        Some(9729) | None => Filter::Linear,
+        Some(_) => {
+            unknown();
+            default.mag
+        }
+    };
+    let (min, mip) = match sampler.min_filter {
+        Some(9728) => (Filter::Nearest, MipFilter::None),
+        Some(9729) => (Filter::Linear, MipFilter::None),
+        Some(9984) => (Filter::Nearest, MipFilter::Nearest),
+        Some(9985) => (Filter::Linear, MipFilter::Nearest),
+        Some(9986) => (Filter::Nearest, MipFilter::Linear),
+        Some(9987) | None => (Filter::Linear, MipFilter::Linear),
+        Some(_) => {
+            unknown();
+            (default.min, default.mip)
+        }
+    };
+    let mut wrap = |code| match code {
+        Some(33_071) => Wrap::ClampToEdge,
+        Some(33_648) => Wrap::MirroredRepeat,
+        Some(10_497) | None => Wrap::Repeat,
+        Some(_) => {
+            unknown();
+            Wrap::Repeat
+        }
+    };
+    Sampler { mag, min, mip, wrap_u: wrap(sampler.wrap_s), wrap_v: wrap(sampler.wrap_t) }
+}
+
+/// Offset * rotation * scale. The rotation is counter-clockwise as one sees the image, whose v points down: the
+/// extension's own example (offset (0, 1), a quarter turn, scale 1/2) is to show the lower left quadrant.
+fn texture_from_uv(transform: &TextureTransform) -> Affine2 {
+    let rotation = Mat2::from_angle(-transform.rotation);
+    let scale = Mat2::from_diagonal(Vec2::from(transform.scale));
+    Affine2::from_mat2_translation(rotation * scale, transform.offset.into())
+}

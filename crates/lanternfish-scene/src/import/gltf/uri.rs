@@ -1,0 +1,52 @@
+//! What a URI refers to: bytes within it, or a file beside the scene.
+
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use percent_encoding::percent_decode_str;
+
+use super::fault::{Fault, Result, invalid};
+
+/// Padding is optional: exporters disagree.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &base64::alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
+
+/// The bytes that `uri` holds (`data:`) or names (a path relative to `folder`, percent-encoded).
+///
+/// Nothing is fetched from a network, and absolute paths are refused.
+pub(super) fn read(uri: &str, folder: &Path) -> Result<Vec<u8>> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        return read_data(data);
+    }
+    if has_scheme(uri) {
+        return Err(Fault::Unsupported(format!("a file elsewhere, {uri}")));
+    }
+    let name = percent_decode_str(uri).decode_utf8().map_err(|_| invalid(format!("uri {uri}: not UTF-8")))?;
+    let name = Path::new(name.as_ref());
+    if name.has_root() || name.as_os_str().is_empty() {
+        return Err(invalid(format!("uri {uri:?}: not a path relative to the scene's")));
+    }
+    let path = folder.join(name);
+    std::fs::read(&path).map_err(|source| Fault::Io { path, source })
+}
+
+fn read_data(data: &str) -> Result<Vec<u8>> {
+    let (kind, text) = data.split_once(',').ok_or_else(|| invalid("data URI: no comma"))?;
+    if kind.ends_with(";base64") {
+        // Base64 has no use for %, but its =, + and / may be percent-encoded.
+        let bytes: std::borrow::Cow<[u8]> = percent_decode_str(text).into();
+        BASE64.decode(bytes).map_err(|error| invalid(format!("data URI: {error}")))
+    } else {
+        Ok(percent_decode_str(text).collect())
+    }
+}
+
+/// Whether it starts with `scheme:`. One letter is a drive, not a scheme.
+fn has_scheme(uri: &str) -> bool {
+    uri.split_once(':').is_some_and(|(scheme, _)| {
+        scheme.len() > 1 && scheme.bytes().all(|c| c.is_ascii_alphanumeric() || b"+-.".contains(&c))
+    })
+}

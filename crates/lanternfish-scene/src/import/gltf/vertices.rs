@@ -1,0 +1,47 @@
+//! Rearranging the vertices of a primitive.
+
+use crate::Primitive;
+
+/// Makes `primitive`'s vertices those that `sources` names, in that order; a vertex may be named several times or
+/// not at all. Indices are left as they are.
+pub(super) fn select(primitive: &mut Primitive, sources: &[u32]) {
+    fn select_list<T: Copy>(list: &mut Vec<T>, sources: &[u32]) {
+        if !list.is_empty() {
+            *list = sources.iter().map(|source| list[*source as usize]).collect();
+        }
+    }
+    select_list(&mut primitive.positions, sources);
+    select_list(&mut primitive.normals, sources);
+    select_list(&mut primitive.tangents, sources);
+    select_list(&mut primitive.uv0, sources);
+    select_list(&mut primitive.uv1, sources);
+    select_list(&mut primitive.colors, sources);
+}
+
+/// Gives every corner of every triangle a vertex of its own.
+pub(super) fn unshare(primitive: &mut Primitive) {
+    let sources = std::mem::take(&mut primitive.indices);
+    select(primitive, &sources);
+    primitive.indices = (0..sources.len() as u32).collect();
+}
+
+/// Drops the vertices that no triangle uses: files let several primitives share one long list. The order is kept.
+pub(super) fn drop_unused(primitive: &mut Primitive) {
+    const UNUSED: u32 = u32::MAX;
+    let mut new_from_old = vec![UNUSED; primitive.positions.len()];
+    for index in &primitive.indices {
+        new_from_old[*index as usize] = 0;
+    }
+    if !new_from_old.contains(&UNUSED) {
+        return;
+    }
+    let mut kept = Vec::new();
+    for (old, new) in new_from_old.iter_mut().enumerate().filter(|(_, new)| **new != UNUSED) {
+        *new = kept.len() as u32;
+        kept.push(old as u32);
+    }
+    for index in &mut primitive.indices {
+        *index = new_from_old[*index as usize];
+    }
+    select(primitive, &kept);
+}

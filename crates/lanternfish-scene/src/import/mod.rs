@@ -1,0 +1,35 @@
+//! Scene files.
+
+mod gltf;
+
+use std::path::Path;
+
+use crate::{Scene, SceneError};
+
+/// Reads a scene: a glTF 2.0 file (`.gltf`, `.glb`), or `demo:NAME` for a generated one.
+///
+/// What is read of a glTF file:
+///
+/// * The default scene (without one the first, without any all root nodes), its node tree resolved to world space.
+///   Meshes, materials, textures and images that this scene does not use are left out.
+/// * Triangle lists, strips and fans; all accessor forms. Points and lines are left out with a warning. Missing
+///   normals become flat ones, and missing tangents are generated (MikkTSpace) where the material has a normal map.
+/// * Textures as PNG or JPEG, up to 16,384 pixels a side and 1 GiB of pixels each, 16 bits a channel reduced to 8.
+/// * `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_unlit`, `KHR_mesh_quantization`,
+///   `KHR_texture_transform`. Any other extension that the file requires is an error; one that it only uses is a
+///   warning.
+/// * Not read: animations, morph targets and skins. A skinned mesh is placed by its own node, undeformed.
+///
+/// Files are checked while they are read: offsets, counts and indices out of range, node cycles, and attributes of
+/// unequal length are [`SceneError::Invalid`]. Rules of the format that do no harm when broken are not checked.
+pub fn load(source: &str) -> Result<Scene, SceneError> {
+    if let Some(name) = source.strip_prefix("demo:") {
+        return crate::generate::demo(name);
+    }
+    let path = Path::new(source);
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if ending.eq_ignore_ascii_case("gltf") || ending.eq_ignore_ascii_case("glb") {
+        return gltf::load(path);
+    }
+    Err(SceneError::UnknownFormat { path: path.to_owned() })
+}
