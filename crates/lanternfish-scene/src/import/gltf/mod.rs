@@ -26,6 +26,8 @@ mod notes;
 mod primitive;
 mod schema;
 mod tangents;
+#[cfg(test)]
+mod tests;
 mod textures;
 mod topology;
 mod uri;

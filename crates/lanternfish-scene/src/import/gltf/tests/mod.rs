@@ -1,0 +1,155 @@
+//! Tiny files, made here, one for each thing that a file can say.
+
+mod accessors;
+mod container;
+mod geometry;
+mod materials;
+mod nodes;
+mod samples;
+mod warnings;
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use crate::{Primitive, Scene, SceneError};
+
+pub const U8: u32 = 5121;
+pub const I16: u32 = 5122;
+pub const U16: u32 = 5123;
+pub const U32: u32 = 5125;
+pub const F32: u32 = 5126;
+
+/// The corners of a triangle in the plane z = 0, counter-clockwise seen from +z.
+pub const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+
+/// A file under construction. All binary data is in the BIN chunk.
+pub struct File {
+    pub json: Value,
+    pub bin: Vec<u8>,
+}
+
+impl File {
+    /// Without any content.
+    pub fn new() -> Self {
+        let json = json!({
+            "asset": { "version": "2.0" },
+            "buffers": [{}], "bufferViews": [], "accessors": [],
+            "meshes": [], "nodes": [], "materials": [], "textures": [], "images": [], "samplers": [], "cameras": [],
+        });
+        Self { json, bin: Vec::new() }
+    }
+
+    /// With one mesh of one primitive, at one node.
+    pub fn with_primitive(build: impl FnOnce(&mut Self) -> Value) -> Self {
+        let mut file = Self::new();
+        let primitive = build(&mut file);
+        file.push("meshes", json!({ "primitives": [primitive] }));
+        file.push("nodes", json!({ "mesh": 0 }));
+        file
+    }
+
+    /// With [`TRIANGLE`] at one node.
+    pub fn with_triangle() -> Self {
+        Self::with_primitive(|file| json!({ "attributes": { "POSITION": file.floats("VEC3", &TRIANGLE) } }))
+    }
+
+    /// Appends to one of the file's lists; its index.
+    pub fn push(&mut self, list: &str, value: Value) -> usize {
+        let list = self.json[list].as_array_mut().expect("a list of the file");
+        list.push(value);
+        list.len() - 1
+    }
+
+    /// A buffer view of its own for `bytes`, aligned to four.
+    pub fn view(&mut self, bytes: &[u8]) -> usize {
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        let offset = self.bin.len();
+        self.bin.extend_from_slice(bytes);
+        self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
+    }
+
+    /// An accessor of all `bytes`.
+    pub fn accessor(&mut self, shape: &str, component_type: u32, count: usize, bytes: &[u8]) -> usize {
+        let view = self.view(bytes);
+        self.push(
+            "accessors",
+            json!({ "bufferView": view, "componentType": component_type, "type": shape, "count": count }),
+        )
+    }
+
+    pub fn floats(&mut self, shape: &str, values: &[f32]) -> usize {
+        let size = shape.strip_prefix("VEC").map_or(1, |size| size.parse().expect("a size"));
+        self.accessor(shape, F32, values.len() / size, &bytes_of(values))
+    }
+
+    pub fn u16_indices(&mut self, values: &[u16]) -> usize {
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        self.accessor("SCALAR", U16, values.len(), &bytes)
+    }
+
+    /// As GLB.
+    pub fn glb(&self) -> Vec<u8> {
+        let mut json = self.json.clone();
+        if json["buffers"] == json!([{}]) {
+            json["buffers"] = json!([{ "byteLength": self.bin.len() }]);
+        }
+        let (mut json, mut bin) = (json.to_string().into_bytes(), self.bin.clone());
+        json.resize(json.len().next_multiple_of(4), b' ');
+        bin.resize(bin.len().next_multiple_of(4), 0);
+        let length = 12 + 8 + json.len() + 8 + bin.len();
+        let u32_bytes = |value: usize| (value as u32).to_le_bytes();
+        [
+            b"glTF",
+            &u32_bytes(2),
+            &u32_bytes(length),
+            &u32_bytes(json.len()),
+            b"JSON",
+            &json[..],
+            &u32_bytes(bin.len()),
+            b"BIN\0",
+            &bin[..],
+        ]
+        .concat()
+    }
+
+    pub fn load(&self) -> Result<Scene, SceneError> {
+        load_bytes(&self.glb())
+    }
+
+    /// The scene of a file that is to load.
+    pub fn scene(&self) -> Scene {
+        let scene = self.load().unwrap_or_else(|error| panic!("{error}\n{}", self.json));
+        scene.validate().unwrap_or_else(|fault| panic!("{fault}\n{}", self.json));
+        scene
+    }
+
+    /// The only primitive of a file that is to load.
+    pub fn primitive(&self) -> Primitive {
+        let mut scene = self.scene();
+        assert_eq!((scene.meshes.len(), scene.meshes[0].primitives.len()), (1, 1));
+        scene.meshes[0].primitives.remove(0)
+    }
+
+    /// What is said of a file that is to be refused as invalid.
+    pub fn fault(&self) -> String {
+        match self.load() {
+            Err(SceneError::Invalid { what, .. }) => what,
+            other => panic!("not refused as invalid: {other:?}"),
+        }
+    }
+}
+
+pub fn load_bytes(bytes: &[u8]) -> Result<Scene, SceneError> {
+    let path = Path::new("folder/test.glb");
+    super::read(bytes, path).map_err(|fault| fault.at(path))
+}
+
+pub fn bytes_of(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+#[track_caller]
+pub fn assert_contains(text: &str, part: &str) {
+    assert!(text.contains(part), "{part:?} is not in {text:?}");
+}

@@ -1,0 +1,179 @@
+//! The node tree, and what is placed by it.
+
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_8};
+
+use glam::{Affine3A, Quat, Vec3};
+use serde_json::{Value, json};
+
+use super::{File, assert_contains};
+use crate::{LightKind, Projection};
+
+/// A quarter turn about +y: -z becomes -x.
+const QUARTER_TURN_Y: [f32; 4] = [0.0, std::f32::consts::FRAC_1_SQRT_2, 0.0, std::f32::consts::FRAC_1_SQRT_2];
+
+fn nodes(nodes: Value) -> File {
+    let mut file = File::with_triangle();
+    file.json["nodes"] = nodes;
+    file
+}
+
+#[test]
+fn transforms_are_chained_and_meshes_shared() {
+    let scene = nodes(json!([
+        { "translation": [1, 0, 0], "rotation": QUARTER_TURN_Y, "scale": [2, 2, 2], "children": [1, 2] },
+        { "name": "a", "mesh": 0, "translation": [0, 0, -1] },
+        { "name": "b", "mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 3, 0, 1] },
+    ]))
+    .scene();
+    assert_eq!((scene.meshes.len(), scene.instances.len()), (1, 2));
+    assert_eq!(scene.triangle_counts(), (1, 2));
+    let names: Vec<_> = scene.instances.iter().map(|instance| instance.name.as_str()).collect();
+    assert_eq!(names, ["a", "b"]);
+    let [a, b] = [0, 1].map(|i| scene.instances[i].world_from_object);
+    // Two units along the turned -z, from x = 1.
+    assert!(a.transform_point3(Vec3::ZERO).abs_diff_eq(Vec3::new(-1.0, 0.0, 0.0), 1e-6), "{a:?}");
+    assert!(b.transform_point3(Vec3::X).abs_diff_eq(Vec3::new(1.0, 6.0, -2.0), 1e-6), "{b:?}");
+}
+
+#[test]
+fn negative_scale_is_kept() {
+    let scene = nodes(json!([{ "mesh": 0, "scale": [-1, 1, 1] }])).scene();
+    assert_eq!(scene.instances[0].world_from_object, Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0)));
+}
+
+#[test]
+fn the_default_scene_is_shown_else_the_first_else_all() {
+    let mut file = nodes(json!([{ "name": "a", "mesh": 0 }, { "name": "b", "mesh": 0 }]));
+    let names = |file: &File| file.scene().instances.into_iter().map(|i| i.name).collect::<String>();
+    assert_eq!(names(&file), "ab");
+    file.json["scenes"] = json!([{ "nodes": [1] }, { "nodes": [0] }]);
+    assert_eq!(names(&file), "b");
+    file.json["scene"] = json!(1);
+    assert_eq!(names(&file), "a");
+    file.json["scene"] = json!(2);
+    assert_contains(&file.fault(), "scenes[2]");
+}
+
+#[test]
+fn what_is_not_a_tree_is_refused() {
+    assert_contains(&nodes(json!([{ "children": [0] }])).fault(), "cycle");
+    assert_contains(&nodes(json!([{}, { "children": [2] }, { "children": [1] }])).fault(), "nodes[1]: within a cycle");
+    assert_contains(&nodes(json!([{ "children": [2] }, { "children": [2] }, {}])).fault(), "another parent");
+    assert_contains(&nodes(json!([{ "children": [1, 1] }, {}])).fault(), "another parent");
+    assert_contains(&nodes(json!([{ "children": [1] }])).fault(), "nodes[1]");
+    let mut file = nodes(json!([{ "children": [1] }, {}]));
+    for (roots, message) in [(json!([1]), "and a child"), (json!([0, 0]), "twice"), (json!([5]), "nodes[5]")] {
+        file.json["scenes"] = json!([{ "nodes": roots }]);
+        assert_contains(&file.fault(), message);
+    }
+}
+
+#[test]
+fn a_deep_tree_needs_no_deep_stack() {
+    let depth = 100_000;
+    let mut chain: Vec<_> = (1..depth).map(|child| json!({ "children": [child] })).collect();
+    chain.push(json!({ "mesh": 0 }));
+    assert_eq!(nodes(Value::Array(chain)).scene().instances.len(), 1);
+}
+
+#[test]
+fn a_transform_that_is_not_finite_is_refused() {
+    assert_contains(&nodes(json!([{ "translation": [1e39, 0, 0] }])).fault(), "nodes[0]: its transform");
+}
+
+#[test]
+fn references_out_of_range_are_refused() {
+    assert_contains(&nodes(json!([{ "mesh": 1 }])).fault(), "nodes[0]: meshes[1]");
+    assert_contains(&nodes(json!([{ "camera": 1 }])).fault(), "nodes[0]: cameras[1]");
+    let light = json!([{ "extensions": { "KHR_lights_punctual": { "light": 0 } } }]);
+    assert_contains(&nodes(light).fault(), "nodes[0]: lights[0]");
+    let mut file = File::with_triangle();
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(4);
+    assert_contains(&file.fault(), "meshes[0].primitives[0]: materials[4]");
+    file.json["meshes"][0]["primitives"][0] = json!({ "attributes": { "POSITION": 9 } });
+    assert_contains(&file.fault(), "POSITION: accessors[9]");
+}
+
+/// One node that is moved, turned and scaled, with this light.
+fn light(light: Value) -> File {
+    let mut file = nodes(json!([{
+        "translation": [1, 2, 3], "rotation": QUARTER_TURN_Y, "scale": [2, 3, 4],
+        "extensions": { "KHR_lights_punctual": { "light": 0 } },
+    }]));
+    file.json["extensions"] = json!({ "KHR_lights_punctual": { "lights": [light] } });
+    file
+}
+
+#[test]
+fn lights_are_placed() {
+    let scene =
+        light(json!({ "type": "point", "name": "lamp", "color": [1, 0.5, 0], "intensity": 8, "range": 5 })).scene();
+    let [lamp] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
+    assert_eq!((lamp.kind, lamp.name.as_str()), (LightKind::Point, "lamp"));
+    assert_eq!(lamp.intensity, Vec3::new(8.0, 4.0, 0.0));
+    assert_eq!((lamp.position, lamp.range), (Vec3::new(1.0, 2.0, 3.0), Some(5.0)));
+
+    let scene = light(json!({ "type": "directional" })).scene();
+    assert_eq!((scene.lights[0].kind, scene.lights[0].intensity), (LightKind::Directional, Vec3::ONE));
+    assert!(scene.lights[0].direction.abs_diff_eq(Vec3::NEG_X, 1e-6), "{}", scene.lights[0].direction);
+    assert_eq!(scene.lights[0].range, None);
+}
+
+#[test]
+fn spot_lights_have_a_cone_with_a_soft_edge() {
+    let kind = |spot: Value| light(json!({ "type": "spot", "spot": spot })).scene().lights[0].kind;
+    assert_eq!(kind(json!({})), LightKind::Spot { inner_angle: 0.0, outer_angle: FRAC_PI_4 });
+    let given = json!({ "innerConeAngle": FRAC_PI_8, "outerConeAngle": FRAC_PI_2 + 1e-5 });
+    assert_eq!(kind(given), LightKind::Spot { inner_angle: FRAC_PI_8, outer_angle: FRAC_PI_2 });
+    let hard = kind(json!({ "innerConeAngle": 0.5, "outerConeAngle": 0.5 }));
+    let LightKind::Spot { inner_angle, outer_angle } = hard else { panic!("{hard:?}") };
+    assert!(inner_angle < outer_angle && outer_angle == 0.5);
+}
+
+#[test]
+fn lights_without_sense_are_refused_and_unknown_ones_left_out() {
+    assert_contains(&light(json!({ "type": "spot" })).fault(), "without `spot`");
+    assert_contains(&light(json!({ "type": "spot", "spot": { "outerConeAngle": 2 } })).fault(), "cone angles");
+    assert_contains(&light(json!({ "type": "point", "intensity": -1 })).fault(), "intensity");
+    assert_contains(&light(json!({ "type": "point", "range": 0 })).fault(), "range");
+    assert!(light(json!({ "type": "area" })).scene().lights.is_empty());
+}
+
+fn camera(camera: Value) -> File {
+    let mut file = nodes(json!([{
+        "name": "eye", "camera": 0, "translation": [1, 2, 3], "rotation": QUARTER_TURN_Y, "scale": [-2, 3, 4],
+    }]));
+    file.push("cameras", camera);
+    file
+}
+
+#[test]
+fn cameras_are_placed_without_scale() {
+    for zfar in [json!(null), json!(100)] {
+        let view = json!({ "yfov": 0.8, "znear": 0.1, "zfar": zfar });
+        let scene = camera(json!({ "type": "perspective", "perspective": view })).scene();
+        assert_eq!(scene.cameras[0].projection, Projection::Perspective { fov_y: 0.8, near: 0.1 });
+        assert_eq!(scene.cameras[0].name, "eye");
+        let rotation = Quat::from_array(QUARTER_TURN_Y);
+        let expected = Affine3A::from_rotation_translation(rotation, Vec3::new(1.0, 2.0, 3.0));
+        let world_from_camera = scene.cameras[0].world_from_camera;
+        assert!(world_from_camera.abs_diff_eq(expected, 1e-6), "{world_from_camera:?}");
+    }
+}
+
+#[test]
+fn orthographic_cameras_are_read() {
+    let view = json!({ "xmag": 4, "ymag": 3, "znear": 0, "zfar": 10 });
+    let scene = camera(json!({ "type": "orthographic", "orthographic": view })).scene();
+    let expected = Projection::Orthographic { half_height: 3.0, near: 0.0, far: 10.0 };
+    assert_eq!(scene.cameras[0].projection, expected);
+}
+
+#[test]
+fn cameras_that_see_nothing_are_refused() {
+    assert_contains(&camera(json!({ "perspective": { "yfov": 0, "znear": 1 } })).fault(), "cameras[0]: yfov 0");
+    assert_contains(&camera(json!({ "perspective": { "yfov": 1, "znear": 0 } })).fault(), "znear 0");
+    let flat = json!({ "orthographic": { "xmag": 1, "ymag": 1, "znear": 2, "zfar": 2 } });
+    assert_contains(&camera(flat).fault(), "enclose nothing");
+    assert_contains(&camera(json!({})).fault(), "not one of");
+}

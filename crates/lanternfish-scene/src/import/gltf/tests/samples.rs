@@ -1,0 +1,47 @@
+//! Real scenes, where they are at hand: `LANTERNFISH_SHARED` names the folder that holds `assets/`.
+
+use std::path::PathBuf;
+
+use crate::import::load;
+use crate::{LightKind, Scene};
+
+/// A scene from the folder of assets, validated; `None`, and says so, where there is none.
+fn sample(name: &str) -> Option<Scene> {
+    let beside_the_workspace = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared").into();
+    let folder = std::env::var_os("LANTERNFISH_SHARED").map_or_else(beside_the_workspace, PathBuf::from);
+    let path = folder.join("assets").join(name);
+    if !path.exists() {
+        eprintln!("SKIPPED: {} is not there (set LANTERNFISH_SHARED)", path.display());
+        return None;
+    }
+    let scene = load(path.to_str().expect("UTF-8")).unwrap_or_else(|error| panic!("{error}"));
+    scene.validate().unwrap_or_else(|fault| panic!("{}: {fault}", path.display()));
+    Some(scene)
+}
+
+#[test]
+fn sponza_is_complete() {
+    let Some(scene) = sample("sponza/Sponza.glb") else { return };
+    assert_eq!(scene.triangle_counts(), (262_267, 262_267));
+    assert_eq!((scene.materials.len(), scene.images.len(), scene.name.as_str()), (25, 69, "Sponza"));
+    let vertex_count: usize = scene.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|p| p.positions.len()).sum();
+    assert!(vertex_count < 262_267, "{vertex_count} vertices: generated tangents have unshared them");
+}
+
+#[test]
+fn candela_city_is_complete() {
+    let Some(scene) = sample("candela-city/candela_city.glb") else { return };
+    assert_eq!(scene.triangle_counts().1, 444_434);
+    let count = |kind: LightKind| scene.lights.iter().filter(|light| light.kind == kind).count();
+    assert_eq!((count(LightKind::Point), count(LightKind::Directional), scene.lights.len()), (94, 1, 95));
+    assert!(scene.meshes.len() < scene.instances.len());
+    assert!(!scene.cameras.is_empty());
+}
+
+#[test]
+fn cornell_box_is_complete() {
+    let Some(scene) = sample("cornell/CornellBox-Original.glb") else { return };
+    assert_eq!((scene.triangle_counts(), scene.materials.len()), ((36, 36), 8));
+    let emitters = scene.materials.iter().filter(|material| material.emissive.max_element() > 1.0).count();
+    assert_eq!(emitters, 1);
+}

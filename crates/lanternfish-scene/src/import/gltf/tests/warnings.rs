@@ -1,0 +1,68 @@
+//! What is left out is said once.
+
+use std::fmt::Debug;
+use std::sync::{Arc, Mutex};
+
+use serde_json::json;
+use tracing::field::{Field, Visit};
+use tracing::span::{Attributes, Id, Record};
+use tracing::{Event, Level, Metadata, Subscriber};
+
+use super::File;
+
+/// Keeps the messages of warnings.
+#[derive(Clone, Default)]
+struct Warnings(Arc<Mutex<Vec<String>>>);
+
+impl Visit for Warnings {
+    fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
+        if field.name() == "message" {
+            self.0.lock().expect("no test panics while it holds the lock").push(format!("{value:?}"));
+        }
+    }
+}
+
+impl Subscriber for Warnings {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        *metadata.level() == Level::WARN
+    }
+
+    fn new_span(&self, _: &Attributes<'_>) -> Id {
+        Id::from_u64(1)
+    }
+
+    fn event(&self, event: &Event<'_>) {
+        event.record(&mut self.clone());
+    }
+
+    fn record(&self, _: &Id, _: &Record<'_>) {}
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+    fn enter(&self, _: &Id) {}
+    fn exit(&self, _: &Id) {}
+}
+
+/// The warnings while the file is loaded.
+fn warnings(file: &File) -> Vec<String> {
+    let warnings = Warnings::default();
+    tracing::subscriber::with_default(warnings.clone(), || file.scene());
+    let messages = warnings.0.lock().expect("nothing else holds the lock");
+    messages.clone()
+}
+
+#[test]
+fn every_kind_of_omission_is_one_warning() {
+    let mut file = File::with_triangle();
+    assert!(warnings(&file).is_empty(), "nothing is left out");
+    let primitive = file.json["meshes"][0]["primitives"][0].clone();
+    for mode in [0, 1, 3] {
+        let mut points = primitive.clone();
+        points["mode"] = json!(mode);
+        file.json["meshes"][0]["primitives"].as_array_mut().expect("primitives").push(points);
+    }
+    file.json["extensionsUsed"] = json!(["KHR_materials_unlit", "EXT_one", "EXT_two"]);
+    let expected = [
+        "folder/test.glb: read without these extensions, which are not supported: EXT_one, EXT_two",
+        "folder/test.glb: left out: points and lines (3)",
+    ];
+    assert_eq!(warnings(&file), expected);
+}
