@@ -2,7 +2,7 @@
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
-use crate::{Bindings, ComputeKernel};
+use crate::{Bindings, ComputeKernel, GpuError, read_back};
 
 /// What a pass cost.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,6 +92,16 @@ impl<'a> Frame<'a> {
         draw(self.device, &mut pass);
         drop(pass);
         self.profiler.inner.end_query(&mut self.encoder, query);
+    }
+
+    /// Hands the commands so far to the device, waits for them, and reads the first `count` elements of a buffer.
+    ///
+    /// Passes before and after it belong to the same frame's times.
+    pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        let fresh = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let recorded = std::mem::replace(&mut self.encoder, fresh);
+        self.queue.submit([recorded.finish()]);
+        read_back(self.device, self.queue, buffer, count)
     }
 
     /// Hands the commands to the device.

@@ -120,6 +120,11 @@ fn opaque_type(inner: &TypeInner, label: &str, name: &str) -> wgpu::BindingType 
                     view_dimension,
                     multisampled: *multi,
                 },
+                ImageClass::Storage { format: naga::StorageFormat::R32Uint, .. } => wgpu::BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::WriteOnly,
+                    format: wgpu::TextureFormat::R32Uint,
+                    view_dimension,
+                },
                 other => panic!("{label}: texture {name} of class {other:?} cannot be bound by name yet"),
             }
         }

@@ -1,0 +1,96 @@
+//! Quantities of a frame as pictures.
+
+use glam::UVec2;
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
+
+use crate::{
+    error::RenderError,
+    light_culling::{LightCulling, LightLists},
+    output::{DISPLAY_FORMAT, fullscreen},
+    prepass::Surface,
+    settings::{DebugView, Settings},
+    shaders::SHADERS,
+    shading::Radiance,
+    texture::target,
+    view::ViewBuffer,
+};
+
+gpu_struct! {
+    /// What is shown.
+    pub struct DebugParameters {
+        /// A constant of `debug.wesl`.
+        quantity: u32,
+        /// What the hottest colour stands for.
+        hottest: f32,
+    }
+}
+
+/// What the hottest colour of a heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
+const HOTTEST: f32 = 10.0;
+
+/// The pass.
+#[derive(Debug)]
+pub struct DebugViews {
+    pipeline: RasterPipeline,
+    parameters: wgpu::Buffer,
+}
+
+/// The shader's number of a view; `None` for what the shading pass itself shows.
+fn quantity(view: DebugView) -> Option<u32> {
+    Some(match view {
+        DebugView::Depth => 0,
+        DebugView::Normal => 1,
+        DebugView::GeometricNormal => 2,
+        DebugView::NormalNaive => 3,
+        DebugView::NormalImproved => 4,
+        DebugView::Roughness => 5,
+        DebugView::LightCount => 6,
+        DebugView::RayCount => 7,
+        DebugView::Visibility => 8,
+        DebugView::Nan => 9,
+        DebugView::BaseColor => return None,
+    })
+}
+
+impl DebugViews {
+    /// Compiles the pass, where these settings want one.
+    pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
+        let Some(quantity) = settings.debug_view.and_then(quantity) else { return Ok(None) };
+        let features: Vec<_> = LightCulling::feature(settings.culling).into_iter().collect();
+        let shader = SHADERS.link("debug_views/debug", &features)?;
+        let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
+        Ok(Some(Self {
+            pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "debug_views", &state),
+            parameters: uniform_buffer_of(device, "debug_views", &DebugParameters { quantity, hottest: HOTTEST }),
+        }))
+    }
+
+    /// Makes the picture. `ray_counts`: where shadows were traced.
+    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &ViewBuffer,
+        surface: &Surface,
+        lights: &LightLists,
+        radiance: &Radiance,
+        ray_counts: Option<&wgpu::TextureView>,
+        size: UVec2,
+    ) -> wgpu::TextureView {
+        let no_rays;
+        let ray_counts = match ray_counts {
+            Some(counts) => counts,
+            None => {
+                let usage = wgpu::TextureUsages::empty();
+                no_rays = target(frame.device, "no_rays", UVec2::ONE, wgpu::TextureFormat::R32Uint, usage);
+                &no_rays
+            }
+        };
+        let own = Bindings::new()
+            .buffer("debug_parameters", &self.parameters)
+            .texture("radiance_texture", &radiance.target)
+            .texture("ray_count_texture", ray_counts);
+        let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);
+        fullscreen(frame, &self.pipeline, "debug_views", &bindings, size)
+    }
+}

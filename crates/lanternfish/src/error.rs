@@ -1,0 +1,44 @@
+//! What can go wrong while a scene is uploaded or an image is made.
+
+use lanternfish_gpu::GpuError;
+
+/// Why there is no image. Messages name the thing and the remedy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The device cannot do or hold what was asked.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The image has no pixels, or more than the device can draw.
+    #[error("image of {width} x {height} pixels: each side must be from 1 to {limit}")]
+    Size {
+        /// Asked for.
+        width: u32,
+        /// Asked for.
+        height: u32,
+        /// The device's largest texture side.
+        limit: u32,
+    },
+    /// A setting needs a feature that the device was not opened with.
+    #[error("{setting} needs {feature}, which this device does not have; use {instead}")]
+    MissingFeature {
+        /// The setting, as on the command line.
+        setting: &'static str,
+        /// What is missing.
+        feature: &'static str,
+        /// What works everywhere.
+        instead: &'static str,
+    },
+    /// A list outgrew what one binding of the device can hold.
+    #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
+    Overflow {
+        /// The list.
+        list: &'static str,
+        /// Entries it would need.
+        needed: u64,
+        /// Entries that fit.
+        limit: u64,
+        /// How to shrink it.
+        remedy: &'static str,
+    },
+}

@@ -1,0 +1,88 @@
+//! The compressed wide BVH: built on the CPU with all cores, walked by `shadows/bvh/trace.wesl`.
+
+use std::time::Duration;
+
+use glam::{Vec3A, Vec4};
+use lanternfish_gpu::storage_buffer_of;
+use obvhs::{
+    BvhBuildParams,
+    cwbvh::{builder::build_cwbvh_from_tris, node::CwBvhNode},
+    triangle::Triangle,
+};
+use rayon::prelude::*;
+
+use super::tracing::Tracing;
+use crate::error::RenderError;
+
+/// Levels that the shader's stack has room for; its `STACK_SIZE`.
+const STACK_SIZE: usize = 32;
+
+/// A BVH on the device.
+#[derive(Debug)]
+pub struct Bvh {
+    /// Five vec4u a node.
+    pub nodes: wgpu::Buffer,
+    /// Three vec4f a triangle.
+    pub triangles: wgpu::Buffer,
+}
+
+/// Builds the tree and puts the triangles into its leaf order. A scene without triangles gets one node without children.
+pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
+    if tracing.triangles.is_empty() {
+        return vec![CwBvhNode::default()];
+    }
+    let corner = |c: glam::Vec3| Vec3A::from(c);
+    let triangles: Vec<Triangle> = tracing
+        .triangles
+        .par_iter()
+        .map(|t| Triangle { v0: corner(t.corners[0]), v1: corner(t.corners[1]), v2: corner(t.corners[2]) })
+        .collect();
+    // Splitting large triangles would put some into several leaves, and so out of one leaf order.
+    let parameters = BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() };
+    let bvh = build_cwbvh_from_tris(&triangles, parameters, &mut Duration::default());
+    tracing.reorder(&bvh.primitive_indices);
+    bvh.nodes
+}
+
+impl Bvh {
+    pub fn new(device: &wgpu::Device, nodes: &[CwBvhNode], tracing: &Tracing) -> Result<Self, RenderError> {
+        let depth = depth(nodes);
+        if depth > STACK_SIZE {
+            return Err(RenderError::Overflow {
+                list: "BVH levels",
+                needed: depth as u64,
+                limit: STACK_SIZE as u64,
+                remedy: "the scene has thousands of triangles in one place; remove copies",
+            });
+        }
+        let triangles: Vec<Vec4> = tracing
+            .triangles
+            .iter()
+            .flat_map(|t| {
+                let [a, b, c] = t.corners;
+                [a.extend(f32::from_bits(t.record)), b.extend(0.0), c.extend(0.0)]
+            })
+            .collect();
+        let none = wgpu::BufferUsages::empty();
+        let words: &[u32] = bytemuck::cast_slice(nodes);
+        Ok(Self {
+            nodes: storage_buffer_of(device, "scene/bvh_nodes", words, none)?,
+            triangles: storage_buffer_of(device, "scene/bvh_triangles", &triangles, none)?,
+        })
+    }
+}
+
+/// Levels of the tree.
+fn depth(nodes: &[CwBvhNode]) -> usize {
+    let mut depth = 0;
+    let mut level = vec![0u32];
+    while !level.is_empty() && depth <= STACK_SIZE {
+        depth += 1;
+        let children = |n: &u32| {
+            let node = &nodes[*n as usize];
+            node.child_base_idx..node.child_base_idx + node.imask.count_ones()
+        };
+        level = level.iter().flat_map(children).collect();
+    }
+    depth
+}

@@ -1,0 +1,247 @@
+//! Vertex and index buffers of all meshes, where they are drawn, and the draws themselves.
+
+use std::ops::Range;
+
+use glam::{Affine3A, UVec2, Vec2, Vec3, Vec4};
+use lanternfish_gpu::{GpuError, gpu_struct, storage_buffer_of};
+use lanternfish_scene::{AlphaMode, Primitive, Scene};
+use rayon::prelude::*;
+use wgpu::util::DeviceExt;
+
+use super::Shading;
+use crate::error::RenderError;
+
+gpu_struct! {
+    /// Where a primitive is drawn.
+    pub struct DrawInstance {
+        /// Row of the affine world_from_object.
+        row_x: Vec4,
+        /// Row of the affine world_from_object.
+        row_y: Vec4,
+        /// Row of the affine world_from_object.
+        row_z: Vec4,
+        /// Index into the materials.
+        material: u32,
+        /// −1 where the transform mirrors, else 1.
+        handedness: f32,
+        /// Unused.
+        _pad: UVec2,
+    }
+}
+
+/// Everything of a vertex but its position.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+struct VertexAttributes {
+    /// xyz: unit normal; w: sign of the bitangent; snorm.
+    normal: [i16; 4],
+    /// xyz: unit tangent; snorm.
+    tangent: [i16; 4],
+    /// Two sets of texture coordinates.
+    uv: [f32; 4],
+    /// Linear RGBA; unorm.
+    color: [u16; 4],
+}
+
+/// What a surface's alpha means to the passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum DrawAlpha {
+    /// Solid.
+    Opaque,
+    /// Solid where its alpha reaches the cutoff.
+    Masked,
+    /// Blended over everything else.
+    Blended,
+}
+
+/// Which faces are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Facing {
+    /// Counter-clockwise ones.
+    Front,
+    /// Clockwise ones: the transform mirrors.
+    FrontMirrored,
+    /// Both.
+    Both,
+    /// Both, and the front is clockwise.
+    BothMirrored,
+}
+
+/// A primitive and the instances it is drawn for.
+#[derive(Clone, Debug)]
+pub struct Draw {
+    /// Into the index buffer.
+    pub indices: Range<u32>,
+    /// Added to every index.
+    pub base_vertex: i32,
+    /// Into the draw instances.
+    pub instances: Range<u32>,
+    /// Index of the material.
+    pub material: u32,
+    /// Which passes draw it.
+    pub alpha: DrawAlpha,
+    /// Which faces are drawn.
+    pub facing: Facing,
+    /// Middle of the first instance's box, world space: blended draws are sorted by it.
+    pub center: Vec3,
+}
+
+/// All meshes of a scene in one vertex and one index buffer.
+#[derive(Debug)]
+pub struct Geometry {
+    pub positions: wgpu::Buffer,
+    pub attributes: wgpu::Buffer,
+    pub indices: wgpu::Buffer,
+    pub instances: wgpu::Buffer,
+    /// Sorted by alpha, facing, material.
+    pub draws: Vec<Draw>,
+}
+
+/// The two vertex buffers, as pipelines see them.
+pub(super) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 2] {
+    const POSITION: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x3];
+    const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+        wgpu::vertex_attr_array![1 => Snorm16x4, 2 => Snorm16x4, 3 => Float32x4, 4 => Unorm16x4];
+    let layout = |stride: usize, attributes| wgpu::VertexBufferLayout {
+        array_stride: stride as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes,
+    };
+    [Some(layout(size_of::<Vec3>(), &POSITION)), Some(layout(size_of::<VertexAttributes>(), &ATTRIBUTES))]
+}
+
+impl Geometry {
+    pub(super) fn new(device: &wgpu::Device, scene: &Scene, shading: Shading) -> Result<Self, RenderError> {
+        let primitives: Vec<(usize, &Primitive)> =
+            scene.meshes.iter().enumerate().flat_map(|(i, m)| m.primitives.iter().map(move |p| (i, p))).collect();
+
+        let positions: Vec<Vec3> = primitives.iter().flat_map(|(_, p)| p.positions.iter().copied()).collect();
+        let attributes: Vec<VertexAttributes> = primitives
+            .par_iter()
+            .flat_map_iter(|(_, p)| (0..p.positions.len()).map(move |i| vertex_attributes(p, i)))
+            .collect();
+        let indices: Vec<u32> = primitives.iter().flat_map(|(_, p)| p.indices.iter().copied()).collect();
+
+        // Instances of each mesh.
+        let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); scene.meshes.len()];
+        for instance in &scene.instances {
+            placed[instance.mesh].push(instance.world_from_object);
+        }
+
+        let mut draws = Vec::new();
+        let mut instances = Vec::new();
+        let (mut first_index, mut base_vertex) = (0u32, 0i32);
+        for (mesh, primitive) in &primitives {
+            let template = Draw {
+                indices: first_index..first_index + primitive.indices.len() as u32,
+                base_vertex,
+                instances: 0..0,
+                material: primitive.material as u32,
+                alpha: alpha_of(&scene.materials[primitive.material]),
+                facing: Facing::Front,
+                center: Vec3::ZERO,
+            };
+            let double_sided = scene.materials[primitive.material].double_sided || shading == Shading::Lambert;
+            add_draws(&template, &placed[*mesh], primitive, double_sided, &mut draws, &mut instances);
+            first_index += primitive.indices.len() as u32;
+            base_vertex += primitive.positions.len() as i32;
+        }
+        draws.sort_by_key(|draw| (draw.alpha, draw.facing, draw.material));
+
+        let vertex = wgpu::BufferUsages::VERTEX;
+        Ok(Self {
+            positions: buffer(device, "scene/positions", &positions, vertex)?,
+            attributes: buffer(device, "scene/attributes", &attributes, vertex)?,
+            indices: buffer(device, "scene/indices", &indices, wgpu::BufferUsages::INDEX)?,
+            instances: storage_buffer_of(device, "scene/instances", &instances, wgpu::BufferUsages::empty())?,
+            draws,
+        })
+    }
+}
+
+/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror; blended surfaces get
+/// one each, so that they can be sorted.
+fn add_draws(
+    template: &Draw,
+    placed: &[Affine3A],
+    primitive: &Primitive,
+    double_sided: bool,
+    draws: &mut Vec<Draw>,
+    instances: &mut Vec<DrawInstance>,
+) {
+    let bounds = primitive.bounds();
+    for mirrored in [false, true] {
+        let facing = match (double_sided, mirrored) {
+            (false, false) => Facing::Front,
+            (false, true) => Facing::FrontMirrored,
+            (true, false) => Facing::Both,
+            (true, true) => Facing::BothMirrored,
+        };
+        let matching = placed.iter().filter(|t| (t.matrix3.determinant() < 0.0) == mirrored);
+        let first = instances.len() as u32;
+        let mut center = Vec3::ZERO;
+        for transform in matching {
+            center = bounds.transformed(transform).center();
+            instances.push(draw_instance(transform, template.material, mirrored));
+            if template.alpha == DrawAlpha::Blended {
+                let index = instances.len() as u32 - 1;
+                draws.push(Draw { instances: index..index + 1, facing, center, ..template.clone() });
+            }
+        }
+        let last = instances.len() as u32;
+        if template.alpha != DrawAlpha::Blended && last > first {
+            draws.push(Draw { instances: first..last, facing, center, ..template.clone() });
+        }
+    }
+}
+
+fn draw_instance(transform: &Affine3A, material: u32, mirrored: bool) -> DrawInstance {
+    let m = transform.matrix3;
+    let t = transform.translation;
+    DrawInstance {
+        row_x: Vec3::from(m.row(0)).extend(t.x),
+        row_y: Vec3::from(m.row(1)).extend(t.y),
+        row_z: Vec3::from(m.row(2)).extend(t.z),
+        material,
+        handedness: if mirrored { -1.0 } else { 1.0 },
+        _pad: UVec2::ZERO,
+    }
+}
+
+fn alpha_of(material: &lanternfish_scene::Material) -> DrawAlpha {
+    match material.alpha_mode {
+        AlphaMode::Opaque => DrawAlpha::Opaque,
+        AlphaMode::Mask { .. } => DrawAlpha::Masked,
+        AlphaMode::Blend => DrawAlpha::Blended,
+    }
+}
+
+fn vertex_attributes(primitive: &Primitive, i: usize) -> VertexAttributes {
+    let snorm = |v: f32| (v.clamp(-1.0, 1.0) * 32767.0).round() as i16;
+    let normal = primitive.normals[i];
+    let tangent = primitive.tangents.get(i).copied().unwrap_or(Vec4::new(1.0, 0.0, 0.0, 1.0));
+    let uv0 = primitive.uv0.get(i).copied().unwrap_or(Vec2::ZERO);
+    let uv1 = primitive.uv1.get(i).copied().unwrap_or(Vec2::ZERO);
+    let color = primitive.colors.get(i).copied().unwrap_or(Vec4::ONE);
+    VertexAttributes {
+        normal: [snorm(normal.x), snorm(normal.y), snorm(normal.z), snorm(tangent.w)],
+        tangent: [snorm(tangent.x), snorm(tangent.y), snorm(tangent.z), 0],
+        uv: [uv0.x, uv0.y, uv1.x, uv1.y],
+        color: color.to_array().map(|c| (c.clamp(0.0, 1.0) * 65535.0).round() as u16),
+    }
+}
+
+fn buffer<T: bytemuck::NoUninit>(
+    device: &wgpu::Device,
+    label: &str,
+    content: &[T],
+    usage: wgpu::BufferUsages,
+) -> Result<wgpu::Buffer, RenderError> {
+    let bytes: &[u8] = bytemuck::cast_slice(content);
+    let limit = device.limits().max_buffer_size;
+    if bytes.len() as u64 > limit {
+        return Err(GpuError::TooLarge { what: label.to_owned(), needed: bytes.len() as u64, limit }.into());
+    }
+    let contents = if bytes.is_empty() { &[0; 16] } else { bytes };
+    Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage }))
+}

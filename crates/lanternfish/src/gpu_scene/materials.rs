@@ -1,0 +1,109 @@
+//! Materials as shaders read them.
+
+use glam::{Vec2, Vec3, Vec4};
+use lanternfish_gpu::{GpuError, WgslType, gpu_struct, storage_buffer_of};
+use lanternfish_scene::{Scene, TextureRef};
+
+use super::{Shading, mask_cutoff, textures::Textures};
+
+gpu_struct! {
+    /// How a material reads a texture.
+    pub struct TextureSlot {
+        /// Columns of the linear part of texture_from_uv.
+        linear_part: Vec4,
+        /// Its offset.
+        offset: Vec2,
+        /// Index into the texture array.
+        texture: u32,
+        /// Sampler index times two, plus the set of texture coordinates.
+        sampler_and_uv_set: u32,
+    }
+}
+
+impl WgslType for TextureSlot {
+    const WGSL: &'static str = "TextureSlot";
+}
+
+gpu_struct! {
+    /// A surface.
+    pub struct Material {
+        /// Linear RGBA.
+        base_color: Vec4,
+        /// Nits.
+        emissive: Vec3,
+        /// Multiplies x and y of the normal map.
+        normal_scale: f32,
+        /// 0: dielectric, 1: metal.
+        metallic: f32,
+        /// The artist's roughness.
+        perceptual_roughness: f32,
+        /// Below it a masked surface is not there.
+        alpha_cutoff: f32,
+        /// Sum of the constants in `material.wesl`.
+        flags: u32,
+        /// sRGB.
+        base_color_map: TextureSlot,
+        /// Linear.
+        metallic_roughness_map: TextureSlot,
+        /// Linear.
+        normal_map: TextureSlot,
+        /// sRGB.
+        emissive_map: TextureSlot,
+    }
+}
+
+const UNLIT: u32 = 1;
+const LAMBERT: u32 = 2;
+const NORMAL_MAPPED: u32 = 4;
+const METALLIC_ROUGHNESS_MAPPED: u32 = 8;
+const EMISSIVE_MAPPED: u32 = 16;
+const BASE_COLOR_MAPPED: u32 = 32;
+
+/// The materials of a scene on the device.
+#[derive(Debug)]
+pub(super) struct Materials {
+    pub buffer: wgpu::Buffer,
+}
+
+impl Materials {
+    pub fn new(device: &wgpu::Device, scene: &Scene, shading: Shading, textures: &Textures) -> Result<Self, GpuError> {
+        let packed: Vec<Material> = scene.materials.iter().map(|m| pack(m, shading, textures)).collect();
+        Ok(Self { buffer: storage_buffer_of(device, "scene/materials", &packed, wgpu::BufferUsages::empty())? })
+    }
+}
+
+fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Textures) -> Material {
+    let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+    let file = shading == Shading::File;
+    let slot = |reference: &Option<TextureRef>, srgb: bool| match reference {
+        Some(reference) => {
+            let linear = reference.texture_from_uv.matrix2;
+            let (texture, sampler) = textures.slot(reference.texture, srgb);
+            TextureSlot {
+                linear_part: Vec4::new(linear.x_axis.x, linear.x_axis.y, linear.y_axis.x, linear.y_axis.y),
+                offset: reference.texture_from_uv.translation,
+                texture,
+                sampler_and_uv_set: 2 * sampler + reference.uv_set,
+            }
+        }
+        None => TextureSlot::default(),
+    };
+    Material {
+        base_color: material.base_color,
+        emissive: material.emissive,
+        normal_scale: material.normal_scale,
+        metallic: material.metallic,
+        perceptual_roughness: material.perceptual_roughness,
+        alpha_cutoff: mask_cutoff(material).unwrap_or(0.0),
+        flags: flag(shading == Shading::BaseColor || (file && material.unlit), UNLIT)
+            | flag(shading == Shading::Lambert, LAMBERT)
+            | flag(file && material.normal_texture.is_some(), NORMAL_MAPPED)
+            | flag(file && material.metallic_roughness_texture.is_some(), METALLIC_ROUGHNESS_MAPPED)
+            | flag(material.emissive_texture.is_some(), EMISSIVE_MAPPED)
+            | flag(material.base_color_texture.is_some(), BASE_COLOR_MAPPED),
+        base_color_map: slot(&material.base_color_texture, true),
+        metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
+        normal_map: slot(&material.normal_texture, false),
+        emissive_map: slot(&material.emissive_texture, true),
+    }
+}

@@ -1,0 +1,153 @@
+//! A scene on the device.
+//!
+//! ```text
+//! Scene ─┬─ geometry.rs   vertex and index buffers, draw instances, draws
+//!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
+//!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH
+//!        │                                                       └─ tlas.rs  the adapter's own structure
+//!        └─ lights        as lights/mod.rs packs them
+//! ```
+
+mod bvh;
+mod geometry;
+mod materials;
+mod mips;
+mod raster;
+mod textures;
+mod tlas;
+mod tracing;
+
+pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
+pub use materials::{Material, TextureSlot};
+pub(crate) use raster::SceneRaster;
+
+use glam::Vec3;
+use lanternfish_gpu::{Bindings, storage_buffer_of};
+use lanternfish_scene::{AlphaMode, Scene};
+
+use self::{bvh::Bvh, geometry::Geometry, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing};
+use crate::{
+    error::RenderError,
+    lights::Light,
+    renderer::Tracer,
+    settings::{DebugView, Settings},
+};
+
+/// A scene on the device, ready to be rendered any number of times under the settings it was uploaded with.
+#[derive(Debug)]
+pub struct GpuScene {
+    pub(crate) geometry: Geometry,
+    pub(crate) textures: Textures,
+    pub(crate) light_count: u32,
+    /// Radiance of everything that no surface covers, nits.
+    pub(crate) sky: Vec3,
+    /// A length beyond the scene from anywhere in it, m.
+    pub(crate) far: f32,
+    materials: Materials,
+    lights: wgpu::Buffer,
+    bvh: Option<Bvh>,
+    tlas: Option<Tlas>,
+    masks: wgpu::Buffer,
+    counters: Vec<(String, u64)>,
+}
+
+impl GpuScene {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        settings: &Settings,
+        tracer: Tracer,
+        texture_arrays: bool,
+    ) -> Result<Self, RenderError> {
+        let shading = Shading::of(settings);
+        let textures = Textures::new(device, queue, scene, shading, texture_arrays)?;
+        let materials = Materials::new(device, scene, shading, &textures)?;
+        let geometry = Geometry::new(device, scene, shading)?;
+
+        let lights: Vec<Light> = scene.lights.iter().map(|light| Light::new(light, settings)).collect();
+        let none = wgpu::BufferUsages::empty();
+
+        // Surfaces that cast shadows, in the order in which the BVH holds them.
+        let mut tracing = if tracer == Tracer::None { Tracing::default() } else { Tracing::new(scene) };
+        let nodes = bvh::build(&mut tracing);
+        let bvh = (tracer == Tracer::Bvh).then(|| Bvh::new(device, &nodes, &tracing)).transpose()?;
+        let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, &tracing)).transpose()?;
+
+        let counters = vec![
+            ("scene/draws".to_owned(), geometry.draws.len() as u64),
+            ("scene/lights".to_owned(), lights.len() as u64),
+            ("scene/textures_bytes".to_owned(), textures.bytes),
+            ("scene/traced_triangles".to_owned(), tracing.triangles.len() as u64),
+            ("scene/bvh_nodes".to_owned(), nodes.len() as u64),
+        ];
+        Ok(Self {
+            geometry,
+            textures,
+            light_count: lights.len() as u32,
+            sky: scene.sky,
+            far: 2.0 * scene.bounds().size().length() + 1.0,
+            materials,
+            lights: storage_buffer_of(device, "scene/lights", &lights, none)?,
+            bvh,
+            tlas,
+            masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
+            counters,
+        })
+    }
+
+    /// What shaders call the scene's buffers.
+    pub(crate) fn bindings(&self) -> Bindings<'_> {
+        let mut bindings = Bindings::new()
+            .buffer("materials", &self.materials.buffer)
+            .buffer("draw_instances", &self.geometry.instances)
+            .buffer("lights", &self.lights)
+            .buffer("masks", &self.masks);
+        if let Some(bvh) = &self.bvh {
+            bindings = bindings.buffer("bvh_nodes", &bvh.nodes).buffer("bvh_triangles", &bvh.triangles);
+        }
+        if let Some(tlas) = &self.tlas {
+            bindings = bindings.resource("scene_tlas", tlas.tlas.as_binding());
+        }
+        bindings
+    }
+
+    /// Whether there are surfaces to blend.
+    pub(crate) fn has_blended(&self) -> bool {
+        self.geometry.draws.last().is_some_and(|draw| draw.alpha == DrawAlpha::Blended)
+    }
+
+    /// Sizes of what was uploaded.
+    pub fn counters(&self) -> &[(String, u64)] {
+        &self.counters
+    }
+}
+
+/// Which parts of a material count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shading {
+    /// All of it.
+    File,
+    /// Base colour as a two-sided diffuse albedo, alpha mask, emission.
+    Lambert,
+    /// Base colour as radiance: a debug view.
+    BaseColor,
+}
+
+impl Shading {
+    fn of(settings: &Settings) -> Self {
+        match (settings.debug_view, settings.materials) {
+            (Some(DebugView::BaseColor), _) => Self::BaseColor,
+            (_, crate::settings::Materials::Lambert) => Self::Lambert,
+            (_, crate::settings::Materials::File) => Self::File,
+        }
+    }
+}
+
+/// Alpha of a material's base colour: its factor times its texture's alpha decides where a masked surface is.
+pub(crate) fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32> {
+    match material.alpha_mode {
+        AlphaMode::Mask { cutoff } => Some(cutoff),
+        AlphaMode::Opaque | AlphaMode::Blend => None,
+    }
+}

@@ -1,0 +1,154 @@
+//! Drawing a scene: the pipelines of a pass over its geometry, and the loop over its draws.
+
+use std::collections::HashMap;
+
+use lanternfish_gpu::{Bindings, LinkedShader, RasterPipeline, RasterState};
+
+use super::{
+    GpuScene,
+    geometry::{Draw, DrawAlpha, Facing, vertex_layouts},
+};
+use crate::{error::RenderError, shaders::SHADERS};
+
+/// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`, in the variants that the draws
+/// ask for: `masked` where the room wants it, winding, texture arrays.
+#[derive(Debug)]
+pub(crate) struct SceneRaster {
+    label: &'static str,
+    module: &'static str,
+    features: Vec<&'static str>,
+    /// Whether masked draws get the `masked` variant.
+    distinguish_masked: bool,
+    depth: wgpu::DepthStencilState,
+    target: wgpu::ColorTargetState,
+    shaders: HashMap<Vec<&'static str>, LinkedShader>,
+    pipelines: HashMap<Key, RasterPipeline>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Key {
+    features: Vec<&'static str>,
+    facing: Facing,
+    array_lengths: [u32; 2],
+}
+
+/// Groups below it are the view's, the scene's and the pass's; group 3 is the material's textures.
+const TEXTURE_GROUP: usize = 3;
+
+impl SceneRaster {
+    pub fn new(
+        label: &'static str,
+        module: &'static str,
+        features: &[&'static str],
+        distinguish_masked: bool,
+        depth: wgpu::DepthStencilState,
+        target: wgpu::ColorTargetState,
+    ) -> Self {
+        Self {
+            label,
+            module,
+            features: features.to_vec(),
+            distinguish_masked,
+            depth,
+            target,
+            shaders: HashMap::new(),
+            pipelines: HashMap::new(),
+        }
+    }
+
+    /// Compiles what these draws need and is not there yet.
+    pub fn prepare<'d>(
+        &mut self,
+        device: &wgpu::Device,
+        scene: &GpuScene,
+        draws: impl IntoIterator<Item = &'d Draw>,
+    ) -> Result<(), RenderError> {
+        for draw in draws {
+            let key = self.key(scene, draw);
+            if self.pipelines.contains_key(&key) {
+                continue;
+            }
+            if !self.shaders.contains_key(&key.features) {
+                self.shaders.insert(key.features.clone(), SHADERS.link(self.module, &key.features)?);
+            }
+            let pipeline = self.pipeline(device, scene, &key);
+            self.pipelines.insert(key, pipeline);
+        }
+        Ok(())
+    }
+
+    fn key(&self, scene: &GpuScene, draw: &Draw) -> Key {
+        let mut features = self.features.clone();
+        if self.distinguish_masked && draw.alpha == DrawAlpha::Masked {
+            features.push("masked");
+        }
+        let mut array_lengths = [0; 2];
+        if scene.textures.arrays {
+            features.push("binding_arrays");
+            array_lengths = scene.textures.array_lengths().map(|(_, length)| length);
+        }
+        Key { features, facing: draw.facing, array_lengths }
+    }
+
+    fn pipeline(&self, device: &wgpu::Device, scene: &GpuScene, key: &Key) -> RasterPipeline {
+        let mirrored = matches!(key.facing, Facing::FrontMirrored | Facing::BothMirrored);
+        let both = matches!(key.facing, Facing::Both | Facing::BothMirrored);
+        let state = RasterState {
+            vertex_buffers: &vertex_layouts(),
+            primitive: wgpu::PrimitiveState {
+                front_face: if mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
+                cull_mode: (!both).then_some(wgpu::Face::Back),
+                ..Default::default()
+            },
+            depth: Some(self.depth.clone()),
+            targets: &[Some(self.target.clone())],
+            array_lengths: &scene.textures.array_lengths(),
+        };
+        RasterPipeline::new(device, &self.shaders[&key.features], "vertex", "fragment", self.label, &state)
+    }
+
+    /// Draws in the order given; [`SceneRaster::prepare`] must have seen the draws.
+    pub fn draw<'d>(
+        &self,
+        device: &wgpu::Device,
+        pass: &mut wgpu::RenderPass<'_>,
+        scene: &GpuScene,
+        bindings: &Bindings<'_>,
+        draws: impl IntoIterator<Item = &'d Draw>,
+    ) {
+        pass.set_vertex_buffer(0, scene.geometry.positions.slice(..));
+        pass.set_vertex_buffer(1, scene.geometry.attributes.slice(..));
+        pass.set_index_buffer(scene.geometry.indices.slice(..), wgpu::IndexFormat::Uint32);
+        let mut current: Option<Key> = None;
+        let mut material: Option<u32> = None;
+        for draw in draws {
+            let key = self.key(scene, draw);
+            let pipeline = &self.pipelines[&key];
+            if current.as_ref() != Some(&key) {
+                pipeline.set(pass);
+                pipeline.bind(device, pass, bindings, TEXTURE_GROUP);
+                if scene.textures.arrays {
+                    scene.textures.with_arrays(|arrays| set_textures(pipeline, device, pass, arrays));
+                }
+                current = Some(key);
+                material = None;
+            }
+            if !scene.textures.arrays && material != Some(draw.material) {
+                set_textures(pipeline, device, pass, &scene.textures.of_material(draw.material));
+                material = Some(draw.material);
+            }
+            pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.instances.clone());
+        }
+    }
+}
+
+fn set_textures(
+    pipeline: &RasterPipeline,
+    device: &wgpu::Device,
+    pass: &mut wgpu::RenderPass<'_>,
+    textures: &Bindings<'_>,
+) {
+    if let Some(group) = pipeline.bind_group_if_used(device, textures, TEXTURE_GROUP) {
+        pass.set_bind_group(TEXTURE_GROUP as u32, &group, &[]);
+    }
+}

@@ -1,0 +1,227 @@
+//! Textures with their mip levels, and samplers.
+
+use std::collections::HashMap;
+
+use lanternfish_gpu::{Bindings, GpuError};
+use lanternfish_scene::{Filter, Material, MipFilter, Scene, TextureRef, Wrap};
+use rayon::prelude::*;
+
+use super::{Shading, mips};
+
+/// How many textures get their mip levels at a time: bounds the memory that waits to be copied.
+const BATCH: usize = 16;
+/// Samples along the long axis of a pixel's footprint, at most, where all filters are linear. 16 is what every adapter
+/// has; lower blurs surfaces seen at an angle.
+const ANISOTROPY: u16 = 16;
+/// Names of a material's textures and samplers where each material has a bind group.
+const NAMES: [(&str, &str); 4] = [
+    ("base_color_texture", "base_color_sampler"),
+    ("metallic_roughness_texture", "metallic_roughness_sampler"),
+    ("normal_texture", "normal_sampler"),
+    ("emissive_texture", "emissive_sampler"),
+];
+
+/// The textures of a scene on the device. Texture 0 is one white texel.
+#[derive(Debug)]
+pub struct Textures {
+    /// Whether shaders see them as one array.
+    pub arrays: bool,
+    /// Texels of all levels, bytes.
+    pub bytes: u64,
+    views: Vec<wgpu::TextureView>,
+    samplers: Vec<wgpu::Sampler>,
+    /// Texture and sampler of each scene texture, by (index, whether read as sRGB).
+    slots: HashMap<(usize, bool), (u32, u32)>,
+    /// Of each material: its four textures and samplers.
+    by_material: Vec<[(u32, u32); 4]>,
+}
+
+/// The four textures of a material that are shaded, and whether they are sRGB-encoded.
+fn references(material: &Material, shading: Shading) -> [(Option<&TextureRef>, bool); 4] {
+    let file = shading == Shading::File;
+    [
+        (material.base_color_texture.as_ref(), true),
+        (material.metallic_roughness_texture.as_ref().filter(|_| file), false),
+        (material.normal_texture.as_ref().filter(|_| file), false),
+        (material.emissive_texture.as_ref(), true),
+    ]
+}
+
+impl Textures {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        shading: Shading,
+        arrays: bool,
+    ) -> Result<Self, GpuError> {
+        // Each image once for each way it is read.
+        let mut uploads: Vec<(usize, bool)> = Vec::new();
+        let mut slots = HashMap::new();
+        for material in &scene.materials {
+            for (reference, srgb) in references(material, shading) {
+                let Some(reference) = reference else { continue };
+                let texture = scene.textures[reference.texture];
+                let key = (texture.image, srgb);
+                let index = uploads.iter().position(|u| *u == key).unwrap_or_else(|| {
+                    uploads.push(key);
+                    uploads.len() - 1
+                });
+                slots.insert((reference.texture, srgb), (index as u32 + 1, texture.sampler as u32));
+            }
+        }
+
+        let limit = device.limits().max_texture_dimension_2d;
+        if let Some((image, _)) =
+            uploads.iter().find(|(i, _)| scene.images[*i].width.max(scene.images[*i].height) > limit)
+        {
+            let image = &scene.images[*image];
+            let what = format!("texture {:?} of {} x {}", image.name, image.width, image.height);
+            let needed = u64::from(image.width.max(image.height));
+            return Err(GpuError::TooLarge { what, needed, limit: limit.into() });
+        }
+
+        let mut views = vec![upload(device, queue, "white", &[(vec![255; 4], 1, 1)], false)];
+        let mut bytes = 4;
+        for batch in uploads.chunks(BATCH) {
+            let levels: Vec<_> = batch.par_iter().map(|(image, srgb)| levels(&scene.images[*image], *srgb)).collect();
+            for ((image, srgb), smaller) in batch.iter().zip(levels) {
+                let image = &scene.images[*image];
+                bytes += smaller.iter().map(|(rgba, ..)| rgba.len() as u64).sum::<u64>() + image.rgba.len() as u64;
+                views.push(upload_image(device, queue, image, &smaller, *srgb));
+            }
+            // Copies that wait are handed over, so that their staging memory can go.
+            queue.submit([]);
+        }
+
+        let mut samplers: Vec<_> = scene.samplers.iter().map(|s| sampler(device, s)).collect();
+        if samplers.is_empty() {
+            samplers.push(sampler(device, &Default::default()));
+        }
+        let slot = |reference: Option<&TextureRef>, srgb| reference.map_or((0, 0), |r| slots[&(r.texture, srgb)]);
+        let by_material = scene
+            .materials
+            .iter()
+            .map(|material| references(material, shading).map(|(reference, srgb)| slot(reference, srgb)))
+            .collect();
+        let most = device.limits().max_binding_array_elements_per_shader_stage as usize;
+        Ok(Self { arrays: arrays && views.len() <= most, bytes, views, samplers, slots, by_material })
+    }
+
+    /// Index of the texture and of the sampler of a scene texture; the white texel where it was not uploaded.
+    pub(super) fn slot(&self, texture: usize, srgb: bool) -> (u32, u32) {
+        self.slots.get(&(texture, srgb)).copied().unwrap_or_default()
+    }
+
+    /// Lengths of the arrays, by the name shaders call them.
+    pub(super) fn array_lengths(&self) -> [(&'static str, u32); 2] {
+        [("material_textures", self.views.len() as u32), ("material_samplers", self.samplers.len() as u32)]
+    }
+
+    /// Calls `with` with all textures as arrays.
+    pub(super) fn with_arrays<R>(&self, with: impl FnOnce(&Bindings<'_>) -> R) -> R {
+        let views: Vec<_> = self.views.iter().collect();
+        let samplers: Vec<_> = self.samplers.iter().collect();
+        let bindings = Bindings::new()
+            .resource("material_textures", wgpu::BindingResource::TextureViewArray(&views))
+            .resource("material_samplers", wgpu::BindingResource::SamplerArray(&samplers));
+        with(&bindings)
+    }
+
+    /// The textures of one material.
+    pub(super) fn of_material(&self, material: u32) -> Bindings<'_> {
+        let slots = self.by_material[material as usize];
+        NAMES.iter().zip(slots).fold(Bindings::new(), |bindings, ((texture_name, sampler_name), (texture, sampler))| {
+            bindings
+                .texture(texture_name, &self.views[texture as usize])
+                .sampler(sampler_name, &self.samplers[sampler as usize])
+        })
+    }
+}
+
+type Level = (Vec<u8>, u32, u32);
+
+/// All levels below the first.
+fn levels(image: &lanternfish_scene::Image, srgb: bool) -> Vec<Level> {
+    let mut levels: Vec<Level> = Vec::new();
+    loop {
+        let (rgba, width, height) = match levels.last() {
+            Some((rgba, width, height)) => (rgba, *width, *height),
+            None => (&image.rgba, image.width, image.height),
+        };
+        if width == 1 && height == 1 {
+            return levels;
+        }
+        let next = mips::half(rgba, width, height, srgb);
+        levels.push(next);
+    }
+}
+
+fn upload_image(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    image: &lanternfish_scene::Image,
+    smaller: &[Level],
+    srgb: bool,
+) -> wgpu::TextureView {
+    let texture = create(device, &image.name, (image.width, image.height), smaller.len() as u32 + 1, srgb);
+    write(queue, &texture, 0, &image.rgba, (image.width, image.height));
+    for (level, (rgba, width, height)) in smaller.iter().enumerate() {
+        write(queue, &texture, level as u32 + 1, rgba, (*width, *height));
+    }
+    texture.create_view(&Default::default())
+}
+
+fn upload(device: &wgpu::Device, queue: &wgpu::Queue, label: &str, levels: &[Level], srgb: bool) -> wgpu::TextureView {
+    let texture = create(device, label, (levels[0].1, levels[0].2), levels.len() as u32, srgb);
+    for (level, (rgba, width, height)) in levels.iter().enumerate() {
+        write(queue, &texture, level as u32, rgba, (*width, *height));
+    }
+    texture.create_view(&Default::default())
+}
+
+fn create(device: &wgpu::Device, label: &str, (width, height): (u32, u32), levels: u32, srgb: bool) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: if srgb { wgpu::TextureFormat::Rgba8UnormSrgb } else { wgpu::TextureFormat::Rgba8Unorm },
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], (width, height): (u32, u32)) {
+    let target = wgpu::TexelCopyTextureInfo { mip_level: level, ..texture.as_image_copy() };
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None };
+    queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
+}
+
+fn sampler(device: &wgpu::Device, sampler: &lanternfish_scene::Sampler) -> wgpu::Sampler {
+    let wrap = |w: Wrap| match w {
+        Wrap::Repeat => wgpu::AddressMode::Repeat,
+        Wrap::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
+        Wrap::ClampToEdge => wgpu::AddressMode::ClampToEdge,
+    };
+    let filter = |f: Filter| match f {
+        Filter::Nearest => wgpu::FilterMode::Nearest,
+        Filter::Linear => wgpu::FilterMode::Linear,
+    };
+    let all_linear = sampler.mag == Filter::Linear && sampler.min == Filter::Linear && sampler.mip == MipFilter::Linear;
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("material"),
+        address_mode_u: wrap(sampler.wrap_u),
+        address_mode_v: wrap(sampler.wrap_v),
+        mag_filter: filter(sampler.mag),
+        min_filter: filter(sampler.min),
+        mipmap_filter: match sampler.mip {
+            MipFilter::Linear => wgpu::MipmapFilterMode::Linear,
+            MipFilter::None | MipFilter::Nearest => wgpu::MipmapFilterMode::Nearest,
+        },
+        lod_max_clamp: if sampler.mip == MipFilter::None { 0.0 } else { 32.0 },
+        anisotropy_clamp: if all_linear { ANISOTROPY } else { 1 },
+        ..Default::default()
+    })
+}

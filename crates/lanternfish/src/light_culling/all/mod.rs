@@ -1,0 +1,18 @@
+//! Every light for every point: slow and right, what the other rooms are tested against.
+
+use lanternfish_gpu::{Frame, storage_buffer_of};
+
+use super::LightLists;
+use crate::{error::RenderError, gpu_scene::GpuScene};
+
+/// One cell with all lights.
+pub fn record(frame: &mut Frame<'_>, scene: &GpuScene) -> Result<LightLists, RenderError> {
+    let none = wgpu::BufferUsages::empty();
+    let indices: Vec<u32> = (0..scene.light_count).collect();
+    Ok(LightLists {
+        cells: storage_buffer_of(frame.device, "light_culling/cells", &[0, scene.light_count], none)?,
+        indices: storage_buffer_of(frame.device, "light_culling/indices", &indices, none)?,
+        grid: None,
+        listed: u64::from(scene.light_count),
+    })
+}

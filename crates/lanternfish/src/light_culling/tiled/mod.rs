@@ -1,0 +1,145 @@
+//! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
+
+use glam::{UVec2, Vec4};
+use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of};
+
+use super::{LightLists, Reach};
+use crate::{
+    error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::Tiled, shaders::SHADERS, view::ViewBuffer,
+};
+
+gpu_struct! {
+    /// The grid of tiles.
+    pub struct TileGrid {
+        /// Edge of a tile, pixels.
+        tile_size: u32,
+        /// Tiles across.
+        columns: u32,
+        /// Tiles down.
+        rows: u32,
+        /// Lights to test.
+        light_count: u32,
+        /// Entries that the list has room for.
+        capacity: u32,
+        /// 1: also test the box around the frustum.
+        aabb_test: u32,
+        /// 1: from the near plane to infinity.
+        unbounded: u32,
+        /// Unused.
+        _pad: u32,
+    }
+}
+
+gpu_struct! {
+    /// The volume of a tile in view space.
+    pub struct Tile {
+        /// Slopes of its planes: left, right, bottom, top.
+        slopes: Vec4,
+        /// Distance of its nearest surface, m.
+        nearest: f32,
+        /// Distance of its farthest surface, m; less than nearest where there is none.
+        farthest: f32,
+        /// Unused.
+        _pad: UVec2,
+    }
+}
+
+/// Lights a tile that the list has room for at first; it grows.
+const FIRST_LIGHTS_PER_TILE: u32 = 64;
+
+/// The passes, and a list that keeps its size from frame to frame.
+#[derive(Debug)]
+pub struct TiledCulling {
+    settings: Tiled,
+    bounds: ComputeKernel,
+    count: ComputeKernel,
+    write: ComputeKernel,
+    scan: Option<Scan>,
+    capacity: u32,
+}
+
+impl TiledCulling {
+    /// Compiles the passes.
+    pub fn new(device: &wgpu::Device, settings: Tiled) -> Result<Self, RenderError> {
+        let bounds = SHADERS.link("light_culling/tiled/bounds", &[])?;
+        let assign = SHADERS.link("light_culling/tiled/assign", &[])?;
+        Ok(Self {
+            settings,
+            bounds: ComputeKernel::new(device, &bounds, "bounds", "light_culling/tiled/bounds"),
+            count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
+            write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
+            scan: None,
+            capacity: 0,
+        })
+    }
+
+    /// Tile bounds, count, scan, write. A list that is too small is grown before it is written.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        surface: &Surface,
+        reach: Reach,
+    ) -> Result<LightLists, RenderError> {
+        let device = frame.device;
+        let tile_size = self.settings.tile_size.pixels();
+        let columns = surface.size.x.div_ceil(tile_size);
+        let rows = surface.size.y.div_ceil(tile_size);
+        let tile_count = columns * rows;
+        let workgroups = [columns, rows, 1];
+        self.capacity = self.capacity.max(tile_count * scene.light_count.min(FIRST_LIGHTS_PER_TILE));
+        let mut grid = TileGrid {
+            tile_size,
+            columns,
+            rows,
+            light_count: scene.light_count,
+            capacity: self.capacity,
+            aabb_test: u32::from(self.settings.aabb_test),
+            unbounded: u32::from(reach == Reach::Anywhere),
+            _pad: 0,
+        };
+        let mut grid_buffer = uniform_buffer_of(device, "light_culling/grid", &grid);
+        let tiles = storage_buffer(device, "light_culling/tiles", u64::from(tile_count) * size_of::<Tile>() as u64)?;
+        let cells = storage_buffer(device, "light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
+        let shared = view.bindings().with(&scene.bindings()).with(&surface.bindings()).buffer("tiles", &tiles);
+
+        // Count, and turn the counts into starts. The value after the last is zero and ends up as the total.
+        let bindings = shared.clone().buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
+        frame.dispatch(&self.bounds, &bindings, workgroups);
+        frame.dispatch(&self.count, &bindings, workgroups);
+        if self.scan.as_ref().is_none_or(|scan| scan.count() != tile_count + 1) {
+            self.scan = Some(Scan::new(device, "light_culling/tiled", tile_count + 1)?);
+        }
+        let scan = self.scan.as_ref().expect("made above");
+        scan.record(frame, &cells);
+
+        // Grow before writing, so that no image is ever made from a list that was cut.
+        let listed = frame.read_now::<u32>(scan.total(), 1)?[0];
+        if listed > self.capacity {
+            tracing::debug!(listed, capacity = self.capacity, "light_culling/indices grows");
+            self.capacity = listed;
+            grid.capacity = listed;
+            grid_buffer = uniform_buffer_of(device, "light_culling/grid", &grid);
+        }
+        let indices = self.index_buffer(device, listed)?;
+        let bindings =
+            shared.buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells).buffer("listed_lights", &indices);
+        frame.dispatch(&self.write, &bindings, workgroups);
+        Ok(LightLists { cells, indices, grid: Some(("tile_grid", grid_buffer)), listed: listed.into() })
+    }
+
+    fn index_buffer(&self, device: &wgpu::Device, listed: u32) -> Result<wgpu::Buffer, RenderError> {
+        let bytes = 4 * u64::from(self.capacity);
+        let limit = device.limits().max_storage_buffer_binding_size;
+        if bytes > limit {
+            return Err(RenderError::Overflow {
+                list: "light_culling/indices",
+                needed: listed.into(),
+                limit: limit / 4,
+                remedy: "give the lights a shorter range, use larger tiles, or render a smaller image",
+            });
+        }
+        Ok(storage_buffer(device, "light_culling/indices", bytes)?)
+    }
+}

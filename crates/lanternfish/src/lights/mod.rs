@@ -1,0 +1,89 @@
+//! Punctual lights as shaders read them: kinds, ranges, attenuation.
+
+use glam::Vec3;
+use lanternfish_gpu::gpu_struct;
+use lanternfish_scene::LightKind;
+
+use crate::settings::{Attenuation, Settings};
+
+gpu_struct! {
+    /// A punctual light. World space, linear Rec. 709.
+    pub struct Light {
+        /// Centre, m.
+        position: Vec3,
+        /// Distance at which the light ends, m; > 0.
+        range: f32,
+        /// Point, spot: cd; directional: lx.
+        intensity: Vec3,
+        /// 0: point, 1: spot, 2: directional.
+        kind: u32,
+        /// The way light travels, unit.
+        direction: Vec3,
+        /// Index of the [`Attenuation`].
+        falloff: u32,
+        /// Spot: cosine of the outer angle.
+        cos_outer: f32,
+        /// Spot: 1 / (cosine of the inner angle − cosine of the outer angle).
+        inverse_cos_span: f32,
+        /// Spot: tangent of the outer angle, for culling.
+        tan_outer: f32,
+        /// Unused.
+        _pad: u32,
+    }
+}
+
+/// Range of a light that never ends, m. Its square is a finite float.
+pub const UNBOUNDED: f32 = 1e18;
+
+impl Light {
+    /// A scene's light under these settings.
+    pub fn new(light: &lanternfish_scene::Light, settings: &Settings) -> Self {
+        let (kind, inner, outer) = match light.kind {
+            LightKind::Point => (0, 0.0, std::f32::consts::PI),
+            LightKind::Spot { inner_angle, outer_angle } => (1, inner_angle, outer_angle),
+            LightKind::Directional => (2, 0.0, std::f32::consts::PI),
+        };
+        Self {
+            position: light.position,
+            range: range(light, settings),
+            intensity: light.intensity,
+            kind,
+            direction: light.direction,
+            falloff: settings.attenuation as u32,
+            cos_outer: outer.cos(),
+            inverse_cos_span: 1.0 / (inner.cos() - outer.cos()).max(1e-4),
+            tan_outer: outer.min(1.57).tan(),
+            _pad: 0,
+        }
+    }
+}
+
+/// Where a light ends, m: its stated range; else, where its brightest channel has fallen to the threshold
+/// [Elagabani2025, eq. 4.1]; never, for directional lights and under `physical` attenuation.
+pub fn range(light: &lanternfish_scene::Light, settings: &Settings) -> f32 {
+    if light.kind == LightKind::Directional {
+        return UNBOUNDED;
+    }
+    match light.range {
+        Some(range) => range,
+        None if settings.attenuation == Attenuation::Physical => UNBOUNDED,
+        None => (light.intensity.max_element() / settings.range_threshold).sqrt().max(1e-3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_follow_the_paper() {
+        // [Elagabani2025, eq. 4.1]: I / D² = 0.02.
+        let light = lanternfish_scene::Light::point(Vec3::ZERO, Vec3::new(8.0, 2.0, 1.0));
+        let mut settings = Settings::default();
+        assert!((range(&light, &settings) - 20.0).abs() < 1e-5);
+        settings.attenuation = Attenuation::Physical;
+        assert_eq!(range(&light, &settings), UNBOUNDED);
+        let stated = lanternfish_scene::Light { range: Some(3.0), ..light };
+        assert_eq!(range(&stated, &settings), 3.0);
+    }
+}

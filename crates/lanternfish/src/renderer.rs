@@ -1,0 +1,169 @@
+//! From a scene and a camera to a picture.
+
+use glam::UVec2;
+use half::f16;
+use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back, read_texture};
+use lanternfish_scene::{Camera, Scene};
+
+use crate::{
+    debug_views::DebugViews,
+    error::RenderError,
+    frame::Passes,
+    gpu_scene::GpuScene,
+    light_culling::LightCulling,
+    output::Output,
+    prepass::Prepass,
+    settings::{Settings, Shadows as ShadowSetting, TextureBinding},
+    shading::Forward,
+    shadows::Shadows,
+    view::View,
+};
+
+/// What answers "is this segment open?".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tracer {
+    None,
+    Bvh,
+    RayQuery,
+}
+
+impl Tracer {
+    /// The feature that makes `visibility.wesl` use this room; none for the default.
+    pub fn feature(self) -> Option<&'static str> {
+        (self == Self::RayQuery).then_some("tracer_ray_query")
+    }
+}
+
+/// Renders scenes on the caller's device, under one choice of settings.
+#[derive(Debug)]
+pub struct Renderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    settings: Settings,
+    tracer: Tracer,
+    texture_arrays: bool,
+    profiler: Profiler,
+    pub(crate) passes: Passes,
+}
+
+/// A finished picture. Rows from the top.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Scene-referred: linear Rec. 709, nits; alpha is the share that surfaces cover.
+    pub radiance: Vec<[f32; 4]>,
+    /// As a display shows it: exposed, tone-mapped, sRGB-encoded; or the debug view.
+    pub display: Vec<[u8; 4]>,
+    /// What it cost.
+    pub report: Report,
+}
+
+/// What a picture cost.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Device time of each pass, in order; empty where the device has no timestamp queries.
+    pub passes: Vec<PassTime>,
+    /// Exact counts, by name.
+    pub counters: Vec<(String, u64)>,
+}
+
+impl Renderer {
+    /// Compiles the passes that these settings need.
+    ///
+    /// The device may be any; optional features that it was opened with are used
+    /// ([`Gpu::WANTED_FEATURES`] lists them), and a setting that needs one that is missing is an error.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Self, RenderError> {
+        let tracer = tracer(device, settings.shadows)?;
+        let texture_arrays = texture_arrays(device, settings.textures)?;
+        let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
+        let passes = Passes {
+            prepass: Prepass::new(),
+            light_culling: LightCulling::new(device, settings.culling)?,
+            shadows,
+            forward: Forward::new(&settings, tracer),
+            output: Output::new(device, settings.tone_map)?,
+            debug_views: DebugViews::new(device, &settings)?,
+        };
+        let profiler = Profiler::new(device, queue);
+        let (device, queue) = (device.clone(), queue.clone());
+        Ok(Self { device, queue, settings, tracer, texture_arrays, profiler, passes })
+    }
+
+    /// The settings it was made with.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through.
+    pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
+        GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
+    }
+
+    /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.
+    pub fn render(
+        &mut self,
+        scene: &GpuScene,
+        camera: &Camera,
+        width: u32,
+        height: u32,
+    ) -> Result<Picture, RenderError> {
+        let limit = self.device.limits().max_texture_dimension_2d;
+        if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
+            return Err(RenderError::Size { width, height, limit });
+        }
+        let view = View::new(camera, UVec2::new(width, height), self.settings.exposure.exp2(), scene.sky);
+        let mut frame = Frame::new(&self.device, &self.queue, &mut self.profiler);
+        let result = self.passes.record(&mut frame, scene, &view)?;
+        frame.submit();
+
+        let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
+        let radiance = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
+        let radiance = radiance.into_iter().map(|texel| texel.map(|bits| f16::from_bits(bits).to_f32())).collect();
+
+        let mut counters = scene.counters().to_vec();
+        counters.push(("light_culling/listed_lights".to_owned(), result.listed_lights));
+        if let Some(plan) = &result.visibility {
+            let (totals, bands) = plan.ray_totals();
+            let rays = read_back::<u32>(&self.device, &self.queue, totals, bands)?;
+            counters.push(("shadows/rays".to_owned(), rays.iter().map(|r| u64::from(*r)).sum()));
+            counters.push(("shadows/bands".to_owned(), bands as u64));
+            counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
+        }
+        let report = Report { passes: self.profiler.finished(), counters };
+        Ok(Picture { width, height, radiance, display, report })
+    }
+}
+
+fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, RenderError> {
+    let ray_query = device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
+    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    match setting {
+        ShadowSetting::None => Ok(Tracer::None),
+        ShadowSetting::Bvh => Ok(Tracer::Bvh),
+        // A software adapter's ray query is slower than the walk in compute.
+        ShadowSetting::Auto => Ok(if ray_query && !software { Tracer::RayQuery } else { Tracer::Bvh }),
+        ShadowSetting::RayQuery if ray_query => Ok(Tracer::RayQuery),
+        ShadowSetting::RayQuery => Err(RenderError::MissingFeature {
+            setting: "--shadows ray-query",
+            feature: "ray queries",
+            instead: "--shadows bvh",
+        }),
+    }
+}
+
+fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool, RenderError> {
+    let has = device.features().contains(Gpu::TEXTURE_ARRAYS);
+    match setting {
+        TextureBinding::Auto => Ok(has),
+        TextureBinding::PerMaterial => Ok(false),
+        TextureBinding::Array if has => Ok(true),
+        TextureBinding::Array => Err(RenderError::MissingFeature {
+            setting: "--textures array",
+            feature: "texture binding arrays",
+            instead: "--textures per-material",
+        }),
+    }
+}

@@ -1,0 +1,250 @@
+//! Which listed lights reach which pixel, by rays [Elagabani2025, §4.3].
+//!
+//! The answer is a bit a pixel and listed light, in as many words as the lists are long. Where the words of all pixels
+//! do not fit one buffer, the frame is made in bands of pixel rows: no light is left out.
+
+use std::ops::Range;
+
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Frame, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of,
+};
+
+use crate::{
+    error::RenderError,
+    gpu_scene::GpuScene,
+    light_culling::{LightCulling, LightLists},
+    prepass::Surface,
+    renderer::Tracer,
+    settings::{DebugView, RayCulling, Settings},
+    shaders::SHADERS,
+    texture::target,
+    view::ViewBuffer,
+};
+
+gpu_struct! {
+    /// Where a pixel's visibility bits lie.
+    pub struct VisibilityGrid {
+        /// Blocks across.
+        columns: u32,
+        /// Blocks down.
+        rows: u32,
+        /// First row of the band in hand.
+        first_row: u32,
+        /// Words that the buffer has room for.
+        capacity: u32,
+        /// Beyond the scene from anywhere in it, m.
+        far: f32,
+        /// Unused.
+        _pad: u32,
+    }
+}
+
+/// Edge of a block of pixels; `BLOCK_EDGE` in `visibility_bits.wesl`.
+pub const BLOCK_EDGE: u32 = 8;
+/// Words before the first block's: `RESERVED_WORDS`.
+const RESERVED_WORDS: u64 = 1;
+
+/// The passes of hard shadows for every listed light.
+#[derive(Debug)]
+pub struct Shadows {
+    plan: ComputeKernel,
+    trace: ComputeKernel,
+    scan: Option<Scan>,
+    count_rays: bool,
+    /// Words of a band at most; a lower number gives more bands. The device's binding limit unless a test lowers it.
+    pub(crate) word_limit: u64,
+}
+
+/// How a frame's visibility is divided.
+#[derive(Debug)]
+pub struct VisibilityPlan {
+    starts: wgpu::Buffer,
+    words: wgpu::Buffer,
+    ray_totals: wgpu::Buffer,
+    ray_counts: Option<wgpu::TextureView>,
+    grid: VisibilityGrid,
+    bands: Vec<Range<u32>>,
+}
+
+/// The visibility bits of one band of pixel rows.
+#[derive(Debug)]
+pub struct Visibility<'p> {
+    plan: &'p VisibilityPlan,
+    grid: wgpu::Buffer,
+    /// Pixel rows.
+    pub rows: Range<u32>,
+}
+
+impl Visibility<'_> {
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new()
+            .buffer("visibility_grid", &self.grid)
+            .buffer("visibility_starts", &self.plan.starts)
+            .buffer("visibility_words", &self.plan.words)
+    }
+}
+
+impl VisibilityPlan {
+    /// Bands of rows of blocks, top to bottom.
+    pub fn bands(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
+        self.bands.iter().cloned().enumerate()
+    }
+
+    /// Rays (low 16 bits) and open rays (high 16 bits) of every pixel, where they were asked for.
+    pub fn ray_counts(&self) -> Option<&wgpu::TextureView> {
+        self.ray_counts.as_ref()
+    }
+
+    /// Rays traced for each band, u32, to be read after the frame: buffer and number of bands.
+    pub fn ray_totals(&self) -> (&wgpu::Buffer, usize) {
+        (&self.ray_totals, self.bands.len())
+    }
+
+    /// Bytes of one band's bits.
+    pub fn bytes(&self) -> u64 {
+        self.words.size()
+    }
+}
+
+impl Shadows {
+    /// Compiles the passes for a tracer (not [`Tracer::None`]).
+    pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
+        let culling: Vec<&str> = LightCulling::feature(settings.culling).into_iter().collect();
+        let count_rays = matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility));
+        let mut features = culling.clone();
+        features.extend(tracer.feature());
+        features.extend(match settings.ray_culling {
+            RayCulling::None => None,
+            RayCulling::Naive => Some("cull_naive"),
+            RayCulling::Improved => Some("cull_improved"),
+            RayCulling::Surface => Some("cull_surface"),
+        });
+        features.extend(count_rays.then_some("ray_counts"));
+        let plan = SHADERS.link("shadows/plan", &culling)?;
+        let trace = SHADERS.link("shadows/trace", &features)?;
+        Ok(Self {
+            plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
+            trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
+            scan: None,
+            count_rays,
+            word_limit: device.limits().max_storage_buffer_binding_size / 4,
+        })
+    }
+
+    /// Counts the words that each block needs and divides the frame into bands that fit.
+    pub fn plan(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        surface: &Surface,
+        lights: &LightLists,
+    ) -> Result<VisibilityPlan, RenderError> {
+        let device = frame.device;
+        let columns = surface.size.x.div_ceil(BLOCK_EDGE);
+        let rows = surface.size.y.div_ceil(BLOCK_EDGE);
+        let blocks = columns * rows;
+        let mut grid = VisibilityGrid { columns, rows, first_row: 0, capacity: 0, far: scene.far, _pad: 0 };
+        let starts = storage_buffer(device, "shadows/starts", 4 * (u64::from(blocks) + 1))?;
+        let grid_buffer = uniform_buffer_of(device, "shadows/grid", &grid);
+        let bindings = view
+            .bindings()
+            .with(&surface.bindings())
+            .with(&lights.bindings())
+            .buffer("visibility_grid", &grid_buffer)
+            .buffer("word_counts", &starts);
+        frame.dispatch(&self.plan, &bindings, [columns, rows, 1]);
+        if self.scan.as_ref().is_none_or(|scan| scan.count() != blocks + 1) {
+            self.scan = Some(Scan::new(device, "shadows", blocks + 1)?);
+        }
+        self.scan.as_ref().expect("made above").record(frame, &starts);
+
+        let all_starts = frame.read_now::<u32>(&starts, blocks as usize + 1)?;
+        let row_starts: Vec<u64> = all_starts.iter().step_by(columns as usize).map(|s| u64::from(*s)).collect();
+        let bands = bands(&row_starts, self.word_limit - RESERVED_WORDS)?;
+        let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
+        let capacity = RESERVED_WORDS + bands.iter().map(words_of).max().unwrap_or(0);
+        grid.capacity = capacity as u32;
+        let usage = wgpu::TextureUsages::STORAGE_BINDING;
+        let ray_counts = self
+            .count_rays
+            .then(|| target(device, "shadows/ray_counts", surface.size, wgpu::TextureFormat::R32Uint, usage));
+        Ok(VisibilityPlan {
+            starts,
+            words: storage_buffer(device, "shadows/words", 4 * capacity)?,
+            ray_totals: storage_buffer(device, "shadows/ray_totals", 4 * bands.len() as u64)?,
+            ray_counts,
+            grid,
+            bands,
+        })
+    }
+
+    /// Traces the rays of one band.
+    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
+    pub fn record<'p>(
+        &self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        surface: &Surface,
+        lights: &LightLists,
+        plan: &'p VisibilityPlan,
+        (index, band): (usize, Range<u32>),
+    ) -> Visibility<'p> {
+        let grid = VisibilityGrid { first_row: band.start, ..plan.grid };
+        let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(surface.size.y);
+        let visibility = Visibility { plan, grid: uniform_buffer_of(frame.device, "shadows/grid", &grid), rows };
+        let mut bindings = view
+            .bindings()
+            .with(&scene.bindings())
+            .with(&surface.bindings())
+            .with(&lights.bindings())
+            .with(&visibility.bindings());
+        if let Some(counts) = &plan.ray_counts {
+            bindings = bindings.texture("ray_counts", counts);
+        }
+        frame.encoder.clear_buffer(&plan.words, 0, Some(4));
+        frame.dispatch(&self.trace, &bindings, [plan.grid.columns, band.end - band.start, 1]);
+        frame.encoder.copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
+        visibility
+    }
+}
+
+/// Cuts rows into bands of at most `limit` words. `row_starts`: words before each row, the total last.
+fn bands(row_starts: &[u64], limit: u64) -> Result<Vec<Range<u32>>, RenderError> {
+    let row_count = row_starts.len() as u32 - 1;
+    let mut bands = Vec::new();
+    let mut first = 0;
+    for row in 0..row_count {
+        let words = |from: u32| row_starts[row as usize + 1] - row_starts[from as usize];
+        if words(row) > limit {
+            return Err(RenderError::Overflow {
+                list: "shadows/words",
+                needed: words(row),
+                limit,
+                remedy: "give the lights a shorter range, use --culling tiled, or render a narrower image",
+            });
+        }
+        if words(first) > limit {
+            bands.push(first..row);
+            first = row;
+        }
+    }
+    bands.push(first..row_count);
+    Ok(bands)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_cover_every_row_once_and_fit() {
+        let starts = [0, 4, 9, 9, 15, 16, 26];
+        assert_eq!(bands(&starts, 10).unwrap(), [0..3, 3..5, 5..6]);
+        assert_eq!(bands(&starts, 26).unwrap(), [0..6]);
+        assert_eq!(bands(&[0, 0, 0], 0).unwrap(), [0..2]);
+        assert!(bands(&starts, 9).is_err());
+    }
+}

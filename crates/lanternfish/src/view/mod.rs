@@ -1,0 +1,119 @@
+//! The view: a camera and an image size, as shaders read them. `view.wesl` states every space once.
+
+use glam::{Mat4, UVec2, Vec3, Vec4};
+use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
+use lanternfish_scene::{Camera, Projection};
+
+gpu_struct! {
+    /// A view as shaders read it.
+    pub struct View {
+        /// Reverse-Z: depth 1 at the near plane.
+        clip_from_view: Mat4,
+        /// World to camera.
+        view_from_world: Mat4,
+        /// Camera to world.
+        world_from_view: Mat4,
+        /// Where the eye is, world space, m.
+        eye: Vec3,
+        /// 1: rays are parallel.
+        orthographic: u32,
+        /// Pixels.
+        size: UVec2,
+        /// 2^EV.
+        exposure: f32,
+        /// Unused.
+        _pad: u32,
+        /// Radiance of everything that no surface covers, nits.
+        sky: Vec3,
+        /// Unused.
+        _pad2: u32,
+    }
+}
+
+impl View {
+    /// What `camera` sees in an image of `size` pixels.
+    pub fn new(camera: &Camera, size: UVec2, exposure: f32, sky: Vec3) -> Self {
+        let world_from_view = Mat4::from(camera.world_from_camera);
+        Self {
+            clip_from_view: clip_from_view(&camera.projection, size.x as f32 / size.y as f32),
+            view_from_world: Mat4::from(camera.world_from_camera.inverse()),
+            world_from_view,
+            eye: camera.eye(),
+            orthographic: u32::from(matches!(camera.projection, Projection::Orthographic { .. })),
+            size,
+            exposure,
+            sky,
+            ..Default::default()
+        }
+    }
+
+    /// On the device, bound as `view`.
+    pub fn upload(&self, device: &wgpu::Device) -> ViewBuffer {
+        ViewBuffer { buffer: uniform_buffer_of(device, "view", self) }
+    }
+}
+
+/// A [`View`] on the device.
+#[derive(Clone, Debug)]
+pub struct ViewBuffer {
+    buffer: wgpu::Buffer,
+}
+
+impl ViewBuffer {
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().buffer("view", &self.buffer)
+    }
+}
+
+/// Reverse-Z projection [Elagabani2025, eq. 2.1, corrected]: depth = near / distance, so 1 at the near plane and 0 at
+/// infinity; for orthographic views (far − distance) / (far − near).
+fn clip_from_view(projection: &Projection, aspect: f32) -> Mat4 {
+    match *projection {
+        Projection::Perspective { fov_y, near } => {
+            let scale = 1.0 / (0.5 * fov_y).tan();
+            Mat4::from_cols(
+                Vec4::new(scale / aspect, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, scale, 0.0, 0.0),
+                Vec4::new(0.0, 0.0, 0.0, -1.0),
+                Vec4::new(0.0, 0.0, near, 0.0),
+            )
+        }
+        Projection::Orthographic { half_height, near, far } => {
+            let span = far - near;
+            Mat4::from_cols(
+                Vec4::new(1.0 / (half_height * aspect), 0.0, 0.0, 0.0),
+                Vec4::new(0.0, 1.0 / half_height, 0.0, 0.0),
+                Vec4::new(0.0, 0.0, 1.0 / span, 0.0),
+                Vec4::new(0.0, 0.0, far / span, 1.0),
+            )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn depth(projection: Projection, distance: f32) -> f32 {
+        let clip = clip_from_view(&projection, 1.5) * Vec4::new(0.0, 0.0, -distance, 1.0);
+        clip.z / clip.w
+    }
+
+    #[test]
+    fn depth_is_one_at_the_near_plane_and_falls_with_distance() {
+        let perspective = Projection::Perspective { fov_y: 1.0, near: 0.1 };
+        assert_eq!(depth(perspective, 0.1), 1.0);
+        assert!((depth(perspective, 10.0) - 0.01).abs() < 1e-7);
+        let orthographic = Projection::Orthographic { half_height: 2.0, near: 1.0, far: 5.0 };
+        assert!((depth(orthographic, 1.0) - 1.0).abs() < 1e-6 && depth(orthographic, 5.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_top_of_the_view_is_at_half_the_field_of_view() {
+        let fov_y = 1.2f32;
+        let p = Vec4::new(0.0, (0.5 * fov_y).tan() * 7.0, -7.0, 1.0);
+        let clip = clip_from_view(&Projection::Perspective { fov_y, near: 0.1 }, 2.0) * p;
+        assert!((clip.y / clip.w - 1.0).abs() < 1e-6);
+    }
+}
