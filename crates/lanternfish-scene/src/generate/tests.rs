@@ -27,7 +27,7 @@ fn solids_are_closed_and_wound_outwards() {
     let mut bevelled = Shape::new();
     bevelled.cuboid(min, max, 0.1);
     assert_eq!(bevelled.indices.len(), 3 * 44);
-    // Each edge loses a prism of 0.1²/2, 12 edges of 2, 1 and 3 m; each corner two thirds of 0.1³ of that again.
+    // Each edge loses a prism of 0.1²/2 over its length; at the 8 corners the prisms overlap, within 0.1³ each.
     let cut = 0.005 * 4.0 * (2.0 + 1.0 + 3.0);
     assert!((volume(&bevelled) - (6.0 - cut)).abs() < 8.0 * 0.001, "{}", volume(&bevelled));
     let mut cone = Shape::new();
@@ -100,7 +100,7 @@ fn the_atrium_has_what_it_promises() {
     let seconds = start.elapsed().as_secs_f32();
     let (stored, placed) = scene.triangle_counts();
     println!("atrium: {stored} triangles, {placed} placed, {seconds:.3} s");
-    assert!((50_000..=250_000).contains(&placed), "{placed} triangles");
+    assert!((50_000..=160_000).contains(&placed), "{placed} triangles");
     assert!(stored < placed / 2, "{stored} stored: instancing is lost");
 
     let has = |f: &dyn Fn(&crate::Material) -> bool| scene.materials.iter().any(f);

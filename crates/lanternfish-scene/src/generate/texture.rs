@@ -66,7 +66,7 @@ pub(super) fn stone() -> Image {
         let vein = (1.0 - (fractal(x, y, 3, 4, 29) - 0.5).abs() * 14.0).max(0.0);
         let pores = smoothstep(0.74, 0.86, noise(x * 128.0, y * 128.0, 128, 5));
         let color = srgb(0.93, 0.87, 0.77).lerp(srgb(0.80, 0.71, 0.59), smoothstep(0.3, 0.75, clouds));
-        (color * (1.0 - 0.10 * vein - 0.22 * pores)).extend(1.0)
+        (color * (1.0 - 0.10 * vein - 0.09 * pores)).extend(1.0)
     })
 }
 
@@ -74,7 +74,7 @@ pub(super) fn stone() -> Image {
 pub(super) fn stone_normal() -> Image {
     emboss("stone normal", 512, |x, y| {
         let pores = smoothstep(0.74, 0.86, noise(x * 128.0, y * 128.0, 128, 5));
-        0.004 * fractal(x, y, 16, 4, 17) - 0.0015 * pores
+        0.004 * fractal(x, y, 16, 4, 17) - 0.0005 * pores
     })
 }
 
@@ -200,13 +200,13 @@ pub(super) fn frond() -> Image {
     paint("frond", 512, |x, y| {
         let (side, along) = ((x - 0.5).abs() * 2.0, 1.0 - y);
         // Leaflets leave the stem at 50° and get shorter to the tip; their number is a compromise with mip levels.
-        let leaflet = (along - 0.42 * side) * 17.0 + if x < 0.5 { 0.5 } else { 0.0 };
+        let leaflet = (along - 0.42 * side) * 20.0 + if x < 0.5 { 0.5 } else { 0.0 };
         let reach = (1.0 - along.powi(3)).sqrt() * (0.55 + 0.45 * (along * 4.0).min(1.0));
-        let width = 0.40 * (1.0 - (side / reach.max(1e-3)).powi(3)).max(0.0);
+        let width = 0.35 * (1.0 - (side / reach.max(1e-3)).powi(3)).max(0.0);
         let blade = side < reach && (leaflet.fract() - 0.5).abs() < width && along - 0.42 * side > 0.03;
         let stem = side < 0.045 * (1.2 - along);
         let shade = 0.75 + 0.5 * (leaflet.fract() - 0.5).abs() + 0.2 * fractal(x, y, 8, 3, 97);
-        let green = if stem { srgb(0.45, 0.47, 0.20) } else { srgb(0.20, 0.42, 0.12) * shade };
+        let green = if stem { srgb(0.45, 0.47, 0.20) } else { srgb(0.34, 0.55, 0.20) * shade };
         green.extend(if blade || stem { 1.0 } else { 0.0 })
     })
 }
@@ -228,9 +228,9 @@ pub(super) fn leaves() -> Image {
         }
         let twig = p.x.abs() < 0.010 && (-0.08..0.65).contains(&p.y);
         match best {
-            Some(shade) => (srgb(0.24, 0.45, 0.14) * (0.7 + 0.45 * shade)).extend(1.0),
+            Some(shade) => (srgb(0.42, 0.62, 0.24) * (0.7 + 0.4 * shade)).extend(1.0),
             None if twig => srgb(0.34, 0.26, 0.15).extend(1.0),
-            None => srgb(0.22, 0.40, 0.13).extend(0.0),
+            None => srgb(0.42, 0.60, 0.24).extend(0.0),
         }
     })
 }

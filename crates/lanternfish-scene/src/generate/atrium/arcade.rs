@@ -61,17 +61,14 @@ fn voussoirs(radius: f32, depth: f32, thickness: f32, relief: f32, count: u32, f
         let key = stone == count / 2;
         let (inner, outer) = (radius - 0.015 - 0.5 * relief, radius + depth + if key { 0.3 * depth } else { 0.0 });
         let z = if key { z + 0.03 } else { z };
-        let angle = |i: u32| PI * (stone as f32 + 0.5 * i as f32) / count as f32;
-        let at = |i: u32, radius: f32, z: f32| (radius * Vec2::from_angle(angle(i))).extend(z);
-        for i in 0..2 {
-            let [a, b] = [i, i + 1];
-            stones.polygon(&[at(a, inner, z), at(a, outer, z), at(b, outer, z), at(b, inner, z)]);
-            stones.polygon(&[at(b, inner, -z), at(b, outer, -z), at(a, outer, -z), at(a, inner, -z)]);
-            stones.polygon(&[at(b, inner, z), at(b, inner, -z), at(a, inner, -z), at(a, inner, z)]);
-            stones.polygon(&[at(a, outer, z), at(a, outer, -z), at(b, outer, -z), at(b, outer, z)]);
-        }
-        stones.polygon(&[at(0, inner, z), at(0, inner, -z), at(0, outer, -z), at(0, outer, z)]);
-        stones.polygon(&[at(2, inner, -z), at(2, inner, z), at(2, outer, z), at(2, outer, -z)]);
+        let [a, b] = [0, 1].map(|i| Vec2::from_angle(PI * (stone + i) as f32 / count as f32));
+        let at = |side: Vec2, radius: f32, z: f32| (radius * side).extend(z);
+        stones.polygon(&[at(a, inner, z), at(a, outer, z), at(b, outer, z), at(b, inner, z)]);
+        stones.polygon(&[at(b, inner, -z), at(b, outer, -z), at(a, outer, -z), at(a, inner, -z)]);
+        stones.polygon(&[at(b, inner, z), at(b, inner, -z), at(a, inner, -z), at(a, inner, z)]);
+        stones.polygon(&[at(a, outer, z), at(a, outer, -z), at(b, outer, -z), at(b, outer, z)]);
+        stones.polygon(&[at(a, inner, z), at(a, inner, -z), at(a, outer, -z), at(a, outer, z)]);
+        stones.polygon(&[at(b, inner, -z), at(b, inner, z), at(b, outer, z), at(b, outer, -z)]);
     }
     stones
 }
@@ -107,10 +104,10 @@ fn column() -> Shape {
     }
     torus(&mut profile, 0.215, 2.285, 0.022, 3);
     profile.push((0.20, 2.31));
-    column.lathe(&profile, 24);
+    column.lathe(&profile, 16);
     // The bell of the capital, gathered to eight leaves that curl at their tips, in two tiers.
     for (bottom, top, flare, phase) in [(2.30, 2.54, 0.09, 0.0), (2.46, 2.78, 0.14, PI / 8.0)] {
-        column.sheet(32, 5, Vec2::new(1.4, 0.4), |s, t| {
+        column.sheet(32, 4, Vec2::new(1.4, 0.4), |s, t| {
             let angle = TAU * s;
             let leaf = (0.5 + 0.5 * (8.0 * (angle + phase)).cos()).sqrt();
             let radius = 0.205 + 0.3 * (bottom - 2.30) + flare * t * t * (0.35 + 0.65 * leaf) + 0.02 * leaf;
@@ -134,23 +131,23 @@ fn torus(profile: &mut Vec<(f32, f32)>, radius: f32, y: f32, thickness: f32, ste
     }));
 }
 
-/// A colonnette of the upper storey with its pedestal, 2.5 m: its shaft is a twist of eight strands.
+/// A colonnette of the upper storey with its pedestal, 2.5 m: its shaft is a twist of four strands.
 fn colonnette() -> Shape {
     let mut shape = pedestal();
     let mut base = vec![(0.165, 1.0), (0.165, 1.03)];
     torus(&mut base, 0.135, 1.06, 0.03, 3);
     base.push((0.115, 1.11));
-    shape.lathe(&base, 14);
-    shape.sheet(32, 10, Vec2::new(0.75, 1.1), |s, t| {
+    shape.lathe(&base, 12);
+    shape.sheet(24, 7, Vec2::new(0.75, 1.1), |s, t| {
         let angle = TAU * s;
-        let strand = (4.0 * (angle - 2.6 * t)).cos().abs();
+        let strand = (2.0 * (angle - 2.6 * t)).cos().abs();
         let radius = 0.088 + 0.022 * strand;
         Vec3::new(radius * angle.cos(), 1.10 + 1.08 * t, -radius * angle.sin())
     });
     let mut capital = vec![(0.10, 2.16)];
     torus(&mut capital, 0.115, 2.19, 0.018, 2);
     capital.extend([(0.115, 2.215), (0.125, 2.26), (0.15, 2.32), (0.185, 2.36), (0.185, 2.38)]);
-    shape.lathe(&capital, 14);
+    shape.lathe(&capital, 12);
     shape.cuboid(Vec3::new(-0.21, 2.37, -0.21), Vec3::new(0.21, 2.52, 0.21), 0.025);
     shape
 }
@@ -158,7 +155,7 @@ fn colonnette() -> Shape {
 /// A pedestal of the balustrade, 1 m.
 fn pedestal() -> Shape {
     let mut shape = Shape::new();
-    shape.cuboid(Vec3::new(-0.2, 0.0, -0.2), Vec3::new(0.2, 0.12, 0.2), 0.02);
+    shape.cuboid(Vec3::new(-0.2, 0.0, -0.2), Vec3::new(0.2, 0.12, 0.2), 0.0);
     shape.cuboid(Vec3::new(-0.17, 0.11, -0.17), Vec3::new(0.17, 0.89, 0.17), 0.0);
     shape.cuboid(Vec3::new(-0.2, 0.88, -0.2), Vec3::new(0.2, 1.0, 0.2), 0.02);
     shape
@@ -170,7 +167,7 @@ fn pier(half: f32, height: f32) -> Shape {
     let mut block = |half: f32, from: f32, to: f32, bevel: f32| {
         shape.cuboid(Vec3::new(-half, from, -half), Vec3::new(half, to, half), bevel);
     };
-    block(half + 0.05, 0.0, 0.22, 0.02);
+    block(half + 0.05, 0.0, 0.22, 0.0);
     block(half, 0.21, height, 0.015);
     block(half + 0.03, 2.60, 2.68, 0.02);
     block(half + 0.05, 2.74, 2.93, 0.03);
@@ -180,10 +177,10 @@ fn pier(half: f32, height: f32) -> Shape {
 /// Half a bay of balustrade between pedestals, 1.5 m from middle to middle.
 fn balustrade() -> Shape {
     let mut shape = Shape::new();
-    shape.cuboid(Vec3::new(-0.6, 0.0, -0.1), Vec3::new(0.6, 0.1, 0.1), 0.02);
+    shape.cuboid(Vec3::new(-0.6, 0.0, -0.1), Vec3::new(0.6, 0.1, 0.1), 0.0);
     shape.cuboid(Vec3::new(-0.6, 0.87, -0.12), Vec3::new(0.6, 0.985, 0.12), 0.025);
-    for i in 0..5 {
-        shape.append_at(&baluster(), Vec3::new(0.235 * (i as f32 - 2.0), 0.09, 0.0));
+    for i in 0..4 {
+        shape.append_at(&baluster(), Vec3::new(0.28 * (i as f32 - 1.5), 0.09, 0.0));
     }
     shape
 }
@@ -192,14 +189,14 @@ fn balustrade() -> Shape {
 pub(super) fn baluster() -> Shape {
     let profile = [(0.06, 0.0), (0.06, 0.05), (0.035, 0.10), (0.068, 0.22), (0.03, 0.52), (0.03, 0.64), (0.055, 0.79)];
     let mut shape = Shape::new();
-    shape.lathe(&profile, 8);
+    shape.lathe(&profile, 7);
     shape
 }
 
 /// The ground storey: columns, arches, ribs and vaults.
 pub(super) fn ground_storey(workshop: &mut Workshop, materials: &Materials) {
     let top = UPPER_FLOOR - SPRING - 0.02;
-    let panel = workshop.mesh("arch", [(materials.ashlar, arch_panel(1.5, 1.2, top, 0.5, 24))]);
+    let panel = workshop.mesh("arch", [(materials.ashlar, arch_panel(1.5, 1.2, top, 0.5, 18))]);
     let ring = workshop.mesh(
         "voussoirs",
         [
@@ -259,10 +256,10 @@ pub(super) fn ground_storey(workshop: &mut Workshop, materials: &Materials) {
 fn medallion(materials: &Materials) -> [(Surface, Shape); 2] {
     let upright = glam::Affine3A::from_rotation_x(FRAC_PI_2);
     let (mut frame, mut dish, mut turned) = (Shape::new(), Shape::new(), Shape::new());
-    frame.lathe(&[(0.27, -0.01), (0.27, 0.03), (0.25, 0.05), (0.22, 0.05), (0.20, 0.02)], 20);
+    frame.lathe(&[(0.27, -0.01), (0.27, 0.03), (0.25, 0.05), (0.22, 0.05), (0.20, 0.02)], 18);
     turned.append(&frame, &upright);
     let mut disc = Shape::new();
-    disc.lathe(&[(0.205, 0.02), (0.16, 0.035), (0.0, 0.06)], 20);
+    disc.lathe(&[(0.205, 0.02), (0.16, 0.035), (0.0, 0.06)], 18);
     dish.append(&disc, &upright);
     // Its texture is laid flat, one tile across.
     for (uv, p) in dish.uv.iter_mut().zip(&dish.positions) {
@@ -279,8 +276,8 @@ pub(super) fn upper_storey(workshop: &mut Workshop, materials: &Materials) {
     let ring = workshop.mesh(
         "small voussoirs",
         [
-            (materials.red_stone, voussoirs(0.57, 0.16, 0.36, 0.015, 11, 0)),
-            (materials.limestone, voussoirs(0.57, 0.16, 0.36, 0.025, 11, 1)),
+            (materials.red_stone, voussoirs(0.57, 0.16, 0.36, 0.015, 9, 1)),
+            (materials.limestone, voussoirs(0.57, 0.16, 0.36, 0.025, 9, 0)),
         ],
     );
     let portal = workshop.mesh(

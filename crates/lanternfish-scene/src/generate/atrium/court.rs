@@ -155,7 +155,7 @@ fn roof_details(workshop: &mut Workshop, m: &Materials) {
 /// Ceiling beams of the gallery, and doors in the outer wall of both storeys.
 fn beams_and_doors(workshop: &mut Workshop, m: &Materials) {
     let mut beam = Shape::new();
-    beam.cuboid(Vec3::new(-0.07, 8.74, -1.52), Vec3::new(0.07, 8.97, 1.36), 0.012);
+    beam.cuboid(Vec3::new(-0.07, 8.74, -1.52), Vec3::new(0.07, 8.97, 1.36), 0.0);
     let beam = workshop.mesh("beam", [(m.wood, beam)]);
     let middle = 0.5 * (COURT + OUTER);
     for (place, turn) in cells(middle, 0.75) {
@@ -165,20 +165,20 @@ fn beams_and_doors(workshop: &mut Workshop, m: &Materials) {
     let (mut frame, mut leaf, mut knob) = (Shape::new(), Shape::new(), Shape::new());
     for side in [-1.0f32, 1.0] {
         let x = side * 0.72;
-        frame.cuboid(Vec3::new(x - 0.1, 0.0, -0.05), Vec3::new(x + 0.1, 2.2, 0.13), 0.02);
+        frame.cuboid(Vec3::new(x - 0.1, 0.0, -0.05), Vec3::new(x + 0.1, 2.2, 0.13), 0.0);
         leaf.cuboid(
             Vec3::new(side.min(0.0) * 0.63 + 0.004, 0.02, -0.05),
             Vec3::new(side.max(0.0) * 0.63 - 0.004, 2.14, 0.06),
             0.005,
         );
-        for (low, high) in [(0.15, 0.75), (0.85, 1.40), (1.50, 2.02)] {
+        for (low, high) in [(0.15, 0.95), (1.15, 2.02)] {
             leaf.cuboid(Vec3::new(side * 0.32 - 0.21, low, 0.0), Vec3::new(side * 0.32 + 0.21, high, 0.085), 0.02);
         }
         let mut ball = Shape::new();
         ball.lathe(&ball_profile(0.035, 4), 8);
         knob.append_at(&ball, Vec3::new(side * 0.07, 1.05, 0.10));
     }
-    frame.cuboid(Vec3::new(-0.9, 2.19, -0.05), Vec3::new(0.9, 2.42, 0.16), 0.03);
+    frame.cuboid(Vec3::new(-0.9, 2.19, -0.05), Vec3::new(0.9, 2.42, 0.16), 0.0);
     frame.cuboid(Vec3::new(-0.98, 2.41, -0.05), Vec3::new(0.98, 2.50, 0.22), 0.03);
     let door = workshop.mesh("door", [(m.limestone, frame), (m.wood, leaf), (m.bronze, knob)]);
     for (index, (place, turn)) in cells(OUTER, BAY).into_iter().enumerate() {
@@ -215,7 +215,7 @@ pub(super) fn fountain(workshop: &mut Workshop, m: &Materials, center: Vec3) {
         (1.24, 0.57),
         (1.24, 0.10),
     ];
-    stone.lathe(&basin, 56);
+    stone.lathe(&basin, 48);
     let stem = [
         (0.36, 0.30),
         (0.36, 0.52),
@@ -237,11 +237,11 @@ pub(super) fn fountain(workshop: &mut Workshop, m: &Materials, center: Vec3) {
     let finial = [(0.15, 1.40), (0.10, 1.56), (0.07, 1.66), (0.10, 1.72), (0.12, 1.73), (0.12, 1.76), (0.05, 1.77)];
     stone.lathe(&finial, 20);
     let mut water = Shape::new();
-    water.lathe(&[(1.25, 0.46), (0.0, 0.46)], 56);
+    water.lathe(&[(1.25, 0.46), (0.0, 0.46)], 48);
     water.lathe(&[(0.66, 1.51), (0.0, 1.51)], 40);
     let mut ball = Shape::new();
     let mut sphere = Shape::new();
-    sphere.lathe(&ball_profile(0.17, 20), 32);
+    sphere.lathe(&ball_profile(0.17, 14), 24);
     ball.append_at(&sphere, Vec3::Y * 1.91);
     let fountain = workshop.mesh("fountain", [(m.limestone, stone), (m.water, water), (m.gold, ball)]);
     workshop.place(fountain, Affine3A::from_translation(center));

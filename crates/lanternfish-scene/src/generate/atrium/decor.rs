@@ -57,7 +57,7 @@ pub(super) fn cloths(workshop: &mut Workshop, m: &Materials) {
 fn banner(seed: u32) -> Shape {
     let phase = TAU * unit(&[seed, 1]);
     let mut shape = Shape::new();
-    shape.sheet(12, 28, Vec2::new(1.0, 3.6), |s, t| {
+    shape.sheet(10, 26, Vec2::new(1.0, 3.6), |s, t| {
         // Length along the cloth from the back of the rail, m.
         let along = 3.3 * (1.0 - t);
         let (y, z) = if along < 0.45 {
@@ -67,7 +67,7 @@ fn banner(seed: u32) -> Shape {
             (0.06 * turn.sin() + 0.01, -0.14 * turn.cos())
         } else {
             let drop = along - 0.73;
-            (-drop, 0.14 + 0.45 * (1.0 - (-drop * 1.6).exp()))
+            (-drop, 0.14 + 0.55 * (1.0 - (-drop * 2.2).exp()))
         };
         let hang = ((along - 0.8) / 2.0).clamp(0.0, 1.0);
         let x = (s - 0.5) * (1.05 - 0.12 * hang);
@@ -84,7 +84,7 @@ fn curtain(seed: u32) -> Shape {
     let phase = TAU * unit(&[seed, 2]);
     let height = SPRING - FLOOR;
     let mut shape = Shape::new();
-    shape.sheet(48, 16, Vec2::new(3.2, height), |s, t| {
+    shape.sheet(42, 14, Vec2::new(3.2, height), |s, t| {
         let tie = 0.42;
         // Width narrows from the rod to the tie, and falls open a little below it.
         let width = if t > tie {
@@ -109,7 +109,7 @@ fn sail(x: f32, width: f32, seed: u32) -> Shape {
     let phase = TAU * unit(&[seed, 3]);
     let reach = COURT.y - 0.16;
     let mut shape = Shape::new();
-    shape.sheet(16, 40, Vec2::new(width, 9.5), |s, t| {
+    shape.sheet(12, 32, Vec2::new(width, 9.5), |s, t| {
         let across = 2.0 * t - 1.0;
         let sag = 1.25 * (1.0 - across * across);
         let cup = 0.22 * (1.0 - (2.0 * s - 1.0).powi(2)) * (1.0 - across.powi(4));
@@ -134,7 +134,7 @@ pub(super) fn plants(workshop: &mut Workshop, m: &Materials) {
         let angle = 2.399_963 * i as f32 + 0.3 * signed(&[i, 1]);
         let (rise, reach) = (1.5 - 0.055 * i as f32 + 0.15 * signed(&[i, 2]), 0.55 + 0.035 * i as f32);
         let mut frond = Shape::new();
-        frond.sheet(4, 6, Vec2::ONE, |s, t| {
+        frond.sheet(2, 6, Vec2::ONE, |s, t| {
             let side = 2.0 * s - 1.0;
             let x = 0.05 + reach * (1.6 * t).sin();
             let y = 1.2 + rise * (t - 0.55 * t * t) - 0.6 * t * t * t - 0.16 * side * side * (1.0 - 0.5 * t);
@@ -150,9 +150,9 @@ pub(super) fn plants(workshop: &mut Workshop, m: &Materials) {
     let mut orange = Shape::new();
     orange.lathe(&ball_profile(0.045, 4), 7);
     let center = Vec3::new(0.0, 1.75, 0.0);
-    for i in 0..180u32 {
+    for i in 0..150u32 {
         // Evenly over the sphere by the golden angle, at different depths.
-        let y = 1.0 - 2.0 * (i as f32 + 0.5) / 180.0;
+        let y = 1.0 - 2.0 * (i as f32 + 0.5) / 150.0;
         let direction =
             (Quat::from_rotation_y(2.399_963 * i as f32) * Vec3::new((1.0 - y * y).sqrt(), y, 0.0)).normalize();
         let place = center + direction * (0.34 + 0.18 * unit(&[i, 5]));
@@ -164,9 +164,9 @@ pub(super) fn plants(workshop: &mut Workshop, m: &Materials) {
                 0.7 * signed(&[i, 8]),
             );
         let mut card = Shape::new();
-        card.sheet(2, 2, Vec2::ONE, |s, t| {
+        card.sheet(1, 2, Vec2::ONE, |s, t| {
             let (x, y) = (s - 0.5, t - 0.5);
-            Vec3::new(0.40 * x, 0.40 * y, -0.14 * (x * x + y * y))
+            Vec3::new(0.43 * x, 0.43 * y, -0.14 * (x * x + y * y))
         });
         crown.append(&card, &Affine3A::from_rotation_translation(twist, place));
         if i % 17 == 4 {
@@ -176,15 +176,15 @@ pub(super) fn plants(workshop: &mut Workshop, m: &Materials) {
     let tree_parts = [(m.terracotta, pot), (m.soil, soil), (m.bark, trunk), (m.leaves, crown), (m.orange, fruit)];
     let tree = workshop.mesh("orange tree", tree_parts);
 
-    let palms = [[7.5, 0.0], [7.6, 3.0], [-0.4, 1.9], [-0.4, -1.9]];
+    let palms = [[-6.4, 2.3], [-6.4, -2.3], [-0.4, 1.9], [-0.4, -1.9]];
     for (i, [x, z]) in palms.into_iter().enumerate() {
         workshop.place_at(palm, Vec3::new(x, 0.0, z), 1.7 * i as f32);
     }
-    let trees = [[-3.0, 3.1], [0.0, 3.1], [3.0, 3.1], [-3.0, -3.1], [0.0, -3.1], [3.0, -3.1]];
+    let trees = [[-3.0, 3.1], [0.0, 3.1], [3.0, 3.1], [-3.0, -3.1], [0.4, -3.1]];
     for (i, [x, z]) in trees.into_iter().enumerate() {
         workshop.place_at(tree, Vec3::new(x, 0.0, z), 0.9 * i as f32);
     }
-    for (i, [x, z]) in [[-5.2, 5.4], [5.2, 6.6], [-8.2, -6.4], [8.2, -6.4]].into_iter().enumerate() {
+    for (i, [x, z]) in [[-5.2, 5.4], [8.2, -6.4]].into_iter().enumerate() {
         workshop.place_at(palm, Vec3::new(x, UPPER_FLOOR, z), 0.8 + 1.1 * i as f32);
     }
 }
@@ -206,13 +206,13 @@ pub(super) fn lanterns(workshop: &mut Workshop, m: &Materials) {
         (10.5, 0.0),
         (-10.5, 0.0),
     ] {
-        hang(workshop, short, Vec3::new(x, vault_top, z), 1.35, 12.0);
+        hang(workshop, short, Vec3::new(x, vault_top, z), 1.35, 8.0);
     }
     for (x, z) in [(-6.375, 6.0), (-0.375, 6.0), (5.625, 6.0), (-6.375, -6.0), (0.375, -6.0), (6.375, -6.0)] {
-        hang(workshop, long, Vec3::new(x, 8.75, z), 1.65, 9.0);
+        hang(workshop, long, Vec3::new(x, 8.75, z), 1.65, 6.0);
     }
     for z in [-2.625, 2.625] {
-        hang(workshop, long, Vec3::new(-10.5, 8.75, z), 1.65, 9.0);
+        hang(workshop, long, Vec3::new(-10.5, 8.75, z), 1.65, 6.0);
     }
 }
 
@@ -221,7 +221,7 @@ fn hang(workshop: &mut Workshop, mesh: usize, top: Vec3, length: f32, intensity:
     workshop.place_at(mesh, top, top.x + top.z);
     // Over the tip of the flame, which would hide a light inside it.
     let position = top - Vec3::Y * (length - 0.02);
-    let warm = Vec3::new(1.0, 0.58, 0.24) * intensity;
+    let warm = Vec3::new(1.0, 0.64, 0.32) * intensity;
     workshop.scene.lights.push(Light { name: "lantern".to_owned(), ..Light::point(position, warm) });
 }
 
@@ -231,21 +231,21 @@ fn lantern(workshop: &mut Workshop, m: &Materials, length: f32) -> usize {
     let mut cage = Shape::new();
     cage.lathe(
         &[(0.0, -0.25), (0.03, -0.24), (0.02, -0.21), (0.12, -0.19), (0.14, -0.17), (0.14, -0.15), (0.0, -0.14)],
-        12,
+        10,
     );
-    cage.lathe(&[(0.14, 0.15), (0.15, 0.17), (0.11, 0.21), (0.05, 0.25), (0.02, 0.28), (0.0, 0.28)], 12);
-    cage.lathe(&[(0.13, 0.16), (0.14, 0.15)], 12);
+    cage.lathe(&[(0.14, 0.15), (0.15, 0.17), (0.11, 0.21), (0.05, 0.25), (0.02, 0.28), (0.0, 0.28)], 10);
+    cage.lathe(&[(0.13, 0.16), (0.14, 0.15)], 10);
     for i in 0..6 {
         let foot = 0.125 * Vec3::new((TAU * i as f32 / 6.0).cos(), 0.0, (TAU * i as f32 / 6.0).sin());
         cage.bar(foot - Vec3::Y * 0.16, foot + Vec3::Y * 0.16, 0.007, 5);
     }
     bronze.append_at(&cage, Vec3::Y * -length);
     // Links of the chain, every other one turned.
-    let count = ((length - 0.26) / 0.07) as u32;
+    let count = ((length - 0.26) / 0.09) as u32;
     for i in 0..count {
         let middle = Vec3::Y * (-0.035 - (length - 0.29) / count as f32 * i as f32);
         let side = if i % 2 == 0 { Vec3::X } else { Vec3::Z } * 0.014;
-        let end = Vec3::Y * 0.045;
+        let end = Vec3::Y * 0.055;
         bronze.bar(middle - side - end, middle - side + end, 0.005, 3);
         bronze.bar(middle + side - end, middle + side + end, 0.005, 3);
     }

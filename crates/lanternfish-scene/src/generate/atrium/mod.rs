@@ -44,17 +44,17 @@ pub(super) fn atrium() -> Scene {
     decor::cloths(&mut workshop, &materials);
     decor::plants(&mut workshop, &materials);
 
-    // Late afternoon: 5.5 lx make a cream wall that faces the sun 1 nit bright.
-    let sun = Light::directional(Vec3::new(-0.50, -0.74, 0.45), Vec3::new(6.0, 4.9, 3.5));
+    // Late afternoon: 5.9 lx make a cream wall (albedo 0.55) that faces the sun 1 nit bright.
+    let sun = Light::directional(Vec3::new(-0.47, -0.80, 0.31), Vec3::new(7.0, 5.7, 4.1));
     workshop.scene.lights.push(Light { name: "sun".to_owned(), ..sun });
     decor::lanterns(&mut workshop, &materials);
 
     let mut scene = workshop.scene;
-    scene.sky = Vec3::new(0.30, 0.45, 0.80);
+    scene.sky = Vec3::new(0.40, 0.58, 0.95);
     scene.cameras = vec![
-        camera("court", Vec3::new(7.7, 1.75, -3.0), Vec3::new(-3.0, 3.3, 1.2), 58.0),
-        camera("gallery", Vec3::new(8.6, 6.7, 5.6), Vec3::new(-4.0, 4.2, -1.5), 55.0),
-        camera("arcade", Vec3::new(10.6, 1.9, 6.2), Vec3::new(0.0, 2.0, 5.3), 50.0),
+        camera("court", Vec3::new(8.2, 1.75, -2.7), Vec3::new(-3.0, 3.55, 1.0), 58.0),
+        camera("gallery", Vec3::new(7.1, 7.0, 4.0), Vec3::new(-3.5, 3.6, -2.0), 58.0),
+        camera("arcade", Vec3::new(8.6, 1.9, 6.3), Vec3::new(0.0, 2.2, 5.2), 55.0),
     ];
     scene
 }

@@ -108,7 +108,7 @@ pub(super) fn stairs(workshop: &mut Workshop, m: &Materials) {
     let z = HALF_WIDTH + SIDE;
     arch.cuboid(Vec3::new(passage_front - 0.4, 0.0, -z), Vec3::new(passage_front, 1.6, z), 0.0);
     arch.cuboid(Vec3::new(passage_back, 0.0, -z), Vec3::new(passage_back + 0.4, 1.6, z), 0.0);
-    let back = [(-z, 0.0), (z, 0.0), (z, 4.9), (-z, 4.9)].map(|(z, y)| Vec3::new(passage_back, y, z));
+    let back = [(-z, 0.0), (z, 0.0), (z, 4.9), (-z, 4.9)].map(|(z, y)| Vec3::new(passage_back - 0.01, y, z));
     arch.polygon(&back);
     wall.append_at(&arch, Vec3::ZERO);
     workshop.add("stair walls", m.ashlar, wall);
@@ -116,7 +116,7 @@ pub(super) fn stairs(workshop: &mut Workshop, m: &Materials) {
 
     // Bronze braziers with a golden ball on the newels.
     let mut ball = Shape::new();
-    ball.lathe(&ball_profile(0.17, 16), 24);
+    ball.lathe(&ball_profile(0.17, 12), 18);
     let mut cup = Shape::new();
     cup.lathe(&[(0.12, 0.0), (0.06, 0.05), (0.05, 0.09), (0.11, 0.13), (0.13, 0.16)], 20);
     let mut raised = Shape::new();
