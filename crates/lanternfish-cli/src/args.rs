@@ -1,0 +1,354 @@
+//! The flags. Their names are fixed: scripts call them.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::Vec3;
+use lanternfish::settings::{
+    Attenuation, Culling, DebugView, Materials, RayCulling, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+};
+use lanternfish_gpu::AdapterChoice;
+use lanternfish_scene::Light;
+
+use crate::{
+    choices::choice,
+    parse::{self, Rain, Size},
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  lanternfish render demo:atrium --lights rain:1000 -o atrium.png
+  lanternfish render scene.glb --sun 0.3,-1,0.2,3 --exposure 1 -o scene.png
+  lanternfish info scene.glb
+
+`lanternfish help render` shows every flag.";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  A built-in scene with a thousand lights, and what each pass cost:
+    lanternfish render demo:atrium --lights rain:1000 --timings -o atrium.png
+  Your scene from where you want to stand, in the sun:
+    lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --fov-y 60 --sun 0.3,-1,0.2,3
+  A warm lamp of 100 cd that reaches 5 m, and a cold one:
+    lanternfish render scene.glb --point 0,2.5,0,100,1,0.9,0.7,5 --point 3,2,1,80,0.6,0.8,1
+  Linear radiance for further work:
+    lanternfish render scene.glb -o scene.exr
+  How many lights each pixel looks at:
+    lanternfish render demo:atrium --lights rain:1000 --debug-view light-count -o lights.png
+
+Units: metres, degrees, candela, lux. +y is up.
+The last line of standard output is the picture's path.";
+
+/// Renders scenes with thousands of lights and ray-traced shadows, on any GPU, or none.
+#[derive(Debug, Parser)]
+#[command(name = "lanternfish", version, after_help = EXAMPLES, max_term_width = 100, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Renders a scene to a PNG or EXR file.
+    #[command(after_help = RENDER_EXAMPLES)]
+    Render(Box<RenderArgs>),
+    /// Prints what a scene holds, or which adapters can render it.
+    Info(InfoArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// A glTF 2.0 file (.gltf, .glb), or demo:NAME.
+    #[arg(required_unless_present = "adapters")]
+    pub scene: Option<String>,
+    /// Lists the adapters of this machine: name, driver, and which optional features they have.
+    #[arg(long)]
+    pub adapters: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// A glTF 2.0 file (.gltf, .glb), or demo:NAME for a built-in scene (demo:atrium, demo:cornell).
+    pub scene: String,
+
+    #[command(flatten, next_help_heading = "Output")]
+    pub output: OutputArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
+    pub lights: LightArgs,
+    #[command(flatten, next_help_heading = "Look")]
+    pub look: LookArgs,
+    #[command(flatten, next_help_heading = "Technique")]
+    pub technique: TechniqueArgs,
+    #[command(flatten, next_help_heading = "Run")]
+    pub run: RunArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct OutputArgs {
+    /// The picture. Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats).
+    /// Without it: the scene's name with .png, in the current folder.
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Width and height of the picture, pixels, each from 1 to 16384.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    #[arg(allow_hyphen_values = true)]
+    pub size: Size,
+}
+
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    /// Where the camera is, world space, m. Without --target it looks the way it did.
+    #[arg(long, value_name = "x,y,z", value_parser = parse::vector, allow_hyphen_values = true)]
+    pub eye: Option<Vec3>,
+    /// What the camera looks at, world space, m.
+    #[arg(long, value_name = "x,y,z", value_parser = parse::vector, allow_hyphen_values = true)]
+    pub target: Option<Vec3>,
+    /// Vertical angle of view, degrees. Without it: the camera's, or 45.
+    #[arg(long, value_name = "DEG", value_parser = parse::fov_y, allow_hyphen_values = true)]
+    pub fov_y: Option<f32>,
+    /// A camera of the file, by name or by its number in `lanternfish info`. Without it: the first of the file, or one
+    /// that sees the whole scene.
+    #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
+    pub camera: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct LightArgs {
+    /// A point light: position (m), intensity (cd), colour that scales it, and where it ends (m). Repeatable.
+    #[arg(long = "point", value_name = "x,y,z,cd[,r,g,b[,range]]")]
+    #[arg(value_parser = parse::point_light, allow_hyphen_values = true)]
+    pub points: Vec<Light>,
+    /// A light from infinitely far: the direction in which it travels, illuminance (lx), colour that scales it.
+    #[arg(long, value_name = "dx,dy,dz,lux[,r,g,b]", value_parser = parse::sun, allow_hyphen_values = true)]
+    pub sun: Option<Light>,
+    /// A constant background, linear radiance (nits). It is seen, but lights nothing yet.
+    #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
+    pub sky: Option<Vec3>,
+    /// N coloured point lights that fall like rain through the scene's box; --seed chooses where. The radius is how far
+    /// each reaches, m; without it, it is chosen by the scene's size and N.
+    #[arg(long, value_name = "rain:N[:radius]", value_parser = parse::rain, allow_hyphen_values = true)]
+    pub lights: Option<Rain>,
+    /// How light falls off with distance. R is the light's range.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
+    #[arg(default_value_t = Settings::default().attenuation)]
+    pub attenuation: Attenuation,
+    /// Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more work.
+    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().range_threshold)]
+    pub range_threshold: f32,
+}
+
+#[derive(Debug, Args)]
+pub struct LookArgs {
+    /// Which surfaces are shaded.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Materials>())]
+    #[arg(default_value_t = Settings::default().materials)]
+    pub materials: Materials,
+    /// Exposure in stops: 0 leaves the image as it is, 1 doubles it, -1 halves it. PNG only.
+    #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().exposure)]
+    pub exposure: f32,
+    /// From radiance to what a display shows. PNG only.
+    #[arg(long, value_name = "NAME", value_parser = choice::<ToneMap>())]
+    #[arg(default_value_t = Settings::default().tone_map)]
+    pub tone_map: ToneMap,
+    /// Shows a quantity of the frame instead of the picture.
+    #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>())]
+    pub debug_view: Option<DebugView>,
+}
+
+#[derive(Debug, Args)]
+pub struct TechniqueArgs {
+    /// How shadows are found. The picture is the same but for a few pixels at silhouettes.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>())]
+    #[arg(default_value_t = Settings::default().shadows)]
+    pub shadows: Shadows,
+    /// Which shadow rays are not traced because the surface faces away from the light.
+    #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
+    #[arg(default_value_t = Settings::default().ray_culling)]
+    pub ray_culling: RayCulling,
+    /// How the lights of a pixel are found. The picture is the same.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = CullingName::default())]
+    pub culling: CullingName,
+    /// Edge of a tile, pixels, with --culling tiled. The picture is the same.
+    #[arg(long, value_name = "PIXELS", value_parser = choice::<TileSize>())]
+    #[arg(default_value_t = Tiled::default().tile_size)]
+    pub tile_size: TileSize,
+    /// Also tests lights against a box around the tile, with --culling tiled. The picture is the same.
+    #[arg(long, value_name = "on|off", value_enum, default_value_t = Switch::from(Tiled::default().aabb_test))]
+    pub aabb: Switch,
+    /// How textures reach the shader. The picture is the same.
+    #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
+    #[arg(default_value_t = Settings::default().textures)]
+    pub textures: TextureBinding,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// Where to render: a part of an adapter's name, or cpu for a software one. Without it: the most capable.
+    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    /// Where random numbers start. Same seed, same picture.
+    #[arg(long, value_name = "N", default_value_t = Settings::default().seed, allow_hyphen_values = true)]
+    pub seed: u32,
+    /// Prints what each pass cost, and what it counted.
+    #[arg(long)]
+    pub timings: bool,
+    /// Writes passes, counters, adapter, settings, seconds and peak memory as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+    /// Says nothing but errors and the picture's path.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// How the lights of a pixel are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CullingName {
+    /// Every light for every pixel: the yardstick for the others
+    All,
+    /// A list of lights for every tile of the screen
+    Tiled,
+}
+
+impl Default for CullingName {
+    fn default() -> Self {
+        match Culling::default() {
+            Culling::All => Self::All,
+            Culling::Tiled(_) => Self::Tiled,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// Fewer lights a tile, slightly more work to find them
+    On,
+    /// Leaves the test out
+    Off,
+}
+
+impl From<bool> for Switch {
+    fn from(on: bool) -> Self {
+        if on { Self::On } else { Self::Off }
+    }
+}
+
+fn adapter(text: &str) -> Result<AdapterChoice, String> {
+    match text {
+        "" => Err("expected a part of an adapter's name, or cpu".to_owned()),
+        "cpu" => Ok(AdapterChoice::Cpu),
+        name => Ok(AdapterChoice::Name(name.to_owned())),
+    }
+}
+
+impl RenderArgs {
+    /// The library's settings as these flags choose them.
+    pub fn settings(&self) -> Settings {
+        let technique = &self.technique;
+        Settings {
+            culling: match technique.culling {
+                CullingName::All => Culling::All,
+                CullingName::Tiled => {
+                    Culling::Tiled(Tiled { tile_size: technique.tile_size, aabb_test: technique.aabb == Switch::On })
+                }
+            },
+            shadows: technique.shadows,
+            ray_culling: technique.ray_culling,
+            attenuation: self.lights.attenuation,
+            range_threshold: self.lights.range_threshold,
+            materials: self.look.materials,
+            exposure: self.look.exposure,
+            tone_map: self.look.tone_map,
+            debug_view: self.look.debug_view,
+            textures: technique.textures,
+            seed: self.run.seed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
+        match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {
+            Command::Render(args) => Ok(*args),
+            Command::Info(_) => unreachable!("the words start with render"),
+        }
+    }
+
+    #[test]
+    fn the_flags_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn without_flags_the_settings_are_the_librarys_defaults() {
+        assert_eq!(parsed(&[]).unwrap().settings(), Settings::default());
+    }
+
+    #[test]
+    fn every_flag_reaches_its_setting() {
+        let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
+                     --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none \
+                     --debug-view light-count --seed 7";
+        let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
+        let expected = Settings {
+            culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
+            shadows: Shadows::Bvh,
+            ray_culling: RayCulling::Naive,
+            attenuation: Attenuation::Physical,
+            range_threshold: 0.5,
+            materials: Materials::Lambert,
+            exposure: -2.0,
+            tone_map: ToneMap::None,
+            debug_view: Some(DebugView::LightCount),
+            textures: TextureBinding::PerMaterial,
+            seed: 7,
+        };
+        assert_eq!(args.settings(), expected);
+        assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
+    }
+
+    #[test]
+    fn negative_numbers_are_values_and_lights_add_up() {
+        let words = "--eye -1,-2,-3 --target -4,0,0 --point -1,2,3,4 --point -5,6,7,8 --sun -1,-1,0,2 --sky 0,0,1";
+        let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
+        assert_eq!(args.view.eye, Some(Vec3::new(-1.0, -2.0, -3.0)));
+        assert_eq!(args.lights.points.len(), 2);
+        assert!(args.lights.sun.is_some());
+        assert_eq!(args.lights.sky, Some(Vec3::Z));
+    }
+
+    #[test]
+    fn unknown_values_are_refused_with_the_known_ones() {
+        for (flag, known) in [
+            ("--shadows", "ray-query"),
+            ("--culling", "tiled"),
+            ("--tile-size", "16"),
+            ("--tone-map", "neutral"),
+            ("--attenuation", "physical_smooth_2"),
+            ("--materials", "lambert"),
+            ("--debug-view", "light-count"),
+            ("--textures", "per-material"),
+            ("--ray-culling", "improved"),
+            ("--aabb", "off"),
+        ] {
+            let error = parsed(&[flag, "nonsense"]).unwrap_err().to_string();
+            assert!(error.contains(flag) && error.contains("nonsense") && error.contains(known), "{error}");
+        }
+    }
+
+    #[test]
+    fn adapters_are_named_or_cpu() {
+        assert_eq!(parsed(&["--adapter", "cpu"]).unwrap().run.adapter, Some(AdapterChoice::Cpu));
+        let named = parsed(&["--adapter", "llvmpipe"]).unwrap().run.adapter;
+        assert_eq!(named, Some(AdapterChoice::Name("llvmpipe".to_owned())));
+        assert_eq!(parsed(&[]).unwrap().run.adapter, None);
+    }
+}

@@ -1,0 +1,130 @@
+//! From flags and a scene's cameras to one camera.
+
+use glam::Vec3;
+use lanternfish_scene::{Camera, Projection, Scene};
+
+use crate::{args::ViewArgs, error::CliError};
+
+/// Vertical angle of view where neither file nor flags say one: 45°, that of a 50 mm lens held upright.
+const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
+
+/// The camera the flags ask for: `--camera`, else the file's first, else one that sees the whole scene; moved, turned
+/// and zoomed by `--eye`, `--target` and `--fov-y`. `aspect` is width / height.
+pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
+    let mut camera = match &flags.camera {
+        Some(wanted) => named(scene, wanted)?.clone(),
+        None => match scene.cameras.first() {
+            Some(camera) => camera.clone(),
+            None => Camera::framing(&scene.bounds(), flags.fov_y.unwrap_or(FOV_Y), aspect),
+        },
+    };
+    if flags.eye.is_some() || flags.target.is_some() {
+        let eye = flags.eye.unwrap_or(camera.eye());
+        let forward = camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
+        let target = flags.target.unwrap_or(eye + forward);
+        if (eye - target).try_normalize().is_none() {
+            return Err(CliError::new(
+                format_args!("the camera at {},{},{} would look at itself", eye.x, eye.y, eye.z),
+                "give --eye and --target different points",
+            ));
+        }
+        camera.world_from_camera = Camera::look_at(eye, target, camera.projection).world_from_camera;
+        // The near plane of a file's camera belongs to where that camera stood.
+        if let Projection::Perspective { near, .. } = &mut camera.projection {
+            *near = near.min(near_inside(scene));
+        }
+    }
+    if let Some(fov_y) = flags.fov_y {
+        let near = match camera.projection {
+            Projection::Perspective { near, .. } => near,
+            Projection::Orthographic { .. } => near_inside(scene),
+        };
+        camera.projection = Projection::Perspective { fov_y, near };
+    }
+    Ok(camera)
+}
+
+/// A near plane for a camera anywhere in the scene: a thousandth of its size, at most 10 cm. Reverse-Z with an infinite
+/// far plane leaves precision to spare.
+fn near_inside(scene: &Scene) -> f32 {
+    (1e-3 * scene.bounds().size().length()).clamp(1e-5, 0.1)
+}
+
+/// A camera by name, else by number.
+fn named<'s>(scene: &'s Scene, wanted: &str) -> Result<&'s Camera, CliError> {
+    let by_name = scene.cameras.iter().find(|camera| camera.name == wanted);
+    let by_index = || wanted.parse().ok().and_then(|index: usize| scene.cameras.get(index));
+    by_name.or_else(by_index).ok_or_else(|| {
+        let what = format!("{}: no camera called {wanted:?}", scene.name);
+        if scene.cameras.is_empty() {
+            return CliError::new(what, "the file has none; place one with --eye and --target");
+        }
+        let known: Vec<_> = scene.cameras.iter().enumerate().map(|(i, c)| format!("{i} {:?}", c.name)).collect();
+        CliError::new(what, format!("there are {}", known.join(", ")))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 1.0, near: 5.0 };
+
+    fn scene() -> Scene {
+        let camera =
+            |name: &str, eye| Camera { name: name.to_owned(), ..Camera::look_at(eye, eye + Vec3::X, PERSPECTIVE) };
+        Scene { cameras: vec![camera("left", Vec3::NEG_X), camera("0", Vec3::Y)], ..Scene::default() }
+    }
+
+    fn flags() -> ViewArgs {
+        ViewArgs { eye: None, target: None, fov_y: None, camera: None }
+    }
+
+    fn forward(camera: &Camera) -> Vec3 {
+        camera.world_from_camera.transform_vector3(Vec3::NEG_Z)
+    }
+
+    #[test]
+    fn cameras_are_found_by_name_then_by_number() {
+        let find = |wanted: &str| choose(&scene(), &ViewArgs { camera: Some(wanted.to_owned()), ..flags() }, 1.0);
+        assert_eq!(find("left").unwrap().name, "left");
+        assert_eq!(find("1").unwrap().name, "0");
+        assert_eq!(find("0").unwrap().eye(), Vec3::Y, "a camera of that name goes before the one of that number");
+        let error = find("right").unwrap_err().to_string();
+        assert!(error.contains("\"right\"") && error.contains("0 \"left\""), "{error}");
+    }
+
+    #[test]
+    fn the_first_camera_of_the_file_is_the_default() {
+        assert_eq!(choose(&scene(), &flags(), 1.0).unwrap(), scene().cameras[0]);
+    }
+
+    #[test]
+    fn a_scene_without_cameras_is_framed() {
+        let camera = choose(&Scene::default(), &flags(), 1.0).unwrap();
+        assert!(camera.eye().is_finite() && forward(&camera).dot(camera.eye()) < 0.0);
+        let Projection::Perspective { fov_y, .. } = camera.projection else { panic!("{camera:?}") };
+        assert_eq!(fov_y, FOV_Y);
+    }
+
+    #[test]
+    fn eye_and_target_move_and_turn() {
+        let (eye, target) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, 2.0, -9.0));
+        let moved = choose(&scene(), &ViewArgs { eye: Some(eye), ..flags() }, 1.0).unwrap();
+        assert!(moved.eye() == eye && forward(&moved).abs_diff_eq(Vec3::X, 1e-6));
+        let turned = choose(&scene(), &ViewArgs { target: Some(Vec3::Y - Vec3::X), ..flags() }, 1.0).unwrap();
+        assert!(turned.eye() == Vec3::NEG_X && forward(&turned).abs_diff_eq(Vec3::Y, 1e-6));
+        let both = choose(&scene(), &ViewArgs { eye: Some(eye), target: Some(target), ..flags() }, 1.0).unwrap();
+        assert!(both.eye() == eye && forward(&both).abs_diff_eq(Vec3::NEG_Z, 1e-6));
+        let Projection::Perspective { near, .. } = both.projection else { panic!("{both:?}") };
+        assert!(near < 5.0, "a moved camera does not keep a near plane that cuts into the scene");
+        assert!(choose(&scene(), &ViewArgs { eye: Some(eye), target: Some(eye), ..flags() }, 1.0).is_err());
+    }
+
+    #[test]
+    fn the_angle_of_view_is_set_without_moving() {
+        let zoomed = choose(&scene(), &ViewArgs { fov_y: Some(0.3), ..flags() }, 1.0).unwrap();
+        assert_eq!(zoomed.projection, Projection::Perspective { fov_y: 0.3, near: 5.0 });
+        assert_eq!(zoomed.world_from_camera, scene().cameras[0].world_from_camera);
+    }
+}

@@ -1,0 +1,99 @@
+//! What the settings' names mean, for `--help`.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use lanternfish::settings::{
+    Attenuation, DebugView, Materials, RayCulling, Shadows, TextureBinding, TileSize, ToneMap,
+};
+
+/// A setting chosen by name.
+pub trait Choice: Copy + Send + Sync + 'static {
+    /// What can be chosen, in the order of help.
+    fn all() -> &'static [Self];
+    /// The name on the command line.
+    fn name(self) -> &'static str;
+    /// One line of help.
+    fn meaning(self) -> &'static str;
+}
+
+/// Reads a [`Choice`]; unknown names are refused with the list of known ones.
+pub fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(T::all().iter().map(|c| PossibleValue::new(c.name()).help(c.meaning())))
+        .map(|name| *T::all().iter().find(|c| c.name() == name).expect("clap lets only known names through"))
+}
+
+/// Gives each variant of a named enum of the library its line of help. A new variant does not compile without one.
+macro_rules! meanings {
+    ($($name:ident { $($variant:ident: $meaning:literal),+ $(,)? })+) => { $(
+        impl Choice for $name {
+            fn all() -> &'static [Self] {
+                Self::ALL
+            }
+            fn name(self) -> &'static str {
+                $name::name(self)
+            }
+            fn meaning(self) -> &'static str {
+                match self { $(Self::$variant => $meaning),+ }
+            }
+        }
+    )+ };
+}
+
+meanings! {
+    TileSize {
+        Px8: "Fewest lights a pixel, most lists",
+        Px16: "A good balance",
+        Px32: "Fewest lists, most lights a pixel",
+    }
+    Shadows {
+        Auto: "The faster one of this adapter",
+        None: "No shadows",
+        RayQuery: "The adapter's ray-tracing hardware",
+        Bvh: "A bounding volume hierarchy in compute, on any adapter",
+    }
+    RayCulling {
+        None: "Every light in range gets a ray",
+        Naive: "Normals from depth, two samples an axis: wrong at edges",
+        Improved: "Normals from depth, five samples an axis: wrong only on tiny triangles",
+        Surface: "The surface's own normal: exact",
+    }
+    Attenuation {
+        Gltf: "Inverse square, faded out towards the range: glTF's formula",
+        Physical: "Inverse square; without end where the file states no range",
+        Reduced: "Inverse square, less its value at the range",
+        Smooth: "As reduced, with a slope of zero at the range",
+        PhysicalReduced1: "As reduced, correct close to the light",
+        PhysicalReduced2: "As physical_reduced_1, correct farther out",
+        PhysicalSmooth1: "As smooth, correct close to the light",
+        PhysicalSmooth2: "As physical_smooth_1, correct farther out",
+        Linear: "Straight down to the range: for illustration",
+        Step: "Constant up to the range: for illustration",
+    }
+    Materials {
+        File: "The file's own metallic-roughness materials",
+        Lambert: "Base colour as a two-sided diffuse surface",
+    }
+    ToneMap {
+        None: "Clamps to 0..1",
+        Neutral: "Keeps colours, compresses highlights only (Khronos PBR Neutral)",
+        Reinhard: "x / (1 + x) on luminance: soft",
+        Aces: "A fit of the ACES film look: contrasty, warm",
+    }
+    DebugView {
+        Depth: "Distance from the camera; brighter is nearer",
+        Normal: "Shading normal",
+        GeometricNormal: "The triangle's own normal",
+        NormalNaive: "Normal rebuilt from depth, two samples an axis",
+        NormalImproved: "Normal rebuilt from depth, five samples an axis",
+        Roughness: "Perceptual roughness",
+        BaseColor: "Base colour after textures",
+        LightCount: "Lights listed for a pixel, as a heat map",
+        RayCount: "Shadow rays of a pixel, as a heat map",
+        Visibility: "Share of a pixel's listed lights that reach it",
+        Nan: "Magenta where the result is not a number",
+    }
+    TextureBinding {
+        Auto: "array where the adapter has it",
+        Array: "All textures bound at once, chosen by index",
+        PerMaterial: "Bound material by material: works everywhere",
+    }
+}

@@ -1,0 +1,113 @@
+//! The one error a run ends with: what, where, and what to do.
+
+use std::{backtrace::Backtrace, fmt, io, panic};
+
+use lanternfish::RenderError;
+use lanternfish_gpu::GpuError;
+use lanternfish_metrics::MetricsError;
+use lanternfish_scene::SceneError;
+
+/// Why the program stops.
+#[derive(Debug)]
+pub enum CliError {
+    /// Something a user can do something about.
+    Failed {
+        /// What went wrong, and where.
+        what: String,
+        /// What to do, as a sentence without capital and full stop.
+        hint: String,
+    },
+    /// Standard output was closed by its reader: not an error.
+    ReaderGone,
+}
+
+impl CliError {
+    pub fn new(what: impl fmt::Display, hint: impl Into<String>) -> Self {
+        Self::Failed { what: what.to_string(), hint: hint.into() }
+    }
+
+    /// An error of writing to standard output.
+    pub fn from_stdout(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Self::ReaderGone,
+            _ => Self::new(format_args!("standard output: {error}"), "check where the output is sent to"),
+        }
+    }
+}
+
+impl fmt::Display for CliError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Failed { what, hint } if hint.is_empty() => write!(f, "error: {what}"),
+            Self::Failed { what, hint } => write!(f, "error: {what}\n\n  hint: {hint}"),
+            Self::ReaderGone => Ok(()),
+        }
+    }
+}
+
+impl From<SceneError> for CliError {
+    fn from(error: SceneError) -> Self {
+        let hint = match &error {
+            SceneError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => {
+                "check the path, or render a built-in scene: lanternfish render demo:atrium"
+            }
+            SceneError::Io { .. } => "check that the file can be read",
+            SceneError::UnknownFormat { .. } => {
+                "export the scene as glTF 2.0 (.glb), which every modelling program can"
+            }
+            SceneError::Invalid { .. } => "export the file again; the Khronos glTF validator shows every fault it has",
+            SceneError::Unsupported { .. } => "export the file again without it",
+            SceneError::UnknownDemo { .. } => "choose one of these, or name a .gltf or .glb file",
+            _ => "",
+        };
+        Self::new(&error, hint)
+    }
+}
+
+impl From<GpuError> for CliError {
+    fn from(error: GpuError) -> Self {
+        let hint = match &error {
+            // These messages say what to do themselves.
+            GpuError::NoAdapter => "`cargo xtask demo` installs one; `lanternfish info --adapters` lists what is there",
+            GpuError::UnknownAdapter { .. } => "`lanternfish info --adapters` lists them; a part of the name is enough",
+            GpuError::Device { .. } => "choose another adapter with --adapter; --adapter cpu is the safest",
+            GpuError::TooLarge { .. } => "choose a smaller --size or fewer lights",
+            _ => "",
+        };
+        Self::new(&error, hint)
+    }
+}
+
+impl From<RenderError> for CliError {
+    fn from(error: RenderError) -> Self {
+        let hint = match error {
+            RenderError::Gpu(error) => return error.into(),
+            RenderError::Size { .. } => "choose a smaller --size",
+            RenderError::MissingFeature { .. } => "`lanternfish info --adapters` lists what each adapter has",
+            // Its message says how to shrink the list.
+            _ => "",
+        };
+        Self::new(&error, hint)
+    }
+}
+
+impl From<MetricsError> for CliError {
+    fn from(error: MetricsError) -> Self {
+        Self::new(&error, "check that the disk has room and the folder can be written to")
+    }
+}
+
+/// A panic is a bug of ours: it is reported like any other error, with what is needed to report it.
+pub fn install_panic_message() {
+    panic::set_hook(Box::new(|info| {
+        let message = info.payload_as_str().unwrap_or("no message");
+        let place = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
+        let what = format!("internal error: {message}{place}");
+        let hint = "this is a bug of Lanternfish; please report it with the command line and the scene";
+        eprintln!("{}", CliError::new(what, hint));
+        let backtrace = Backtrace::capture();
+        if backtrace.status() == std::backtrace::BacktraceStatus::Captured {
+            eprintln!("\n{backtrace}");
+        }
+    }));
+}

@@ -1,0 +1,170 @@
+//! What a scene holds, and which adapters there are.
+
+use std::{fmt::Write as _, io::Write as _};
+
+use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene};
+
+use crate::{args::InfoArgs, error::CliError, report::grouped};
+
+pub fn run(args: &InfoArgs) -> Result<(), CliError> {
+    let mut text = String::new();
+    if let Some(source) = &args.scene {
+        text += &describe(&lanternfish_scene::load(source)?);
+    }
+    if args.adapters {
+        text += &adapters()?;
+    }
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+}
+
+/// Lines of `name  value`.
+#[derive(Default)]
+struct Lines(String);
+
+impl Lines {
+    fn add(&mut self, name: &str, value: impl std::fmt::Display) {
+        // Writing to a String cannot fail.
+        writeln!(self.0, "{name:<13}{value}").expect("String");
+    }
+
+    fn count(&mut self, name: &str, count: usize, more: impl std::fmt::Display) {
+        self.add(name, format_args!("{}{more}", grouped(count as u64)));
+    }
+}
+
+fn describe(scene: &Scene) -> String {
+    let mut lines = Lines::default();
+    lines.add("scene", if scene.name.is_empty() { "(no name)" } else { &scene.name });
+    lines.count("meshes", scene.meshes.len(), "");
+    lines.count("primitives", scene.meshes.iter().map(|m| m.primitives.len()).sum(), "");
+    lines.count("instances", scene.instances.len(), "");
+    let (stored, placed) = scene.triangle_counts();
+    lines.count("triangles", stored, format_args!(" stored, {} placed", grouped(placed as u64)));
+
+    let modes = scene.materials.iter().map(|material| match material.alpha_mode {
+        AlphaMode::Opaque => "opaque",
+        AlphaMode::Mask { .. } => "mask",
+        AlphaMode::Blend => "blend",
+    });
+    lines.count("materials", scene.materials.len(), by_kind(modes, &["opaque", "mask", "blend"]));
+    lines.count("textures", scene.textures.len(), "");
+    let bytes: usize = scene.images.iter().map(|image| image.rgba.len()).sum();
+    lines.count("images", scene.images.len(), format_args!(" ({:.1} MiB decoded)", bytes as f64 / f64::from(1 << 20)));
+
+    let kinds = scene.lights.iter().map(|light| match light.kind {
+        LightKind::Point => "point",
+        LightKind::Spot { .. } => "spot",
+        LightKind::Directional => "directional",
+    });
+    lines.count("lights", scene.lights.len(), by_kind(kinds, &["point", "spot", "directional"]));
+    lines.count("cameras", scene.cameras.len(), "");
+    for (index, camera) in scene.cameras.iter().enumerate() {
+        let projection = match camera.projection {
+            Projection::Perspective { fov_y, .. } => format!("perspective, {:.1}° vertical", fov_y.to_degrees()),
+            Projection::Orthographic { half_height, .. } => format!("orthographic, {} m high", 2.0 * half_height),
+        };
+        let name = if camera.name.is_empty() { "(no name)" } else { &camera.name };
+        let eye = camera.eye();
+        lines.add(
+            &format!("  {index}"),
+            format_args!("{name}: {projection}, at {:.3},{:.3},{:.3}", eye.x, eye.y, eye.z),
+        );
+    }
+
+    let bounds = scene.bounds();
+    if bounds.is_empty() {
+        lines.add("bounds", "empty: the scene has no geometry");
+    } else {
+        let (min, max, size) = (bounds.min, bounds.max, bounds.size());
+        lines.add(
+            "bounds",
+            format_args!("{:.3},{:.3},{:.3} to {:.3},{:.3},{:.3} m", min.x, min.y, min.z, max.x, max.y, max.z),
+        );
+        lines.add("size", format_args!("{:.3} × {:.3} × {:.3} m", size.x, size.y, size.z));
+    }
+    lines.0
+}
+
+/// ` (3 point, 1 spot)`: how many of each kind there are, or nothing where there are none.
+fn by_kind<'k>(kinds: impl Iterator<Item = &'k str> + Clone, known: &[&str]) -> String {
+    let counts: Vec<_> = known
+        .iter()
+        .map(|kind| (kinds.clone().filter(|k| k == kind).count(), kind))
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, kind)| format!("{} {kind}", grouped(count as u64)))
+        .collect();
+    if counts.is_empty() { String::new() } else { format!(" ({})", counts.join(", ")) }
+}
+
+fn adapters() -> Result<String, CliError> {
+    let adapters = lanternfish_gpu::adapters();
+    if adapters.is_empty() {
+        return Err(lanternfish_gpu::GpuError::NoAdapter.into());
+    }
+    let mut text = String::new();
+    for adapter in adapters {
+        let mut lines = Lines::default();
+        let yes =
+            |has: bool, with: &str, without: &str| if has { format!("yes: {with}") } else { format!("no: {without}") };
+        lines.add("adapter", &adapter.name);
+        lines.add("  kind", format_args!("{}, through {}", adapter.device_type, adapter.backend));
+        lines.add("  driver", &adapter.driver);
+        lines.add("  ray query", yes(adapter.ray_query, "--shadows ray-query works", "shadows use --shadows bvh"));
+        lines.add("  arrays", yes(adapter.texture_arrays, "--textures array works", "textures are bound per material"));
+        lines.add("  timestamps", yes(adapter.timestamps, "--timings times every pass", "--timings has counters only"));
+        text += &lines.0;
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Affine3A, Vec3};
+    use lanternfish_scene::{Camera, Image, Instance, Light, Material, Mesh, Primitive, Texture};
+
+    use super::*;
+
+    #[test]
+    fn everything_is_counted() {
+        let primitive = Primitive {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(0.0, 2.0, 0.5)],
+            indices: vec![0, 1, 2],
+            ..Primitive::default()
+        };
+        let instance =
+            |x| Instance { name: String::new(), mesh: 0, world_from_object: Affine3A::from_translation(x * Vec3::X) };
+        let material = |alpha_mode| Material { alpha_mode, ..Material::default() };
+        let scene = Scene {
+            name: "court".to_owned(),
+            meshes: vec![Mesh { name: String::new(), primitives: vec![primitive; 2] }],
+            instances: (0..1000).map(|i| instance(i as f32)).collect(),
+            materials: vec![material(AlphaMode::Opaque), material(AlphaMode::Blend), material(AlphaMode::Opaque)],
+            textures: vec![Texture { image: 0, sampler: 0 }],
+            images: vec![Image { name: String::new(), width: 1024, height: 512, rgba: vec![0; 2 << 20] }],
+            lights: vec![Light::point(Vec3::ZERO, Vec3::ONE), Light::directional(Vec3::Y, Vec3::ONE)],
+            cameras: vec![Camera {
+                name: "door".to_owned(),
+                ..Camera::look_at(Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 0.1 })
+            }],
+            ..Scene::default()
+        };
+        let text = describe(&scene);
+        for line in [
+            "scene        court",
+            "meshes       1",
+            "primitives   2",
+            "instances    1,000",
+            "triangles    2 stored, 2,000 placed",
+            "materials    3 (2 opaque, 1 blend)",
+            "textures     1",
+            "images       1 (2.0 MiB decoded)",
+            "lights       2 (1 point, 1 directional)",
+            "cameras      1",
+            "  0          door: perspective, 28.6° vertical, at 0.000,0.000,1.000",
+            "bounds       0.000,0.000,0.000 to 1000.000,2.000,0.500 m",
+        ] {
+            assert!(text.lines().any(|l| l == line), "{line:?} is not in\n{text}");
+        }
+        assert!(describe(&Scene::default()).contains("no geometry"));
+    }
+}

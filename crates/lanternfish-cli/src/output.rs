@@ -1,0 +1,146 @@
+//! Where results go. Checked before any work, written whole or not at all.
+
+use std::{
+    fs::{self, OpenOptions},
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use lanternfish::Picture;
+use lanternfish_metrics::{ColorType, RgbImage, write_aside, write_exr, write_png};
+
+use crate::error::CliError;
+
+/// A picture's file, in a format that is known and a folder that can be written to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    pub path: PathBuf,
+    format: Format,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    /// What a display shows: tone-mapped, sRGB-encoded, 8 bits.
+    Png,
+    /// Linear, scene-referred, half floats.
+    Exr,
+}
+
+impl Output {
+    /// The file `-o` names, or the scene's name with `.png`.
+    pub fn choose(path: Option<&Path>, scene: &str) -> Result<Self, CliError> {
+        let path = path.map_or_else(|| default_path(scene), Path::to_owned);
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let format = if ending.eq_ignore_ascii_case("png") {
+            Format::Png
+        } else if ending.eq_ignore_ascii_case("exr") {
+            Format::Exr
+        } else {
+            return Err(CliError::new(
+                format_args!("{}: the ending names no format that is written", path.display()),
+                "end the name with .png (tone-mapped) or .exr (linear)",
+            ));
+        };
+        check_writable(&path)?;
+        Ok(Self { path, format })
+    }
+
+    pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
+        match self.format {
+            Format::Png => {
+                let pixels: Vec<u8> =
+                    picture.display.iter().flat_map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
+                write_png(&self.path, picture.width, picture.height, ColorType::Rgb, &pixels)?;
+            }
+            Format::Exr => {
+                let pixels = picture.radiance.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
+                write_exr(&self.path, &RgbImage::new(picture.width as usize, picture.height as usize, pixels)?)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The scene's name with `.png`, in the current folder: never beside the scene, which may not be ours to write to.
+fn default_path(scene: &str) -> PathBuf {
+    let name = match scene.strip_prefix("demo:") {
+        Some(name) => name.as_ref(),
+        None => Path::new(scene).file_stem().unwrap_or("picture".as_ref()),
+    };
+    let mut file = name.to_owned();
+    file.push(".png");
+    PathBuf::from(file)
+}
+
+/// An error unless a file can be put at `path`, before minutes of work depend on it. Leaves nothing behind.
+pub fn check_writable(path: &Path) -> Result<(), CliError> {
+    let failed =
+        |what: &dyn std::fmt::Display, hint: &str| CliError::new(format_args!("{}: {what}", path.display()), hint);
+    if path.file_name().is_none() || path.is_dir() {
+        return Err(failed(&"this is a folder", "name a file in it"));
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        let what = format!("there is no folder {}", folder.display());
+        return Err(failed(&what, "create the folder first, or choose another"));
+    }
+    // Permissions, read-only disks and quotas all show in an attempt, and only there.
+    let probe = folder.join(format!(".lanternfish-{}.probe", std::process::id()));
+    OpenOptions::new().write(true).create(true).truncate(true).open(&probe).map_err(|error| {
+        let what = format!("the folder {} cannot be written to ({error})", folder.display());
+        failed(&what, "choose a folder that is yours")
+    })?;
+    fs::remove_file(&probe).map_err(|error| failed(&error, "choose a folder that is yours"))
+}
+
+/// Writes text whole or not at all.
+pub fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
+    write_aside(path, |file| file.write_all(text.as_bytes())).map_err(|error: std::io::Error| {
+        CliError::new(format_args!("{}: {error}", path.display()), "check that the disk has room")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(path: &Path) -> Result<Output, String> {
+        Output::choose(Some(path), "scene.glb").map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_name_comes_from_the_scene() {
+        for (scene, path) in [
+            ("demo:atrium", "atrium.png"),
+            ("Sponza.glb", "Sponza.png"),
+            ("some/folder/a.b.gltf", "a.b.png"),
+            ("..", "picture.png"),
+        ] {
+            assert_eq!(default_path(scene), Path::new(path), "{scene}");
+        }
+    }
+
+    #[test]
+    fn the_ending_chooses_the_format() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(chosen(&folder.path().join("a.png")).unwrap().format, Format::Png);
+        assert_eq!(chosen(&folder.path().join("a.EXR")).unwrap().format, Format::Exr);
+        for name in ["a.jpg", "a", ".png", "a.png.txt"] {
+            assert!(chosen(&folder.path().join(name)).unwrap_err().contains(".png (tone-mapped)"), "{name}");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "checking leaves nothing behind");
+    }
+
+    #[test]
+    fn folders_that_are_not_there_or_not_folders_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(chosen(&folder.path().join("missing/a.png")).unwrap_err().contains("there is no folder"));
+        fs::write(folder.path().join("file"), "").unwrap();
+        assert!(chosen(&folder.path().join("file/a.png")).unwrap_err().contains("there is no folder"));
+        fs::create_dir(folder.path().join("folder.png")).unwrap();
+        assert!(chosen(&folder.path().join("folder.png")).unwrap_err().contains("this is a folder"));
+    }
+}

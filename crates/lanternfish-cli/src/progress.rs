@@ -1,0 +1,93 @@
+//! What is being done, on the terminal, and how long each step took.
+
+use std::{
+    io::{self, Write},
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
+
+/// The steps of a run. Silent when asked to be, or when nobody looks (standard error is no terminal).
+pub struct Progress {
+    line: ProgressBar,
+    quiet: bool,
+    seconds: Vec<(&'static str, f64)>,
+}
+
+impl Progress {
+    /// Starts the line on the terminal, and sends the libraries' log above it (`RUST_LOG` chooses how much).
+    pub fn start(quiet: bool) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let line = ProgressBar::with_draw_target(None, target);
+        line.set_style(ProgressStyle::with_template("{spinner:.cyan} {msg} {elapsed:.dim}").expect("a valid template"));
+        let default = if quiet { "error" } else { "warn" };
+        let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
+        tracing_subscriber::fmt()
+            .with_env_filter(filter)
+            .with_writer(Above(line.clone()))
+            .with_ansi(false)
+            .without_time()
+            .with_target(false)
+            .init();
+        Self { line, quiet, seconds: Vec::new() }
+    }
+
+    /// Runs a step and remembers how long it took. `name` is the report's, `doing` the terminal's.
+    pub fn step<T, E>(&mut self, name: &'static str, doing: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        self.line.reset_elapsed();
+        self.line.set_message(doing.to_owned());
+        self.line.enable_steady_tick(Duration::from_millis(100));
+        let started = Instant::now();
+        let result = work();
+        let seconds = started.elapsed().as_secs_f64();
+        self.seconds.push((name, seconds));
+        self.line.disable_steady_tick();
+        if result.is_ok() {
+            self.line.println(format!("  {doing:<32}{seconds:>8.2} s"));
+        }
+        result
+    }
+
+    /// Something the user may want to know. Shown to scripts too, unless they asked for quiet.
+    pub fn note(&self, text: &str) {
+        if !self.quiet {
+            self.line.suspend(|| eprintln!("note: {text}"));
+        }
+    }
+
+    /// Removes the line, so that results can be printed, and gives the seconds each step took.
+    pub fn finish(mut self) -> Vec<(&'static str, f64)> {
+        std::mem::take(&mut self.seconds)
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        // The log keeps a handle to the line, so it does not go away by itself.
+        self.line.finish_and_clear();
+    }
+}
+
+/// Writes to standard error above the progress line.
+struct Above(ProgressBar);
+
+impl<'w> MakeWriter<'w> for Above {
+    type Writer = AboveWriter<'w>;
+
+    fn make_writer(&'w self) -> AboveWriter<'w> {
+        AboveWriter(&self.0)
+    }
+}
+
+struct AboveWriter<'w>(&'w ProgressBar);
+
+impl Write for AboveWriter<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.suspend(|| io::stderr().write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}

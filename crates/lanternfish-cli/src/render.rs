@@ -1,0 +1,82 @@
+//! From a scene's file to a picture's.
+
+use std::{io::Write, time::Instant};
+
+use lanternfish::Renderer;
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::{Scene, generate::light_rain};
+
+use crate::{
+    args::{LightArgs, RenderArgs},
+    camera,
+    error::CliError,
+    output::{self, Output},
+    progress::Progress,
+    report::Run,
+};
+
+pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
+    // Everything that can be refused without work is refused first.
+    let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
+    if let Some(path) = &args.run.report {
+        output::check_writable(path)?;
+        if *path == output.path {
+            let what = format!("{}: both the picture and --report", path.display());
+            return Err(CliError::new(what, "give them different names"));
+        }
+    }
+    let (settings, size) = (args.settings(), args.output.size);
+    let mut progress = Progress::start(args.run.quiet);
+
+    let mut scene =
+        progress.step("load", &format!("Loading {}", args.scene), || lanternfish_scene::load(&args.scene))?;
+    apply_lights(&mut scene, &args.lights, args.run.seed);
+    if scene.lights.is_empty() && settings.debug_view.is_none() {
+        progress
+            .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
+    }
+    let camera = camera::choose(&scene, &args.view, size.width as f32 / size.height as f32)?;
+
+    let choice = args.run.adapter.clone().unwrap_or_default();
+    let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+    let mut renderer =
+        progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
+    let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
+    drop(scene);
+    let picture =
+        progress.step("render", "Rendering", || renderer.render(&uploaded, &camera, size.width, size.height))?;
+    progress.step("write", &format!("Writing {}", output.path.display()), || output.write(&picture))?;
+
+    let mut seconds = progress.finish();
+    seconds.push(("total", started.elapsed().as_secs_f64()));
+    let run = Run {
+        scene: &args.scene,
+        output: &output.path,
+        adapter: &gpu.description,
+        size,
+        settings: &settings,
+        cost: &picture.report,
+        seconds: &seconds,
+    };
+    if let Some(path) = &args.run.report {
+        output::write_text(path, &run.to_json())?;
+    }
+    let mut text = String::new();
+    if args.run.timings {
+        text = run.to_table() + "\n";
+    }
+    text += &format!("{}\n", output.path.display());
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+}
+
+/// Adds the lights of the flags to those of the file.
+fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) {
+    if let Some(rain) = flags.lights {
+        scene.lights.extend(light_rain(&scene.bounds(), rain.count, rain.radius, seed, 0.0));
+    }
+    scene.lights.extend(flags.points.iter().cloned());
+    scene.lights.extend(flags.sun.clone());
+    if let Some(sky) = flags.sky {
+        scene.sky = sky;
+    }
+}

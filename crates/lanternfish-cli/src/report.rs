@@ -1,0 +1,211 @@
+//! What a run cost: a table for people, JSON for scripts.
+
+use std::{collections::BTreeMap, fmt::Write, path::Path};
+
+use lanternfish::{
+    Report,
+    settings::{Culling, Settings},
+};
+use lanternfish_gpu::AdapterDescription;
+use serde::Serialize;
+
+use crate::parse::Size;
+
+/// Everything worth knowing about a run.
+#[derive(Debug, Serialize)]
+struct RunReport<'r> {
+    /// Lanternfish's version.
+    version: &'static str,
+    scene: &'r str,
+    /// The picture's path.
+    output: String,
+    adapter: &'r str,
+    backend: &'r str,
+    driver: &'r str,
+    width: u32,
+    height: u32,
+    /// What was chosen, by the names of the command line.
+    settings: BTreeMap<&'static str, String>,
+    /// In the order in which they ran.
+    passes: Vec<Pass<'r>>,
+    /// Exact on any machine.
+    counters: BTreeMap<&'r str, u64>,
+    /// Of each step, and `total` from the start of the process.
+    seconds: BTreeMap<&'static str, f64>,
+    /// Most memory the process ever held; `None` where the system does not say.
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct Pass<'r> {
+    name: &'r str,
+    ms: f64,
+}
+
+/// What there is to say about a run.
+#[derive(Debug)]
+pub struct Run<'r> {
+    pub scene: &'r str,
+    pub output: &'r Path,
+    pub adapter: &'r AdapterDescription,
+    pub size: Size,
+    pub settings: &'r Settings,
+    pub cost: &'r Report,
+    /// Of each step, and `total` from the start of the process.
+    pub seconds: &'r [(&'static str, f64)],
+}
+
+impl Run<'_> {
+    /// For scripts.
+    pub fn to_json(&self) -> String {
+        let report = RunReport {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: self.scene,
+            output: self.output.display().to_string(),
+            adapter: &self.adapter.name,
+            backend: &self.adapter.backend,
+            driver: &self.adapter.driver,
+            width: self.size.width,
+            height: self.size.height,
+            settings: settings_by_name(self.settings),
+            passes: self.cost.passes.iter().map(|pass| Pass { name: &pass.name, ms: pass.ms }).collect(),
+            counters: self.cost.counters.iter().map(|(name, value)| (name.as_str(), *value)).collect(),
+            seconds: self.seconds.iter().copied().collect(),
+            peak_memory_bytes: peak_memory_bytes(),
+        };
+        let mut text = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
+        text.push('\n');
+        text
+    }
+
+    /// For people.
+    pub fn to_table(&self) -> String {
+        let Size { width, height } = self.size;
+        format!(
+            "adapter  {}\ndriver   {}\nsize     {width}x{height}\n\n{}",
+            self.adapter.name,
+            self.adapter.driver,
+            table(self.cost, self.seconds)
+        )
+    }
+}
+
+/// Settings by the names of the command line.
+fn settings_by_name(settings: &Settings) -> BTreeMap<&'static str, String> {
+    let mut names = BTreeMap::from([
+        ("shadows", settings.shadows.to_string()),
+        ("ray-culling", settings.ray_culling.to_string()),
+        ("attenuation", settings.attenuation.to_string()),
+        ("range-threshold", settings.range_threshold.to_string()),
+        ("materials", settings.materials.to_string()),
+        ("exposure", settings.exposure.to_string()),
+        ("tone-map", settings.tone_map.to_string()),
+        ("textures", settings.textures.to_string()),
+        ("seed", settings.seed.to_string()),
+    ]);
+    match settings.culling {
+        Culling::All => {
+            names.insert("culling", "all".to_owned());
+        }
+        Culling::Tiled(tiled) => {
+            names.insert("culling", "tiled".to_owned());
+            names.insert("tile-size", tiled.tile_size.to_string());
+            names.insert("aabb", if tiled.aabb_test { "on" } else { "off" }.to_owned());
+        }
+    }
+    if let Some(view) = settings.debug_view {
+        names.insert("debug-view", view.to_string());
+    }
+    names
+}
+
+/// Passes, counters and steps as a table.
+fn table(Report { passes, counters }: &Report, seconds: &[(&'static str, f64)]) -> String {
+    let names = passes.iter().map(|p| p.name.as_str()).chain(counters.iter().map(|(name, _)| name.as_str()));
+    let width = names.map(|name| name.chars().count()).max().unwrap_or(0).max("counter".len());
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |name: &str, value: String| writeln!(text, "{name:<width$}  {value:>14}").expect("String");
+    if !passes.is_empty() {
+        line("pass", "ms".to_owned());
+        for pass in passes {
+            line(&pass.name, format!("{:.3}", pass.ms));
+        }
+        line("all passes", format!("{:.3}", passes.iter().fold(0.0, |sum, pass| sum + pass.ms)));
+        line("", String::new());
+    }
+    if !counters.is_empty() {
+        line("counter", "value".to_owned());
+        for (name, value) in counters {
+            line(name, grouped(*value));
+        }
+        line("", String::new());
+    }
+    line("step", "s".to_owned());
+    for (name, seconds) in seconds {
+        line(name, format!("{seconds:.2}"));
+    }
+    text.lines().flat_map(|line| [line.trim_end(), "\n"]).collect()
+}
+
+/// A count with a comma between thousands.
+pub fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// The most memory this process ever held, bytes: `VmHWM` of Linux; nothing is known elsewhere.
+fn peak_memory_bytes() -> Option<u64> {
+    peak_in_status(&std::fs::read_to_string("/proc/self/status").ok()?)
+}
+
+fn peak_in_status(status: &str) -> Option<u64> {
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kibibytes| 1024 * kibibytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_grouped() {
+        for (count, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (262_267, "262,267"), (1_000_000, "1,000,000")] {
+            assert_eq!(grouped(count), text);
+        }
+    }
+
+    #[test]
+    fn peak_memory_is_read() {
+        assert_eq!(peak_in_status("Name:\tx\nVmHWM:\t    2048 kB\nVmRSS:\t 1 kB\n"), Some(2 << 20));
+        assert_eq!(peak_in_status("Name:\tx\n"), None);
+        #[cfg(target_os = "linux")]
+        assert!(peak_memory_bytes().unwrap() > 100_000);
+    }
+
+    #[test]
+    fn the_table_lists_passes_counters_and_steps() {
+        let pass = |name: &str, ms| lanternfish_gpu::PassTime { name: name.to_owned(), ms };
+        let cost = Report {
+            passes: vec![pass("prepass", 1.5), pass("shading/forward", 2.25)],
+            counters: vec![("rays".to_owned(), 12345)],
+        };
+        let table = table(&cost, &[("load", 0.5)]);
+        for line in [
+            "prepass                   1.500",
+            "all passes                3.750",
+            "rays                     12,345",
+            "load                       0.50",
+        ] {
+            assert!(table.lines().any(|l| l == line), "{line:?} is not in\n{table}");
+        }
+        assert!(table.lines().all(|line| line == line.trim_end()));
+    }
+}

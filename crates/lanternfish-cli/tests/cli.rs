@@ -1,0 +1,206 @@
+//! What the program promises about mistakes: one clear error, a non-zero exit, nothing left behind.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+};
+
+/// What a run left: whether it succeeded, what it said, and which files are in its folder.
+#[derive(Debug)]
+struct Outcome {
+    success: bool,
+    stdout: String,
+    stderr: String,
+    files: Vec<String>,
+}
+
+fn lanternfish(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
+    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+fn run(folder: &Path, words: &[&str]) -> Outcome {
+    outcome(folder, lanternfish(folder).args(words))
+}
+
+fn outcome(folder: &Path, command: &mut Command) -> Outcome {
+    let output = command.output().unwrap();
+    let mut files: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    files.sort();
+    Outcome {
+        success: output.status.success(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+        files,
+    }
+}
+
+impl Outcome {
+    /// One error that holds each of `words`; no panic, no results, and only the files that were there before.
+    #[track_caller]
+    fn assert_refused(&self, words: &[&str], files: &[&str]) {
+        assert!(!self.success, "this should have failed: {self:?}");
+        let errors = self.stderr.lines().filter(|line| line.starts_with("error")).count();
+        assert_eq!(errors, 1, "{}", self.stderr);
+        for bug in ["panicked", "internal error", "RUST_BACKTRACE"] {
+            assert!(!self.stderr.contains(bug), "{}", self.stderr);
+        }
+        for word in words {
+            assert!(self.stderr.contains(word), "{word:?} is not in: {}", self.stderr);
+        }
+        assert_eq!(self.stdout, "");
+        assert_eq!(self.files, files);
+    }
+}
+
+#[test]
+fn a_missing_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for words in [&["render", "nowhere.glb", "-o", "a.png"][..], &["info", "nowhere.glb"], &["render", "nowhere.gltf"]]
+    {
+        run(folder.path(), words).assert_refused(&["nowhere.gl", "No such file", "hint"], &[]);
+    }
+}
+
+#[test]
+fn a_broken_file() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, content) in [
+        ("text.glb", &b"this is not a scene"[..]),
+        ("empty.glb", b""),
+        ("half.gltf", b"{ \"asset\": { \"version\": \"2.0\" }, \"meshes\": [ {"),
+        ("far.gltf", b"{ \"asset\": { \"version\": \"2.0\" }, \"scene\": 0, \"scenes\": [ { \"nodes\": [ 7 ] } ] }"),
+        ("binary.gltf", b"\xff\xfe\x00\x01"),
+    ] {
+        fs::write(folder.path().join(name), content).unwrap();
+        run(folder.path(), &["render", name, "-o", "a.png"]).assert_refused(&[name], &[name]);
+        run(folder.path(), &["info", name]).assert_refused(&[name], &[name]);
+        fs::remove_file(folder.path().join(name)).unwrap();
+    }
+}
+
+#[test]
+fn something_that_is_no_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.fbx"), "x").unwrap();
+    run(folder.path(), &["render", "scene.fbx", "-o", "a.png"]).assert_refused(&["scene.fbx", ".glb"], &["scene.fbx"]);
+    run(folder.path(), &["render", "."]).assert_refused(&[], &["scene.fbx"]);
+}
+
+#[test]
+fn an_unknown_demo() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &["render", "demo:moonbase"]).assert_refused(&["demo:moonbase", "there are"], &[]);
+    run(folder.path(), &["info", "demo:moonbase"]).assert_refused(&["demo:moonbase"], &[]);
+}
+
+#[test]
+fn sizes_out_of_range() {
+    let folder = tempfile::tempdir().unwrap();
+    for size in ["0x0", "0", "0x720", "1280x0", "100000", "100000x100000", "16385x16", "-5x5", "wide"] {
+        run(folder.path(), &["render", "demo:atrium", "--size", size, "-o", "a.png"])
+            .assert_refused(&["--size", "from 1 to 16384"], &[]);
+    }
+}
+
+#[test]
+fn unknown_values_and_flags() {
+    let folder = tempfile::tempdir().unwrap();
+    for (flag, value, known) in [
+        ("--shadows", "soft", "ray-query"),
+        ("--tile-size", "12", "16"),
+        ("--tone-map", "film", "neutral"),
+        ("--point", "1,2", "x,y,z,cd"),
+        ("--sun", "0,0,0,1", "direction"),
+        ("--lights", "snow:5", "rain:N"),
+        ("--fov-y", "180", "179"),
+        ("--eye", "here", "x,y,z"),
+        ("--seed", "-1", "--seed"),
+        ("--exposure", "NaN", "stops"),
+    ] {
+        run(folder.path(), &["render", "demo:atrium", flag, value]).assert_refused(&[flag, value, known], &[]);
+    }
+    run(folder.path(), &["render", "demo:atrium", "--shadow", "none"]).assert_refused(&["--shadow", "--shadows"], &[]);
+    run(folder.path(), &["render"]).assert_refused(&["SCENE"], &[]);
+    run(folder.path(), &["info"]).assert_refused(&["SCENE"], &[]);
+}
+
+#[test]
+fn outputs_are_refused_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    // The scene does not exist either: what is told first was looked at first.
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a.jpg"]).assert_refused(&["a.jpg", ".png", ".exr"], &[]);
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a"]).assert_refused(&["a:", ".png", ".exr"], &[]);
+    run(folder.path(), &["render", "nowhere.glb", "-o", "missing/a.png"])
+        .assert_refused(&["missing/a.png", "no folder missing"], &[]);
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "missing/a.json"])
+        .assert_refused(&["missing/a.json", "no folder missing"], &[]);
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "a.png"])
+        .assert_refused(&["a.png", "--report"], &[]);
+}
+
+#[test]
+fn no_adapter() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("triangle.gltf"), TRIANGLE).unwrap();
+    let without_driver = |words: &[&str]| {
+        let mut command = lanternfish(folder.path());
+        command.args(words).env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+        outcome(folder.path(), &mut command)
+    };
+    // Only where Vulkan is the way to every adapter does this take them all away.
+    if cfg!(any(target_os = "linux", target_os = "android")) {
+        without_driver(&["render", "triangle.gltf", "-o", "a.png"])
+            .assert_refused(&["no graphics adapter", "mesa-vulkan-drivers"], &["triangle.gltf"]);
+        without_driver(&["info", "--adapters"])
+            .assert_refused(&["no graphics adapter", "mesa-vulkan-drivers"], &["triangle.gltf"]);
+    }
+    // Reading a scene needs none.
+    let info = without_driver(&["info", "triangle.gltf"]);
+    assert!(info.success && info.stdout.contains("1 stored, 1 placed"), "{info:?}");
+}
+
+#[test]
+fn help_teaches() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = run(folder.path(), &["render", "--help"]);
+    assert!(help.success);
+    for word in
+        ["Examples:", "x,y,z,cd[,r,g,b[,range]]", "rain:N[:radius]", "ray-query", "Fewest lights a pixel", "1280x720"]
+    {
+        assert!(help.stdout.contains(word), "{word:?} is not in: {}", help.stdout);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("triangle.gltf"), TRIANGLE).unwrap();
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = lanternfish(folder.path())
+        .args(["info", "triangle.gltf"])
+        .stdout(writer)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+        .wait_with_output()
+        .unwrap();
+    assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]));
+}
+
+/// One triangle, white, in the plane z = 0.
+const TRIANGLE: &str = r#"{
+  "asset": { "version": "2.0" },
+  "scene": 0,
+  "scenes": [ { "nodes": [ 0 ] } ],
+  "nodes": [ { "mesh": 0 } ],
+  "meshes": [ { "primitives": [ { "attributes": { "POSITION": 0 } } ] } ],
+  "accessors": [ { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] } ],
+  "bufferViews": [ { "buffer": 0, "byteLength": 36 } ],
+  "buffers": [ { "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" } ]
+}"#;

@@ -1,0 +1,113 @@
+//! From the command line to a picture, on the software adapter.
+
+use std::{fs, path::Path, process::Command};
+
+use lanternfish_metrics::read_exr;
+use serde_json::Value;
+
+/// Runs `lanternfish render` in `folder`; gives its standard output and standard error.
+#[track_caller]
+fn render_scene(folder: &Path, scene: &str, words: &str) -> (String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_lanternfish"))
+        .current_dir(folder)
+        .env_remove("RUST_LOG")
+        .args(["render", scene, "--adapter", "cpu", "--size", "48x32"])
+        .args(words.split_whitespace())
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    (String::from_utf8(output.stdout).unwrap(), stderr)
+}
+
+/// Runs `lanternfish render demo:cornell` in `folder`; gives its standard output.
+#[track_caller]
+fn render(folder: &Path, words: &str) -> String {
+    let (stdout, stderr) = render_scene(folder, "demo:cornell", words);
+    assert_eq!(stderr, "", "nothing goes wrong, so nothing is said where nobody looks");
+    stdout
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn gpu_a_png_a_table_and_a_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let stdout = render(folder.path(), "--lights rain:20 --timings --report run.json -o picture.png");
+    assert_eq!(stdout.lines().last(), Some("picture.png"));
+    assert!(stdout.lines().any(|line| line.starts_with("counter")), "{stdout}");
+    assert_eq!(files(folder.path()), ["picture.png", "run.json"]);
+
+    let png = fs::read(folder.path().join("picture.png")).unwrap();
+    assert_eq!(&png[..8], b"\x89PNG\r\n\x1a\n");
+    // IHDR: width and height, big-endian.
+    assert_eq!((&png[16..20], &png[20..24]), (&48u32.to_be_bytes()[..], &32u32.to_be_bytes()[..]));
+
+    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
+    assert_eq!((&report["width"], &report["height"]), (&48.into(), &32.into()));
+    assert_eq!(report["settings"]["culling"], "tiled");
+    assert_eq!(report["output"], "picture.png");
+    for text in ["adapter", "driver", "scene"] {
+        assert!(report[text].as_str().is_some_and(|text| !text.is_empty()), "{text}: {report}");
+    }
+    for pass in report["passes"].as_array().unwrap() {
+        assert!(pass["name"].is_string() && pass["ms"].as_f64().unwrap() >= 0.0, "{pass}");
+    }
+    let counters = report["counters"].as_object().unwrap();
+    assert!(!counters.is_empty() && counters.values().all(Value::is_u64), "{report}");
+    let total = report["seconds"]["total"].as_f64().unwrap();
+    for step in ["load", "upload", "render", "write"] {
+        let seconds = report["seconds"][step].as_f64().unwrap();
+        assert!(seconds >= 0.0 && seconds <= total, "{step}: {report}");
+    }
+    #[cfg(target_os = "linux")]
+    assert!(report["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
+}
+
+#[test]
+fn gpu_an_exr_is_linear_and_the_same_every_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let exr = |name: &str, words: &str| {
+        assert_eq!(render(folder.path(), &format!("--point 0,1,0,20 -o {name} {words}")), format!("{name}\n"));
+        (fs::read(folder.path().join(name)).unwrap(), read_exr(&folder.path().join(name)).unwrap())
+    };
+    let (bytes, image) = exr("a.exr", "");
+    assert_eq!((image.width, image.height), (48, 32));
+    let brightest = image.pixels.iter().flatten().copied().fold(0.0, f32::max);
+    assert!(brightest.is_finite() && brightest > 0.0, "a picture of something: brightest {brightest}");
+    assert!(image.pixels.iter().any(|pixel| *pixel != image.pixels[0]));
+    assert_eq!(exr("b.exr", "").0, bytes, "same command, same bytes");
+
+    // Exposure and tone map are the display's, not the scene's.
+    assert_eq!(exr("c.exr", "--exposure 3 --tone-map aces").0, bytes);
+    // The comparison notices a light.
+    assert_ne!(exr("d.exr", "--point 0,1,0.2,20").0, bytes);
+}
+
+#[test]
+fn gpu_the_default_name_is_the_scenes_and_replaces_what_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cornell.png"), "not a picture").unwrap();
+    assert_eq!(render(folder.path(), "--quiet"), "cornell.png\n");
+    assert_eq!(files(folder.path()), ["cornell.png"]);
+    assert!(fs::read(folder.path().join("cornell.png")).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn gpu_scenes_without_lights_or_anything_render() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("empty.gltf"), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
+    let (stdout, stderr) = render_scene(folder.path(), "empty.gltf", "--sky 0.25,0.5,1 -o sky.exr");
+    assert_eq!(stdout, "sky.exr\n");
+    assert!(stderr.starts_with("note: the scene has no lights") && stderr.contains("--sun"), "{stderr}");
+    let sky = read_exr(&folder.path().join("sky.exr")).unwrap();
+    assert!(sky.pixels.iter().all(|pixel| *pixel == [0.25, 0.5, 1.0]), "{:?}", sky.pixels[0]);
+
+    assert_eq!(render_scene(folder.path(), "empty.gltf", "--quiet -o quiet.png").1, "");
+    render_scene(folder.path(), "empty.gltf", "--lights rain:10 --culling all -o rain.png");
+}
