@@ -26,7 +26,8 @@ pub fn storage_buffer(device: &wgpu::Device, label: &str, bytes: u64) -> Result<
     }))
 }
 
-/// A storage buffer with this content; `usage` is added to the usual ones. An empty slice gives 16 zero bytes.
+/// A storage buffer with this content; `usage` is added to the usual ones. An empty slice gives one zeroed element (of 16
+/// bytes at least): bindings cannot be empty.
 pub fn storage_buffer_of<T: bytemuck::NoUninit>(
     device: &wgpu::Device,
     label: &str,
@@ -39,7 +40,8 @@ pub fn storage_buffer_of<T: bytemuck::NoUninit>(
     if bytes.len() as u64 > limit {
         return Err(GpuError::TooLarge { what: label.to_owned(), needed: bytes.len() as u64, limit });
     }
-    let contents = if bytes.is_empty() { &[0; 16] } else { bytes };
+    let zeros = vec![0; size_of::<T>().max(16)];
+    let contents = if bytes.is_empty() { &zeros } else { bytes };
     Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some(label),
         contents,

@@ -1,0 +1,8 @@
+//! Pictures on a real adapter: against ground truth, against each other, from run to run.
+//!
+//! Every test that needs an adapter is called `gpu_…`; they run one at a time on the software adapter.
+
+#[path = "pictures/ground_truth.rs"]
+mod ground_truth;
+#[path = "pictures/support.rs"]
+mod support;

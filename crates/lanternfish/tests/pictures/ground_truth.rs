@@ -1,0 +1,120 @@
+//! Direct light against an independent path tracer (Mitsuba 3). The references are linear, box-filtered over many
+//! samples a pixel, so our pictures are rendered larger and box-averaged.
+
+use glam::{Affine2, Vec2, Vec3};
+use lanternfish::{
+    Settings,
+    settings::{Attenuation, Materials, ToneMap},
+};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_metrics::{RelativeError, RgbImage, read_exr};
+use lanternfish_scene::{Camera, Light, Projection, Scene};
+
+use crate::support::{linear, render};
+
+/// A reference: its picture, and the scene, camera and lights it was made of.
+struct Reference {
+    image: RgbImage,
+    scene: Scene,
+    camera: Camera,
+}
+
+fn vec3(value: &serde_json::Value) -> Vec3 {
+    let at = |i: usize| value[i].as_f64().expect("a number") as f32;
+    Vec3::new(at(0), at(1), at(2))
+}
+
+impl Reference {
+    fn load(test: &str, name: &str) -> Option<Self> {
+        let list = testing::shared(test, "references/references.json")?;
+        let list: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(list).expect("readable")).expect("JSON");
+        let entry = list["references"].as_array()?.iter().find(|r| r["name"] == name).expect("it is listed");
+        let scene = testing::shared(test, &format!("assets/{}", entry["scene"].as_str()?))?;
+        let mut scene = lanternfish_scene::load(scene.to_str()?).expect("the scene loads");
+        for light in entry["point_lights"].as_array()? {
+            scene.lights.push(Light::point(vec3(&light["position"]), vec3(&light["intensity_cd"])));
+        }
+        flip_textures(&mut scene);
+        let camera = &entry["camera"];
+        let fov_y = (camera["fov_y_deg"].as_f64()? as f32).to_radians();
+        let projection = Projection::Perspective { fov_y, near: 0.01 };
+        let camera = Camera::look_at(vec3(&camera["eye"]), vec3(&camera["target"]), projection);
+        let image = read_exr(&testing::shared(test, &format!("references/{name}.exr"))?).expect("the picture loads");
+        Some(Self { image, scene, camera })
+    }
+
+    /// Our picture, rendered `scale` times larger and box-averaged; every intensity multiplied by `brightness`.
+    fn compare(&self, gpu: &Gpu, scale: u32, brightness: f32) -> RelativeError {
+        let mut scene = self.scene.clone();
+        scene.lights.iter_mut().for_each(|light| light.intensity *= brightness);
+        let settings = Settings {
+            materials: Materials::Lambert,
+            attenuation: Attenuation::Physical,
+            tone_map: ToneMap::None,
+            ..Default::default()
+        };
+        let size = (scale * self.image.width as u32, scale * self.image.height as u32);
+        let ours = linear(&render(gpu, &scene, &self.camera, size, settings));
+        let ours = ours.box_downsampled(scale as usize).expect("a whole factor");
+        if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
+            let path = std::path::Path::new(&folder).join(format!("{}.exr", self.scene.name));
+            lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");
+        }
+        RelativeError::measure(&ours, &self.image, LIT).expect("equal sizes")
+    }
+}
+
+/// The references were made with every texture upside down: rendered the same way, the Khronos sample
+/// `TextureCoordinateTest` shows its labels mirrored, and Sponza's banners lose their trim. The same is done to our scene,
+/// so that what is compared is the light.
+fn flip_textures(scene: &mut Scene) {
+    let flip = Affine2::from_cols(Vec2::X, Vec2::NEG_Y, Vec2::Y);
+    for material in &mut scene.materials {
+        if let Some(texture) = &mut material.base_color_texture {
+            texture.texture_from_uv = flip * texture.texture_from_uv;
+        }
+    }
+}
+
+/// Luminance from which a pixel counts as lit: where the references hold more than a few photons' noise.
+const LIT: f32 = 1e-3;
+
+fn report(name: &str, error: &RelativeError, within: f32) {
+    println!(
+        "{name}: {} lit pixels, median {:.3} %, {:.2} % within {} %, energy {:+.3} %",
+        error.lit_count(),
+        100.0 * error.median(),
+        100.0 * error.share_within(within),
+        100.0 * within,
+        100.0 * (error.energy_ratio() - 1.0)
+    );
+}
+
+#[test]
+fn gpu_cornell_direct_light_is_the_reference() {
+    let name = "gpu_cornell_direct_light_is_the_reference";
+    let Some(gpu) = testing::gpu(name) else { return };
+    let Some(reference) = Reference::load(name, "cornell-point-direct") else { return };
+    let error = reference.compare(gpu, 8, 1.0);
+    report("cornell-point-direct", &error, 0.02);
+    assert!(error.median() < 0.005, "median {}", error.median());
+    assert!(error.share_within(0.02) > 0.98, "within 2 %: {}", error.share_within(0.02));
+    assert!((error.energy_ratio() - 1.0).abs() < 0.005, "energy {}", error.energy_ratio());
+
+    // The harness can fail: one per cent too bright is seen.
+    let brighter = reference.compare(gpu, 4, 1.01);
+    assert!(brighter.median() > 0.005 && brighter.energy_ratio() > 1.005, "blind to 1 % of light");
+}
+
+#[test]
+fn gpu_sponza_direct_light_is_the_reference() {
+    let name = "gpu_sponza_direct_light_is_the_reference";
+    let Some(gpu) = testing::gpu(name) else { return };
+    let Some(reference) = Reference::load(name, "sponza-ten-direct") else { return };
+    let error = reference.compare(gpu, 4, 1.0);
+    report("sponza-ten-direct", &error, 0.1);
+    assert!(error.median() < 0.02, "median {}", error.median());
+    assert!(error.share_within(0.1) > 0.9, "within 10 %: {}", error.share_within(0.1));
+    assert!((error.energy_ratio() - 1.0).abs() < 0.01, "energy {}", error.energy_ratio());
+}
