@@ -8,7 +8,7 @@ use lanternfish::{
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_metrics::{RelativeError, RgbImage, read_exr};
-use lanternfish_scene::{Camera, Light, Projection, Scene};
+use lanternfish_scene::{AlphaMode, Camera, Light, Projection, Scene};
 
 use crate::support::{linear, render};
 
@@ -36,6 +36,7 @@ impl Reference {
             scene.lights.push(Light::point(vec3(&light["position"]), vec3(&light["intensity_cd"])));
         }
         flip_textures(&mut scene);
+        close_masks(&mut scene);
         let camera = &entry["camera"];
         let fov_y = (camera["fov_y_deg"].as_f64()? as f32).to_radians();
         let projection = Projection::Perspective { fov_y, near: 0.01 };
@@ -44,8 +45,9 @@ impl Reference {
         Some(Self { image, scene, camera })
     }
 
-    /// Our picture, rendered `scale` times larger and box-averaged; every intensity multiplied by `brightness`.
-    fn compare(&self, gpu: &Gpu, scale: u32, brightness: f32) -> RelativeError {
+    /// Our picture, rendered `scale` times larger and box-averaged, every intensity multiplied by `brightness`, against
+    /// the reference; both averaged over blocks of `block` pixels, which takes the reference's noise out.
+    fn compare(&self, gpu: &Gpu, scale: u32, block: usize, brightness: f32) -> RelativeError {
         let mut scene = self.scene.clone();
         scene.lights.iter_mut().for_each(|light| light.intensity *= brightness);
         let settings = Settings {
@@ -61,7 +63,8 @@ impl Reference {
             let path = std::path::Path::new(&folder).join(format!("{}.exr", self.scene.name));
             lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");
         }
-        RelativeError::measure(&ours, &self.image, LIT).expect("equal sizes")
+        let blocks = |image: &RgbImage| image.box_downsampled(block).expect("a whole factor");
+        RelativeError::measure(&blocks(&ours), &blocks(&self.image), LIT).expect("equal sizes")
     }
 }
 
@@ -73,6 +76,23 @@ fn flip_textures(scene: &mut Scene) {
     for material in &mut scene.materials {
         if let Some(texture) = &mut material.base_color_texture {
             texture.texture_from_uv = flip * texture.texture_from_uv;
+        }
+    }
+}
+
+/// The references' integrator takes a hole of an alpha mask for a bounce: with direct light only, what lies behind a hole is
+/// black, and shadow rays do not pass holes. The same is done to our scene: masked surfaces become solid, black where
+/// their alpha is below the cutoff. (Masks as we render them are tested elsewhere.)
+fn close_masks(scene: &mut Scene) {
+    for material in &mut scene.materials {
+        let AlphaMode::Mask { cutoff } = material.alpha_mode else { continue };
+        material.alpha_mode = AlphaMode::Opaque;
+        let Some(texture) = &material.base_color_texture else { continue };
+        let texture = scene.textures[texture.texture];
+        for texel in scene.images[texture.image].rgba.as_chunks_mut::<4>().0 {
+            if f32::from(texel[3]) < 255.0 * cutoff {
+                texel[..3].fill(0);
+            }
         }
     }
 }
@@ -96,14 +116,14 @@ fn gpu_cornell_direct_light_is_the_reference() {
     let name = "gpu_cornell_direct_light_is_the_reference";
     let Some(gpu) = testing::gpu(name) else { return };
     let Some(reference) = Reference::load(name, "cornell-point-direct") else { return };
-    let error = reference.compare(gpu, 8, 1.0);
+    let error = reference.compare(gpu, 8, 1, 1.0);
     report("cornell-point-direct", &error, 0.02);
     assert!(error.median() < 0.005, "median {}", error.median());
     assert!(error.share_within(0.02) > 0.98, "within 2 %: {}", error.share_within(0.02));
     assert!((error.energy_ratio() - 1.0).abs() < 0.005, "energy {}", error.energy_ratio());
 
     // The harness can fail: one per cent too bright is seen.
-    let brighter = reference.compare(gpu, 4, 1.01);
+    let brighter = reference.compare(gpu, 8, 1, 1.01);
     assert!(brighter.median() > 0.005 && brighter.energy_ratio() > 1.005, "blind to 1 % of light");
 }
 
@@ -112,8 +132,10 @@ fn gpu_sponza_direct_light_is_the_reference() {
     let name = "gpu_sponza_direct_light_is_the_reference";
     let Some(gpu) = testing::gpu(name) else { return };
     let Some(reference) = Reference::load(name, "sponza-ten-direct") else { return };
-    let error = reference.compare(gpu, 4, 1.0);
-    report("sponza-ten-direct", &error, 0.1);
+    // The reference picks one of ten lights a sample: its own 256 samples are 10.3 % (median) from the mean of 640, and
+    // ours is no farther. Over blocks of 10 x 10 pixels its noise is 1.3 %, and what is left is ours.
+    let error = reference.compare(gpu, 4, 10, 1.0);
+    report("sponza-ten-direct, blocks of 10 x 10", &error, 0.1);
     assert!(error.median() < 0.02, "median {}", error.median());
     assert!(error.share_within(0.1) > 0.9, "within 10 %: {}", error.share_within(0.1));
     assert!((error.energy_ratio() - 1.0).abs() < 0.01, "energy {}", error.energy_ratio());
