@@ -81,6 +81,9 @@ pub fn read_back<T: bytemuck::Pod>(
     with_mapped(device, &staging, |data| bytemuck::pod_collect_to_vec(&data[..bytes as usize]))
 }
 
+/// Most bytes that wait to be read at a time.
+const READ_BYTES: u64 = 64 << 20;
+
 /// Waits for the device and copies level 0 of a 2D texture, rows tightly packed.
 ///
 /// `texture` must allow `COPY_SRC` and its texels must be whole bytes that make up `T`.
@@ -92,29 +95,53 @@ pub fn read_texture<T: bytemuck::Pod>(
     let size = texture.size();
     let row = size.width * size_of::<T>() as u32;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let chunk_rows = ((READ_BYTES / u64::from(padded)).max(1) as u32).min(size.height);
     let staging = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read_texture"),
-        size: u64::from(padded) * u64::from(size.height),
+        size: u64::from(padded) * u64::from(chunk_rows),
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
-    let mut encoder = device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &staging,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
-        },
-        size,
-    );
-    queue.submit([encoder.finish()]);
-    with_mapped(device, &staging, |data| {
-        let mut texels = Vec::with_capacity((size.width * size.height) as usize);
-        for padded_row in data.chunks_exact(padded as usize) {
-            texels.extend(bytemuck::pod_collect_to_vec::<u8, T>(&padded_row[..row as usize]));
-        }
-        texels
-    })
+    let mut texels = Vec::with_capacity(size.width as usize * size.height as usize);
+    for first in (0..size.height).step_by(chunk_rows as usize) {
+        let rows = chunk_rows.min(size.height - first);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let origin = wgpu::Origin3d { x: 0, y: first, z: 0 };
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
+            },
+            wgpu::Extent3d { height: rows, ..size },
+        );
+        queue.submit([encoder.finish()]);
+        with_mapped(device, &staging, |data| {
+            for padded_row in data.chunks_exact(padded as usize).take(rows as usize) {
+                texels.extend(bytemuck::pod_collect_to_vec::<u8, T>(&padded_row[..row as usize]));
+            }
+        })?;
+        staging.unmap();
+    }
+    Ok(texels)
+}
+
+/// Runs `work`, which talks to the device, and turns what the device reports (out of memory, a size it does not allow)
+/// into an error instead of a panic.
+pub fn checked<R, E: From<GpuError>>(
+    device: &wgpu::Device,
+    what: &str,
+    work: impl FnOnce() -> Result<R, E>,
+) -> Result<R, E> {
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let result = work();
+    let memory = pollster::block_on(memory.pop());
+    let validation = pollster::block_on(validation.pop());
+    match memory.or(validation) {
+        Some(source) => Err(GpuError::Refused { what: what.to_owned(), source: Box::new(source) }.into()),
+        None => result,
+    }
 }
 
 fn with_mapped<R>(device: &wgpu::Device, staging: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> R) -> Result<R, GpuError> {

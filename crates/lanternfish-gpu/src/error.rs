@@ -44,6 +44,14 @@ pub enum GpuError {
         /// The adapter's limit, bytes.
         limit: u64,
     },
+    /// The device ran out of memory, or does not allow what was asked.
+    #[error("{what}: the device refused: {source}; try a smaller image or scene")]
+    Refused {
+        /// What was being done.
+        what: String,
+        /// wgpu's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// The device stopped answering.
     #[error("{what}: the device was lost or refused to be read: {source}")]
     ReadBack {

@@ -2,7 +2,7 @@
 
 use glam::UVec2;
 use half::f16;
-use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back, read_texture};
+use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, checked, read_back, read_texture};
 use lanternfish_scene::{Camera, Scene};
 
 use crate::{
@@ -15,24 +15,9 @@ use crate::{
     prepass::Prepass,
     settings::{Settings, Shadows as ShadowSetting, TextureBinding},
     shading::Forward,
-    shadows::Shadows,
+    shadows::{Shadows, Tracer},
     view::View,
 };
-
-/// What answers "is this segment open?".
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Tracer {
-    None,
-    Bvh,
-    RayQuery,
-}
-
-impl Tracer {
-    /// The feature that makes `visibility.wesl` use this room; none for the default.
-    pub fn feature(self) -> Option<&'static str> {
-        (self == Self::RayQuery).then_some("tracer_ray_query")
-    }
-}
 
 /// Renders scenes on the caller's device, under one choice of settings.
 #[derive(Debug)]
@@ -99,7 +84,9 @@ impl Renderer {
 
     /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
-        GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
+        checked(&self.device, "upload", || {
+            GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
+        })
     }
 
     /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.
@@ -115,8 +102,13 @@ impl Renderer {
             return Err(RenderError::Size { width, height, limit });
         }
         let view = View::new(camera, UVec2::new(width, height), self.settings.exposure.exp2(), scene.sky);
+        let device = self.device.clone();
+        checked(&device, "render", || self.render_view(scene, &view))
+    }
+
+    fn render_view(&mut self, scene: &GpuScene, view: &View) -> Result<Picture, RenderError> {
         let mut frame = Frame::new(&self.device, &self.queue, &mut self.profiler);
-        let result = self.passes.record(&mut frame, scene, &view)?;
+        let result = self.passes.record(&mut frame, scene, view)?;
         frame.submit();
 
         let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
@@ -133,7 +125,7 @@ impl Renderer {
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
         let report = Report { passes: self.profiler.finished(), counters };
-        Ok(Picture { width, height, radiance, display, report })
+        Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, report })
     }
 }
 

@@ -29,8 +29,8 @@ use self::{bvh::Bvh, geometry::Geometry, materials::Materials, textures::Texture
 use crate::{
     error::RenderError,
     lights::Light,
-    renderer::Tracer,
     settings::{DebugView, Settings},
+    shadows::Tracer,
 };
 
 /// A scene on the device, ready to be rendered any number of times under the settings it was uploaded with.

@@ -49,7 +49,7 @@ pub enum LightCulling {
     /// Every light for every point.
     All,
     /// Screen tiles.
-    Tiled(tiled::TiledCulling),
+    Tiled(Box<tiled::TiledCulling>),
 }
 
 impl LightCulling {
@@ -57,7 +57,7 @@ impl LightCulling {
     pub fn new(device: &wgpu::Device, culling: Culling) -> Result<Self, RenderError> {
         Ok(match culling {
             Culling::All => Self::All,
-            Culling::Tiled(settings) => Self::Tiled(tiled::TiledCulling::new(device, settings)?),
+            Culling::Tiled(settings) => Self::Tiled(Box::new(tiled::TiledCulling::new(device, settings)?)),
         })
     }
 

@@ -8,9 +8,8 @@ use crate::{
     gpu_scene::{Draw, DrawAlpha, GpuScene, SceneRaster},
     light_culling::{LightCulling, LightLists},
     prepass::{DEPTH_FORMAT, Surface},
-    renderer::Tracer,
     settings::Settings,
-    shadows::Visibility,
+    shadows::{Tracer, Visibility},
     texture::target,
     view::ViewBuffer,
 };

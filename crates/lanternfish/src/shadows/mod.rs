@@ -14,7 +14,6 @@ use crate::{
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
     prepass::Surface,
-    renderer::Tracer,
     settings::{DebugView, RayCulling, Settings},
     shaders::SHADERS,
     texture::target,
@@ -43,6 +42,24 @@ gpu_struct! {
 pub const BLOCK_EDGE: u32 = 8;
 /// Words before the first block's: `RESERVED_WORDS`.
 const RESERVED_WORDS: u64 = 1;
+
+/// What answers "is this segment open?".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tracer {
+    /// Nothing does: there are no shadows.
+    None,
+    /// A compressed wide BVH, walked by `bvh/trace.wesl`.
+    Bvh,
+    /// The adapter's own acceleration structure.
+    RayQuery,
+}
+
+impl Tracer {
+    /// The feature that makes `visibility.wesl` use this room; none for the default.
+    pub fn feature(self) -> Option<&'static str> {
+        (self == Self::RayQuery).then_some("tracer_ray_query")
+    }
+}
 
 /// The passes of hard shadows for every listed light.
 #[derive(Debug)]
