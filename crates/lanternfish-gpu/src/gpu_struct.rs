@@ -139,6 +139,7 @@ fn type_name(context: naga::proc::GlobalCtx<'_>, ty: naga::Handle<naga::Type>) -
         TypeInner::Array { base, size: naga::ArraySize::Constant(n), .. } => {
             format!("array<{}, {n}>", type_name(context, *base))
         }
+        TypeInner::Struct { .. } => item_name(context.types[ty].name.as_deref().unwrap_or_default()).to_owned(),
         other => format!("{other:?}"),
     }
 }

@@ -5,35 +5,263 @@ use lanternfish_gpu::ShaderLibrary;
 /// Every `.wesl` file of this crate; a module's path is its file's.
 pub const SHADERS: ShaderLibrary = ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));
 
+/// What a constant of a shader is written as, without its suffix; for tests that compare it with the host's.
+///
+/// Panics when the module declares no such constant.
+#[cfg(test)]
+pub(crate) fn constant(module: &str, name: &str) -> f64 {
+    let text = SHADERS.sources().iter().find(|(path, _)| *path == module).map(|(_, text)| *text);
+    let text = text.unwrap_or_else(|| panic!("no shader {module}"));
+    let start = format!("const {name} = ");
+    let line = text.lines().find_map(|line| line.strip_prefix(&start));
+    let value = line.and_then(|line| line.split(';').next()).unwrap_or_else(|| panic!("{module}: no constant {name}"));
+    value.trim_end_matches('u').parse().unwrap_or_else(|_| panic!("{module}: {name} = {value} is not a number"))
+}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use lanternfish_gpu::{GpuStruct, LinkedShader, check_layout};
+    use wgpu::naga::{AddressSpace, Module, TypeInner, proc::Layouter};
+
     use super::*;
+    use crate::{
+        debug_views::DebugParameters,
+        gpu_scene::{DrawInstance, Material, TextureSlot},
+        light_culling::tiled::{Tile, TileGrid},
+        lights::Light,
+        output::OutputParameters,
+        settings::{Attenuation, ToneMap},
+        shadows::VisibilityGrid,
+        view::View,
+    };
+
+    /// A file with entry points, and all that a room can choose when it links it.
+    struct Root {
+        module: &'static str,
+        entries: &'static [&'static str],
+        /// Of each list, one choice: features joined by `+`, or none.
+        choices: &'static [&'static [&'static str]],
+    }
+
+    const CULLING: &[&str] = &["", "culling_all"];
+    const TEXTURES: &[&str] = &["", "binding_arrays"];
+
+    const ROOTS: &[Root] = &[
+        Root { module: "prepass/prepass", entries: &["vertex", "fragment"], choices: &[&["", "masked"], TEXTURES] },
+        Root { module: "light_culling/tiled/bounds", entries: &["bounds"], choices: &[] },
+        Root { module: "light_culling/tiled/assign", entries: &["count", "write"], choices: &[] },
+        Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
+        Root {
+            module: "shadows/trace",
+            entries: &["trace"],
+            choices: &[
+                CULLING,
+                &["", "tracer_ray_query"],
+                &["", "cull_naive", "cull_improved", "cull_surface"],
+                &["", "ray_counts"],
+            ],
+        },
+        Root {
+            module: "shading/forward",
+            entries: &["vertex", "fragment"],
+            choices: &[
+                CULLING,
+                &[
+                    "",
+                    "shadow_bits",
+                    "transparent",
+                    "transparent+shadow_rays",
+                    "transparent+shadow_rays+tracer_ray_query",
+                ],
+                TEXTURES,
+            ],
+        },
+        Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING] },
+    ];
+
+    impl Root {
+        /// Every combination of choices.
+        fn variants(&self) -> Vec<Vec<&'static str>> {
+            self.choices.iter().fold(vec![Vec::new()], |variants, choices| {
+                let extended = |v: &Vec<&'static str>, c: &'static str| {
+                    v.iter().copied().chain(c.split('+').filter(|feature| !feature.is_empty())).collect()
+                };
+                variants.iter().flat_map(|v| choices.iter().map(move |c| extended(v, c))).collect()
+            })
+        }
+    }
+
+    fn all_variants() -> Vec<LinkedShader> {
+        let link = |root: &'static Root| {
+            let linked = root.variants().into_iter().map(|features| SHADERS.link(root.module, &features));
+            linked.map(|shader| shader.unwrap_or_else(|error| panic!("{error}")))
+        };
+        ROOTS.iter().flat_map(link).collect()
+    }
+
+    /// What an item was called in its own file.
+    fn item_name(linked_name: Option<&str>) -> &str {
+        linked_name.and_then(|name| name.split("__").next()).unwrap_or_default()
+    }
 
     #[test]
-    fn try_all() {
-        let mut bad = 0;
-        for (m, f) in [
-            ("prepass/prepass", vec![]),
-            ("prepass/prepass", vec!["masked", "binding_arrays"]),
-            ("light_culling/tiled/bounds", vec![]),
-            ("light_culling/tiled/assign", vec![]),
-            ("shadows/plan", vec![]),
-            ("shadows/plan", vec!["culling_all"]),
-            ("shadows/trace", vec!["cull_surface"]),
-            ("shadows/trace", vec!["cull_naive", "ray_counts"]),
-            ("shadows/trace", vec!["cull_improved", "tracer_ray_query"]),
-            ("shading/forward", vec!["shadow_bits"]),
-            ("shading/forward", vec!["shadow_bits", "binding_arrays"]),
-            ("shading/forward", vec!["shadow_rays", "transparent"]),
-            ("shading/forward", vec!["shadow_rays", "transparent", "tracer_ray_query", "binding_arrays"]),
-            ("output/output", vec![]),
-            ("debug_views/debug", vec![]),
-        ] {
-            if let Err(e) = SHADERS.link(m, &f) {
-                bad += 1;
-                println!("{e}");
+    fn every_entry_point_is_in_the_table_and_every_variant_validates() {
+        for (path, text) in SHADERS.sources() {
+            let declares_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
+            assert_eq!(declares_entry, ROOTS.iter().any(|root| root.module == *path), "{path} and the table differ");
+        }
+        let shaders = all_variants();
+        for root in ROOTS {
+            let plain = shaders.iter().find(|shader| shader.label == root.module).expect("linked above");
+            let entries: Vec<_> = plain.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+            assert_eq!(entries, root.entries, "{}", root.module);
+        }
+        let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
+        assert_eq!(labels.len(), shaders.len(), "a variant twice");
+    }
+
+    #[test]
+    fn every_feature_that_a_shader_asks_for_is_in_the_table() {
+        let known: BTreeSet<&str> =
+            ROOTS.iter().flat_map(|root| root.choices.concat()).flat_map(|choice| choice.split('+')).collect();
+        let mut asked = BTreeSet::new();
+        for (_, text) in SHADERS.sources() {
+            for condition in text.split("@if(").skip(1).filter_map(|rest| rest.split(')').next()) {
+                let names = condition.split(|c: char| !c.is_alphanumeric() && c != '_');
+                asked.extend(names.filter(|name| !name.is_empty()));
             }
         }
-        assert_eq!(bad, 0);
+        assert_eq!(asked, known.into_iter().filter(|name| !name.is_empty()).collect());
+    }
+
+    /// Resources of one entry point that WebGPU counts.
+    #[derive(Default)]
+    struct Use {
+        storage_buffers: usize,
+        uniform_buffers: usize,
+        textures: usize,
+        storage_textures: usize,
+        samplers: usize,
+        groups: u32,
+        workgroup_bytes: u32,
+    }
+
+    fn resources(shader: &LinkedShader, entry: usize) -> Use {
+        let module: &Module = &shader.module;
+        let mut layouter = Layouter::default();
+        layouter.update(module.to_ctx()).expect("the shader is valid");
+        let mut found = Use::default();
+        for (handle, variable) in module.global_variables.iter() {
+            if shader.info.get_entry_point(entry)[handle].is_empty() {
+                continue;
+            }
+            if let Some(binding) = variable.binding {
+                found.groups = found.groups.max(binding.group + 1);
+            }
+            match (variable.space, &module.types[variable.ty].inner) {
+                (AddressSpace::Storage { .. }, _) => found.storage_buffers += 1,
+                (AddressSpace::Uniform, _) => found.uniform_buffers += 1,
+                (AddressSpace::WorkGroup, _) => found.workgroup_bytes += layouter[variable.ty].size,
+                (_, TypeInner::Image { class: wgpu::naga::ImageClass::Storage { .. }, .. }) => {
+                    found.storage_textures += 1;
+                }
+                (_, TypeInner::Image { .. }) => found.textures += 1,
+                (_, TypeInner::Sampler { .. }) => found.samplers += 1,
+                // An acceleration structure, or an array of textures or samplers: what the variant's feature is for.
+                _ => assert!(shader.label.contains("ray_query") || shader.label.contains("binding_arrays")),
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn every_variant_fits_the_floor() {
+        // WebGPU's default limits, https://www.w3.org/TR/webgpu/#limits.
+        let floor = wgpu::Limits::default();
+        let mut most_storage_buffers = 0;
+        for shader in all_variants() {
+            for (i, entry) in shader.module.entry_points.iter().enumerate() {
+                let found = resources(&shader, i);
+                let name = format!("{} {}", shader.label, entry.name);
+                let fits = |what: &str, count: usize, limit: u32| {
+                    assert!(count <= limit as usize, "{name}: {count} {what}, the floor has {limit}");
+                };
+                fits("storage buffers", found.storage_buffers, floor.max_storage_buffers_per_shader_stage);
+                fits("uniform buffers", found.uniform_buffers, floor.max_uniform_buffers_per_shader_stage);
+                fits("textures", found.textures, floor.max_sampled_textures_per_shader_stage);
+                fits("storage textures", found.storage_textures, floor.max_storage_textures_per_shader_stage);
+                fits("samplers", found.samplers, floor.max_samplers_per_shader_stage);
+                fits("bind groups", found.groups as usize, floor.max_bind_groups);
+                let invocations: u32 = entry.workgroup_size.iter().product();
+                fits("invocations", invocations as usize, floor.max_compute_invocations_per_workgroup);
+                let bytes = found.workgroup_bytes as usize;
+                fits("workgroup bytes", bytes, floor.max_compute_workgroup_storage_size);
+                most_storage_buffers = most_storage_buffers.max(found.storage_buffers);
+            }
+        }
+        // The count sees buffers at all: tracing alone reads the lists, the lights, the tree, the masks and the bits.
+        assert!(most_storage_buffers >= 7, "{most_storage_buffers} storage buffers found at most");
+    }
+
+    #[test]
+    fn every_shared_struct_is_laid_out_as_every_shader_reads_it() {
+        let shaders = all_variants();
+        let mut checked: BTreeMap<&str, usize> = BTreeMap::new();
+        fn check<T: GpuStruct>(shaders: &[LinkedShader], checked: &mut BTreeMap<&str, usize>) {
+            let has_it = |shader: &&LinkedShader| {
+                shader.module.types.iter().any(|(_, ty)| item_name(ty.name.as_deref()) == T::NAME)
+            };
+            for shader in shaders.iter().filter(has_it) {
+                check_layout::<T>(shader).unwrap_or_else(|error| panic!("{error}"));
+                *checked.entry(T::NAME).or_default() += 1;
+            }
+        }
+        check::<View>(&shaders, &mut checked);
+        check::<Light>(&shaders, &mut checked);
+        check::<DrawInstance>(&shaders, &mut checked);
+        check::<Material>(&shaders, &mut checked);
+        check::<TextureSlot>(&shaders, &mut checked);
+        check::<TileGrid>(&shaders, &mut checked);
+        check::<Tile>(&shaders, &mut checked);
+        check::<VisibilityGrid>(&shaders, &mut checked);
+        check::<OutputParameters>(&shaders, &mut checked);
+        check::<DebugParameters>(&shaders, &mut checked);
+
+        // None is missing above, and each is in some shader.
+        let mut declared = BTreeSet::new();
+        declared_structs(std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src")), &mut declared);
+        assert_eq!(declared, checked.keys().map(|name| name.to_string()).collect());
+    }
+
+    /// Names declared with `gpu_struct!` below a folder.
+    fn declared_structs(folder: &std::path::Path, names: &mut BTreeSet<String>) {
+        for entry in std::fs::read_dir(folder).expect("src can be read") {
+            let path = entry.expect("src can be read").path();
+            if path.is_dir() {
+                declared_structs(&path, names);
+            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("shaders.rs") {
+                let text = std::fs::read_to_string(&path).expect("sources are UTF-8");
+                let declarations = text.split("gpu_struct! {").skip(1);
+                names.extend(declarations.filter_map(|d| {
+                    let name = d.split("struct ").nth(1)?.split_whitespace().next()?;
+                    Some(name.to_owned())
+                }));
+            }
+        }
+    }
+
+    #[test]
+    fn the_numbers_of_named_choices_are_the_shaders() {
+        for (i, attenuation) in Attenuation::ALL.iter().enumerate() {
+            assert_eq!(*attenuation as usize, i);
+            assert_eq!(constant("lights/attenuation", &attenuation.name().to_uppercase()), i as f64, "{attenuation}");
+        }
+        for (i, tone_map) in ToneMap::ALL.iter().enumerate() {
+            assert_eq!(*tone_map as usize, i);
+            assert_eq!(constant("output/tone_map", &tone_map.name().to_uppercase()), i as f64, "{tone_map}");
+        }
     }
 }

@@ -94,3 +94,17 @@ impl DebugViews {
         fullscreen(frame, &self.pipeline, "debug_views", &bindings, size)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_are_the_shaders() {
+        for view in DebugView::ALL {
+            let Some(number) = quantity(*view) else { continue };
+            let name = view.name().to_uppercase().replace('-', "_");
+            assert_eq!(crate::shaders::constant("debug_views/debug", &name), f64::from(number), "{view}");
+        }
+    }
+}

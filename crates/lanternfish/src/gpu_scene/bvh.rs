@@ -86,3 +86,14 @@ fn depth(nodes: &[CwBvhNode]) -> usize {
     }
     depth
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stack_is_as_deep_as_the_shaders() {
+        assert_eq!(crate::shaders::constant("shadows/bvh/trace", "STACK_SIZE"), STACK_SIZE as f64);
+        assert_eq!(crate::shaders::constant("shadows/bvh/trace", "NODE_VECTORS"), size_of::<CwBvhNode>() as f64 / 16.0);
+    }
+}

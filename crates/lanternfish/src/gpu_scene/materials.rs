@@ -107,3 +107,22 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         emissive_map: slot(&material.emissive_texture, true),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_are_the_shaders() {
+        for (name, flag) in [
+            ("UNLIT", UNLIT),
+            ("LAMBERT", LAMBERT),
+            ("NORMAL_MAPPED", NORMAL_MAPPED),
+            ("METALLIC_ROUGHNESS_MAPPED", METALLIC_ROUGHNESS_MAPPED),
+            ("EMISSIVE_MAPPED", EMISSIVE_MAPPED),
+            ("BASE_COLOR_MAPPED", BASE_COLOR_MAPPED),
+        ] {
+            assert_eq!(crate::shaders::constant("gpu_scene/material", name), f64::from(flag), "{name}");
+        }
+    }
+}

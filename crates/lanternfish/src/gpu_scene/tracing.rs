@@ -211,6 +211,21 @@ mod tests {
     }
 
     #[test]
+    fn words_are_the_shaders() {
+        let file = "shadows/mask";
+        assert_eq!(crate::shaders::constant(file, "RECORD_WORDS"), RECORD_WORDS as f64);
+        let mut scene = scene();
+        for (wrap, name) in [(Wrap::Repeat, "REPEAT"), (Wrap::MirroredRepeat, "MIRRORED_REPEAT")] {
+            (scene.samplers[0].wrap_u, scene.samplers[0].wrap_v) = (wrap, wrap);
+            let header = Tracing::new(&scene).masks[2 * RECORD_WORDS..].to_vec();
+            assert_eq!(
+                header[2..4].iter().map(|w| f64::from(*w)).collect::<Vec<_>>(),
+                [crate::shaders::constant(file, name); 2]
+            );
+        }
+    }
+
+    #[test]
     fn degenerate_and_blended_triangles_are_left_out_and_records_follow_their_triangles() {
         let mut tracing = Tracing::new(&scene());
         let records: Vec<u32> = tracing.triangles.iter().map(|t| t.record).collect();

@@ -76,6 +76,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn kinds_are_the_shaders() {
+        let point = lanternfish_scene::Light::point(Vec3::ZERO, Vec3::ONE);
+        let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.5 };
+        for (kind, name) in [(point.kind, "POINT"), (spot, "SPOT"), (LightKind::Directional, "DIRECTIONAL")] {
+            let light = lanternfish_scene::Light { kind, ..point.clone() };
+            let number = f64::from(Light::new(&light, &Settings::default()).kind);
+            assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
+        }
+        assert_eq!(crate::shaders::constant("light_culling/tiled/tile", "INFINITE") as f32, UNBOUNDED);
+    }
+
+    #[test]
     fn ranges_follow_the_paper() {
         // [Elagabani2025, eq. 4.1]: I / D² = 0.02.
         let light = lanternfish_scene::Light::point(Vec3::ZERO, Vec3::new(8.0, 2.0, 1.0));

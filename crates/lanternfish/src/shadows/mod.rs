@@ -255,6 +255,7 @@ fn bands(row_starts: &[u64], limit: u64) -> Result<Vec<Range<u32>>, RenderError>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shaders::constant;
 
     #[test]
     fn bands_cover_every_row_once_and_fit() {
@@ -263,5 +264,13 @@ mod tests {
         assert_eq!(bands(&starts, 26).unwrap(), [0..6]);
         assert_eq!(bands(&[0, 0, 0], 0).unwrap(), [0..2]);
         assert!(bands(&starts, 9).is_err());
+    }
+
+    #[test]
+    fn constants_are_the_shaders() {
+        let file = "shadows/visibility_bits";
+        assert_eq!(constant(file, "BLOCK_EDGE"), f64::from(BLOCK_EDGE));
+        assert_eq!(constant(file, "BLOCK_PIXELS"), f64::from(BLOCK_EDGE * BLOCK_EDGE));
+        assert_eq!(constant(file, "RESERVED_WORDS"), RESERVED_WORDS as f64);
     }
 }
