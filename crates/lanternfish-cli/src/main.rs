@@ -21,6 +21,7 @@ use error::CliError;
 fn main() -> ExitCode {
     let started = Instant::now();
     error::install_panic_message();
+    quieten_mesa();
     let result = match Cli::parse().command {
         Command::Render(args) => render::run(&args, started),
         Command::Info(args) => info::run(&args),
@@ -32,5 +33,14 @@ fn main() -> ExitCode {
             eprintln!("{error}");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Mesa's layer that sorts adapters by what the desktop prefers asks Wayland, which complains on standard error, as an
+/// "error", where nobody is logged in (seen with Mesa 22.3). Without a desktop there is nothing to prefer.
+fn quieten_mesa() {
+    if cfg!(target_os = "linux") && std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // Safety: called first in `main`, before any thread could read the environment.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
 }
