@@ -26,7 +26,10 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     println!("cargo::rerun-if-changed={}", folder.display());
     for entry in fs::read_dir(folder).expect("src can be read") {
         let path = entry.expect("src can be read").path();
-        if path.is_dir() {
+        if path.ends_with("src/testing") {
+            // Probes of the tests, which take them in themselves.
+            continue;
+        } else if path.is_dir() {
             collect(&path, files);
         } else if path.extension().is_some_and(|e| e == "wesl") {
             println!("cargo::rerun-if-changed={}", path.display());

@@ -13,6 +13,8 @@ pub mod settings;
 pub mod shaders;
 pub mod shading;
 pub mod shadows;
+#[cfg(test)]
+mod testing;
 mod texture;
 pub mod view;
 

@@ -4,6 +4,8 @@
 //! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. A scheme is a room: [`all`] (the oracle), [`tiled`].
 
 pub mod all;
+#[cfg(test)]
+mod tests;
 pub mod tiled;
 
 use lanternfish_gpu::{Bindings, Frame};

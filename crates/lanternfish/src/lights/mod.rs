@@ -1,5 +1,10 @@
 //! Punctual lights as shaders read them: kinds, ranges, attenuation.
 
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod twin;
+
 use glam::Vec3;
 use lanternfish_gpu::gpu_struct;
 use lanternfish_scene::LightKind;
@@ -68,34 +73,5 @@ pub fn range(light: &lanternfish_scene::Light, settings: &Settings) -> f32 {
         Some(range) => range,
         None if settings.attenuation == Attenuation::Physical => UNBOUNDED,
         None => (light.intensity.max_element() / settings.range_threshold).sqrt().max(1e-3),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn kinds_are_the_shaders() {
-        let point = lanternfish_scene::Light::point(Vec3::ZERO, Vec3::ONE);
-        let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.5 };
-        for (kind, name) in [(point.kind, "POINT"), (spot, "SPOT"), (LightKind::Directional, "DIRECTIONAL")] {
-            let light = lanternfish_scene::Light { kind, ..point.clone() };
-            let number = f64::from(Light::new(&light, &Settings::default()).kind);
-            assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
-        }
-        assert_eq!(crate::shaders::constant("light_culling/tiled/tile", "INFINITE") as f32, UNBOUNDED);
-    }
-
-    #[test]
-    fn ranges_follow_the_paper() {
-        // [Elagabani2025, eq. 4.1]: I / D² = 0.02.
-        let light = lanternfish_scene::Light::point(Vec3::ZERO, Vec3::new(8.0, 2.0, 1.0));
-        let mut settings = Settings::default();
-        assert!((range(&light, &settings) - 20.0).abs() < 1e-5);
-        settings.attenuation = Attenuation::Physical;
-        assert_eq!(range(&light, &settings), UNBOUNDED);
-        let stated = lanternfish_scene::Light { range: Some(3.0), ..light };
-        assert_eq!(range(&stated, &settings), 3.0);
     }
 }

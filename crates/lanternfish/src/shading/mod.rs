@@ -1,5 +1,10 @@
 //! Forward shading of what is visible, and of transparent surfaces over it [Elagabani2025, §4.4].
 
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod twin;
+
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::Frame;
 

@@ -3,6 +3,9 @@
 //! The answer is a bit a pixel and listed light, in as many words as the lists are long. Where the words of all pixels
 //! do not fit one buffer, the frame is made in bands of pixel rows: no light is left out.
 
+#[cfg(test)]
+mod tests;
+
 use std::ops::Range;
 
 use lanternfish_gpu::{
@@ -250,27 +253,4 @@ fn bands(row_starts: &[u64], limit: u64) -> Result<Vec<Range<u32>>, RenderError>
     }
     bands.push(first..row_count);
     Ok(bands)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::shaders::constant;
-
-    #[test]
-    fn bands_cover_every_row_once_and_fit() {
-        let starts = [0, 4, 9, 9, 15, 16, 26];
-        assert_eq!(bands(&starts, 10).unwrap(), [0..3, 3..5, 5..6]);
-        assert_eq!(bands(&starts, 26).unwrap(), [0..6]);
-        assert_eq!(bands(&[0, 0, 0], 0).unwrap(), [0..2]);
-        assert!(bands(&starts, 9).is_err());
-    }
-
-    #[test]
-    fn constants_are_the_shaders() {
-        let file = "shadows/visibility_bits";
-        assert_eq!(constant(file, "BLOCK_EDGE"), f64::from(BLOCK_EDGE));
-        assert_eq!(constant(file, "BLOCK_PIXELS"), f64::from(BLOCK_EDGE * BLOCK_EDGE));
-        assert_eq!(constant(file, "RESERVED_WORDS"), RESERVED_WORDS as f64);
-    }
 }

@@ -1,0 +1,333 @@
+//! Culling loses no light: every light in range of a point that the view shows is in the point's list.
+
+use std::cell::RefCell;
+
+use glam::{DVec3, UVec2, Vec3};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, storage_buffer, testing};
+use lanternfish_scene::{Camera, Light, LightKind, Material, Projection, Scene};
+use proptest::{
+    prelude::*,
+    test_runner::{RngAlgorithm, TestRng, TestRunner},
+};
+
+use super::{LightCulling, LightLists, Reach};
+use crate::{
+    Renderer, Settings,
+    lights::range,
+    prepass::Prepass,
+    settings::{Culling, Shadows, TileSize, Tiled},
+    testing::{Random, probe, quad, scene_of},
+    view::View,
+};
+
+/// Not a multiple of any tile size.
+const SIZE: UVec2 = UVec2::new(100, 60);
+
+/// The rooms under test, compiled once.
+struct Bench<'g> {
+    gpu: &'g Gpu,
+    renderer: Renderer,
+    profiler: Profiler,
+    prepass: Prepass,
+    rooms: Vec<(Tiled, LightCulling)>,
+    pixels: ComputeKernel,
+}
+
+/// What one room lists for one view.
+struct Lists {
+    settings: Tiled,
+    /// Depth of each pixel.
+    depths: Vec<f32>,
+    /// Listed lights of each pixel, a bit each; at most 64 lights.
+    listed: Vec<u64>,
+}
+
+impl<'g> Bench<'g> {
+    fn new(gpu: &'g Gpu) -> Self {
+        let mut rooms = Vec::new();
+        for tile_size in TileSize::ALL.iter().copied() {
+            for aabb_test in [false, true] {
+                let tiled = Tiled { tile_size, aabb_test };
+                rooms.push((tiled, LightCulling::new(&gpu.device, Culling::Tiled(tiled)).unwrap()));
+            }
+        }
+        let settings = Settings { shadows: Shadows::None, ..Settings::default() };
+        Self {
+            gpu,
+            renderer: Renderer::new(&gpu.device, &gpu.queue, settings).unwrap(),
+            profiler: Profiler::new(&gpu.device, &gpu.queue),
+            prepass: Prepass::new(),
+            rooms,
+            pixels: probe(gpu, "testing/pixels", &[], "pixels"),
+        }
+    }
+
+    /// The lists of every room, after checking that each is in ascending order and names no light twice.
+    fn lists(&mut self, scene: &Scene, camera: &Camera, reach: Reach) -> Vec<Lists> {
+        let Self { gpu, renderer, profiler, prepass, rooms, pixels } = self;
+        assert!(scene.lights.len() <= 64, "a bit a light");
+        let uploaded = renderer.upload(scene).unwrap();
+        let view = View::new(camera, SIZE, 1.0, Vec3::ZERO).upload(&gpu.device);
+        let count = (SIZE.x * SIZE.y) as usize;
+        let depths = storage_buffer(&gpu.device, "depths", 4 * count as u64).unwrap();
+        let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();
+        let mut all = Vec::new();
+        for (settings, room) in rooms {
+            let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
+            let surface = prepass.record(&mut frame, &uploaded, &view, SIZE).unwrap();
+            let lights = room.record(&mut frame, &uploaded, &view, &surface, reach).unwrap();
+            let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
+            let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);
+            frame.dispatch(pixels, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
+            frame.submit();
+            let read = |buffer, count| read_back::<u32>(&gpu.device, &gpu.queue, buffer, count).unwrap();
+            let ranges = read(&pixel_lists, 2 * count);
+            let depths = read(&depths, count).into_iter().map(f32::from_bits).collect();
+            let indices = read(&lights.indices, lights.listed as usize);
+            let listed = ranges.chunks_exact(2).map(|range| bits(&indices, range)).collect();
+            check_cells(&lights, gpu, *settings);
+            all.push(Lists { settings: *settings, depths, listed });
+        }
+        all
+    }
+}
+
+fn bits(indices: &[u32], range: &[u32]) -> u64 {
+    let list = &indices[range[0] as usize..(range[0] + range[1]) as usize];
+    assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "not ascending, or twice: {list:?}");
+    list.iter().fold(0, |bits, index| bits | 1 << index)
+}
+
+/// Cells start at zero, do not overlap, and end at the total.
+fn check_cells(lights: &LightLists, gpu: &Gpu, settings: Tiled) {
+    let tile = settings.tile_size.pixels();
+    let cells = (SIZE.x.div_ceil(tile) * SIZE.y.div_ceil(tile)) as usize;
+    let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cells + 1).unwrap();
+    assert!(starts[0] == 0 && u64::from(starts[cells]) == lights.listed && starts.is_sorted(), "{starts:?}");
+}
+
+/// A point of the view in world space, from the definition of its projection and not from its matrix.
+fn world_from_depth(camera: &Camera, pixel: usize, depth: f64) -> DVec3 {
+    let size = SIZE.as_dvec2();
+    let x = (f64::from(pixel as u32 % SIZE.x) + 0.5) / size.x * 2.0 - 1.0;
+    let y = 1.0 - (f64::from(pixel as u32 / SIZE.x) + 0.5) / size.y * 2.0;
+    let aspect = size.x / size.y;
+    let p_view = match camera.projection {
+        Projection::Perspective { fov_y, near } => {
+            let distance = f64::from(near) / depth;
+            let half = (0.5 * f64::from(fov_y)).tan() * distance;
+            DVec3::new(x * half * aspect, y * half, -distance)
+        }
+        Projection::Orthographic { half_height, near, far } => {
+            let (half, near, far) = (f64::from(half_height), f64::from(near), f64::from(far));
+            DVec3::new(x * half * aspect, y * half, -(far - depth * (far - near)))
+        }
+    };
+    camera.world_from_camera.as_daffine3().transform_point3(p_view)
+}
+
+/// Whether a light reaches a point at all: range, and cone.
+fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
+    if light.kind == LightKind::Directional {
+        return true;
+    }
+    let from_light = p_world - light.position.as_dvec3();
+    let distance = from_light.length();
+    if distance >= f64::from(range(light, settings)) {
+        return false;
+    }
+    match light.kind {
+        LightKind::Spot { outer_angle, .. } => {
+            let cosine = from_light.dot(light.direction.as_dvec3()) / distance.max(1e-30);
+            cosine > f64::from(outer_angle).cos()
+        }
+        _ => true,
+    }
+}
+
+/// Pairs of a visible pixel and a light that reaches it, and those of them that the lists do not have.
+fn lost(lights: &[Light], points: &[Option<DVec3>], lists: &Lists) -> (usize, usize) {
+    let settings = Settings::default();
+    let (mut pairs, mut lost) = (0, 0);
+    for (point, listed) in points.iter().zip(&lists.listed) {
+        let Some(point) = point else { continue };
+        for (i, light) in lights.iter().enumerate() {
+            if reaches(light, &settings, *point) {
+                pairs += 1;
+                lost += usize::from(listed >> i & 1 == 0);
+            }
+        }
+    }
+    (pairs, lost)
+}
+
+fn surface_points(camera: &Camera, lists: &Lists) -> Vec<Option<DVec3>> {
+    let point =
+        |(pixel, depth): (usize, &f32)| (*depth > 0.0).then(|| world_from_depth(camera, pixel, (*depth).into()));
+    lists.depths.iter().enumerate().map(point).collect()
+}
+
+/// Points anywhere between the near plane and far beyond the scene, one a pixel.
+fn free_points(camera: &Camera, random: &mut Random) -> Vec<Option<DVec3>> {
+    let depth = |random: &mut Random| match camera.projection {
+        Projection::Perspective { .. } => f64::from(random.between(0.0, 13.0)).exp2().recip(),
+        Projection::Orthographic { .. } => f64::from(random.between(1e-3, 1.0)),
+    };
+    (0..(SIZE.x * SIZE.y) as usize).map(|pixel| Some(world_from_depth(camera, pixel, depth(random)))).collect()
+}
+
+/// Boxes of every size scattered in depth, and sky between them.
+fn scattered() -> Scene {
+    let mut random = Random::new(7);
+    let panes = (0..40).map(|_| {
+        let right = random.direction() * random.between(0.05, 0.8);
+        let up = right.cross(random.direction()) * 0.7;
+        let center = random.point() * Vec3::new(3.0, 2.0, 6.0);
+        quad(0, center, right, up)
+    });
+    scene_of(panes.collect(), vec![Material { double_sided: true, ..Material::default() }])
+}
+
+fn light() -> impl Strategy<Value = Light> {
+    let position = prop::array::uniform3(-6.0f32..6.0).prop_map(Vec3::from);
+    let direction = prop::array::uniform3(-1.0f32..1.0).prop_map(|d| (Vec3::from(d) + Vec3::splat(1e-3)).normalize());
+    // From a centimetre to thirty metres, or where the threshold says.
+    let range = prop::option::weighted(0.8, (-2.0f32..1.5).prop_map(|exponent| 10f32.powf(exponent)));
+    let angles = (0.01f32..std::f32::consts::FRAC_PI_2, 0.0f32..0.99);
+    let kind = prop_oneof![
+        4 => Just(LightKind::Point),
+        4 => angles.prop_map(|(outer, share)| LightKind::Spot { inner_angle: outer * share, outer_angle: outer }),
+        1 => Just(LightKind::Directional),
+    ];
+    (position, direction, range, kind, 0.001f32..100.0).prop_map(|(position, direction, range, kind, intensity)| {
+        Light { kind, direction, range, ..Light::point(position, Vec3::splat(intensity)) }
+    })
+}
+
+fn camera() -> impl Strategy<Value = Camera> {
+    let point = || prop::array::uniform3(-4.0f32..4.0).prop_map(Vec3::from);
+    let perspective = (0.3f32..2.2).prop_map(|fov_y| Projection::Perspective { fov_y, near: 0.01 });
+    let orthographic =
+        (0.3f32..5.0).prop_map(|half_height| Projection::Orthographic { half_height, near: 0.0, far: 12.0 });
+    let projection = prop_oneof![3 => perspective, 1 => orthographic];
+    (point(), point(), projection).prop_map(|(eye, target, projection)| {
+        // Neither in one place nor straight up.
+        Camera::look_at(eye, target + Vec3::new(0.0, 0.0, -0.013), projection)
+    })
+}
+
+/// Lights in the places where a test of planes is most likely to go wrong.
+fn special(camera: &Camera) -> Vec<Light> {
+    let at = |p: Vec3| camera.world_from_camera.transform_point3(p);
+    let forward = camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
+    let light = |position, range| Light { range: Some(range), ..Light::point(position, Vec3::ONE) };
+    let spot = |light: Light, direction, outer_angle| Light {
+        kind: LightKind::Spot { inner_angle: 0.0, outer_angle },
+        direction,
+        ..light
+    };
+    vec![
+        light(at(Vec3::ZERO), 3.0),
+        light(at(Vec3::new(0.0, 0.0, 2.0)), 6.0),
+        light(at(Vec3::new(0.0, 0.0, 2.0)), 1.9),
+        light(at(Vec3::new(5.0, 0.0, -1.0)), 5.5),
+        spot(light(at(Vec3::ZERO), 8.0), forward, 0.3),
+        spot(light(at(Vec3::new(0.0, 0.0, 1.0)), 8.0), forward, 0.2),
+        spot(light(at(Vec3::new(0.0, 0.0, -4.0)), 8.0), -forward, 0.5),
+        spot(light(at(Vec3::new(2.0, 1.0, -3.0)), 4.0), forward, 1.4),
+    ]
+}
+
+#[test]
+fn gpu_culling_loses_no_light() {
+    let Some(gpu) = testing::gpu("gpu_culling_loses_no_light") else { return };
+    let bench = RefCell::new(Bench::new(gpu));
+    let scenes = [lanternfish_scene::generate::demo("cornell").unwrap(), scattered()];
+    let pairs = RefCell::new(0);
+    let config = ProptestConfig { cases: 24, failure_persistence: None, max_shrink_iters: 64, ..Default::default() };
+    let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
+    let strategy = (prop::collection::vec(light(), 1..48), camera(), 0usize..2);
+    let outcome = runner.run(&strategy, |(mut lights, camera, which)| {
+        lights.extend(special(&camera));
+        let scene = Scene { lights, ..scenes[which].clone() };
+        for reach in [Reach::Surface, Reach::Anywhere] {
+            let lists = bench.borrow_mut().lists(&scene, &camera, reach);
+            let points = match reach {
+                Reach::Surface => surface_points(&camera, &lists[0]),
+                Reach::Anywhere => free_points(&camera, &mut Random::new(which as u64)),
+            };
+            for list in &lists {
+                let (total, lost) = lost(&scene.lights, &points, list);
+                prop_assert_eq!(lost, 0, "of {} pairs, {:?}, {:?}", total, list.settings, reach);
+                *pairs.borrow_mut() += total;
+            }
+            // The box test takes lights away and never adds one.
+            for pair in lists.chunks_exact(2) {
+                let [without, with] = pair else { unreachable!("two a tile size") };
+                prop_assert!(!without.settings.aabb_test && with.settings.aabb_test);
+                let added = with.listed.iter().zip(&without.listed).any(|(with, without)| with & !without != 0);
+                prop_assert!(!added, "{:?}", with.settings);
+            }
+        }
+        Ok(())
+    });
+    outcome.unwrap_or_else(|error| panic!("{error}"));
+    println!("{} pairs of a point and a light in reach", pairs.borrow());
+    assert!(*pairs.borrow() > 1_000_000, "the cases show next to nothing: {} pairs", pairs.borrow());
+}
+
+#[test]
+fn gpu_the_culling_test_sees_a_tenth_of_range_missing() {
+    let Some(gpu) = testing::gpu("gpu_the_culling_test_sees_a_tenth_of_range_missing") else { return };
+    let mut bench = Bench::new(gpu);
+    let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    let mut random = Random::new(3);
+    scene.lights = (0..40)
+        .map(|_| {
+            let position = Vec3::Y + random.point();
+            Light { range: Some(random.between(0.2, 1.0)), ..Light::point(position, Vec3::ONE) }
+        })
+        .collect();
+    let shorter = scene.lights.iter().map(|light| Light { range: light.range.map(|r| 0.9 * r), ..light.clone() });
+    let shorter = Scene { lights: shorter.collect(), ..scene.clone() };
+
+    let whole = bench.lists(&scene, &camera, Reach::Surface);
+    let points = surface_points(&camera, &whole[0]);
+    for list in &whole {
+        assert_eq!(lost(&scene.lights, &points, list).1, 0, "{:?}", list.settings);
+    }
+    for list in bench.lists(&shorter, &camera, Reach::Surface) {
+        let (pairs, lost) = lost(&scene.lights, &points, &list);
+        println!("{:?}: {lost} of {pairs} pairs lost", list.settings);
+        assert!(lost > 0, "{:?}: blind to a 10 % error in range", list.settings);
+    }
+}
+
+/// Smaller tiles and the box test are worth their while: they list less.
+#[test]
+fn gpu_smaller_tiles_and_the_box_test_list_less() {
+    let Some(gpu) = testing::gpu("gpu_smaller_tiles_and_the_box_test_list_less") else { return };
+    let mut bench = Bench::new(gpu);
+    let mut random = Random::new(5);
+    let mut scene = scattered();
+    scene.lights = (0..64)
+        .map(|_| {
+            let position = random.point() * Vec3::new(3.0, 2.0, 6.0);
+            Light { range: Some(1.0), ..Light::point(position, Vec3::ONE) }
+        })
+        .collect();
+    let camera =
+        Camera::look_at(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO, Projection::Perspective { fov_y: 0.6, near: 0.1 });
+    let lists = bench.lists(&scene, &camera, Reach::Surface);
+    let points = surface_points(&camera, &lists[0]);
+    let needed = lost(&scene.lights, &points, &lists[0]).0;
+    let total = |list: &Lists| -> u32 {
+        let seen = list.listed.iter().zip(&points).filter(|(_, point)| point.is_some());
+        seen.map(|(bits, _)| bits.count_ones()).sum()
+    };
+    let totals: Vec<_> = lists.iter().map(total).collect();
+    println!("listed with 8 px, 8 px and boxes, 16 px, …: {totals:?}; needed {needed}");
+    assert!(totals.windows(3).all(|t| t[0] < t[2]), "{totals:?}");
+    assert!(totals.chunks_exact(2).all(|t| t[1] < t[0]), "{totals:?}");
+}

@@ -1,0 +1,133 @@
+use glam::{Vec3, Vec4};
+use lanternfish_gpu::testing;
+use lanternfish_scene::{Camera, Light, LightKind, Material, Projection};
+
+use super::{UNBOUNDED, range, twin};
+use crate::{
+    Renderer, Settings,
+    settings::{Attenuation, Materials, Shadows},
+    testing::{ask, quad, scene_of},
+};
+
+/// Functions that the thesis made to end at R1; `physical` and `step` are cut there.
+fn reaches_zero(function: Attenuation) -> bool {
+    !matches!(function, Attenuation::Physical | Attenuation::Step)
+}
+
+#[test]
+fn the_functions_end_at_the_range_and_approach_the_physical_one() {
+    for function in Attenuation::ALL.iter().copied() {
+        for (intensity, i0) in [(1.0f64, 0.25f64), (40.0, 0.02), (0.003, 0.02)] {
+            let r1 = (intensity / i0).sqrt();
+            let a = |d: f64| twin::attenuation(function, intensity, i0, d);
+            if reaches_zero(function) {
+                assert!(a(r1).abs() < 1e-12 * intensity.max(i0), "{function}: {} at R1", a(r1));
+            }
+            // "Force both the attenuation and its derivative to zero" (§A.2); the interpolated ones keep the value only.
+            if function == Attenuation::Smooth {
+                let slope = (a(r1 * (1.0 + 1e-6)) - a(r1 * (1.0 - 1e-6))) / (2e-6 * r1);
+                assert!(slope.abs() < 1e-6 * i0 / r1, "{function}: slope {slope} at R1");
+            }
+        }
+        // "lim I0 -> 0: a = a_phy" (§A.2), for all but the two illustrations.
+        if !matches!(function, Attenuation::Linear | Attenuation::Step) {
+            assert!((twin::attenuation(function, 2.0, 1e-9, 3.0) - 2.0 / 9.0).abs() < 1e-8, "{function}");
+        }
+    }
+}
+
+#[test]
+fn gpu_attenuation_is_the_theses() {
+    let Some(gpu) = testing::gpu("gpu_attenuation_is_the_theses") else { return };
+    let mut arguments = Vec::new();
+    for function in Attenuation::ALL.iter().copied() {
+        for range in [0.5f32, 1.0, 7.5, 300.0] {
+            for share in [0.01f32, 0.1, 0.3, 0.5, 0.77, 0.9, 0.99, 0.9999, 1.0, 1.0001, 1.5, 40.0] {
+                arguments.push((function, share * range, range));
+            }
+        }
+    }
+    let queries: Vec<_> = arguments.iter().map(|(f, d, r)| Vec4::new(*f as u32 as f32, *d, *r, 0.0)).collect();
+    let answers = ask(gpu, "attenuations", &queries, 1);
+    let mut lit = 0;
+    for ((function, d, range), answer) in arguments.iter().zip(answers) {
+        let (d, range) = (f64::from(*d), f64::from(*range));
+        let outside = d >= range;
+        // A unit intensity's cut-off is 1 / R².
+        let inside = twin::attenuation(*function, 1.0, 1.0 / (range * range), d).max(0.0);
+        let expected = if outside { 0.0 } else { inside };
+        // The terms that cancel near R are no larger than three times the physical one; eight roundings of each.
+        let tolerance = 8.0 * 3.0 * f64::from(f32::EPSILON) * (1.0 / (d * d)).max(1.0);
+        let found = f64::from(answer.x);
+        assert!((found - expected).abs() <= tolerance, "{function} at {d} of {range}: {found}, not {expected}");
+        assert!(!outside || found == 0.0);
+        lit += usize::from(found > 0.0);
+    }
+    assert!(lit > queries.len() / 2, "{lit} of {} lit", queries.len());
+
+    // The near radius R0 (§A.1) keeps the light itself finite.
+    let near = crate::shaders::constant("lights/attenuation", "NEAR_RADIUS") as f32;
+    let at = |d: f32| Vec4::new(Attenuation::Physical as u32 as f32, d, 1.0, 0.0);
+    let answers = ask(gpu, "attenuations", &[at(0.0), at(0.5 * near), at(near), at(2.0 * near)], 1);
+    assert!(answers[0].x.is_finite() && answers[0] == answers[1] && answers[0] == answers[2], "{answers:?}");
+    assert!(answers[3].x < 0.3 * answers[2].x);
+}
+
+#[test]
+fn gpu_a_lambert_quad_shines_as_the_functions_say() {
+    let Some(gpu) = testing::gpu("gpu_a_lambert_quad_shines_as_the_functions_say") else { return };
+    let white = Material::default();
+    let mut scene = scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![white]);
+    let camera =
+        Camera::look_at(Vec3::new(0.0, 0.0, 2.0), Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 0.1 });
+    let (intensity, range, d) = (5.0f32, 2.0f32, 1.25f32);
+    scene.lights = vec![Light { range: Some(range), ..Light::point(Vec3::new(0.0, 0.0, d), Vec3::splat(intensity)) }];
+    let mut found = Vec::new();
+    for attenuation in Attenuation::ALL.iter().copied() {
+        let settings =
+            Settings { attenuation, materials: Materials::Lambert, shadows: Shadows::None, ..Default::default() };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        // The middle of an odd image looks at the quad's centre, straight below the light.
+        let picture = renderer.render(&uploaded, &camera, 5, 5).unwrap();
+        let pixel = picture.radiance[12];
+        // A light of intensity I and range R has the cut-off I / R².
+        let (intensity, i0) = (f64::from(intensity), f64::from(intensity / (range * range)));
+        let expected = twin::attenuation(attenuation, intensity, i0, d.into()) / std::f64::consts::PI;
+        // A unit in the last place of a half float, 2⁻¹⁰: adapters may round to the target's format either way.
+        let tolerance = 9.8e-4 * expected;
+        for channel in &pixel[..3] {
+            assert!((f64::from(*channel) - expected).abs() < tolerance, "{attenuation}: {channel}, not {expected}");
+        }
+        found.push(pixel[0].to_bits());
+    }
+    // It can fail: no two functions look the same here, but for glTF's window and physical_reduced_2, which are one:
+    // I / d² (1 − d⁴ / R⁴) = I / d² − I₀ d² / R².
+    found.sort_unstable();
+    found.dedup();
+    assert_eq!(found.len(), Attenuation::ALL.len() - 1);
+}
+
+#[test]
+fn kinds_are_the_shaders() {
+    let point = Light::point(Vec3::ZERO, Vec3::ONE);
+    let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.5 };
+    for (kind, name) in [(point.kind, "POINT"), (spot, "SPOT"), (LightKind::Directional, "DIRECTIONAL")] {
+        let light = Light { kind, ..point.clone() };
+        let number = f64::from(super::Light::new(&light, &Settings::default()).kind);
+        assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
+    }
+    assert_eq!(crate::shaders::constant("light_culling/tiled/tile", "INFINITE") as f32, UNBOUNDED);
+}
+
+#[test]
+fn ranges_follow_the_paper() {
+    // [Elagabani2025, eq. 4.1]: I / D² = 0.02.
+    let light = Light::point(Vec3::ZERO, Vec3::new(8.0, 2.0, 1.0));
+    let mut settings = Settings::default();
+    assert!((range(&light, &settings) - 20.0).abs() < 1e-5);
+    settings.attenuation = Attenuation::Physical;
+    assert_eq!(range(&light, &settings), UNBOUNDED);
+    let stated = Light { range: Some(3.0), ..light };
+    assert_eq!(range(&stated, &settings), 3.0);
+}

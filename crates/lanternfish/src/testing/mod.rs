@@ -1,0 +1,110 @@
+//! For tests: kernels that ask one function of the shaders for many answers, and small scenes.
+//!
+//! The probes are no part of the library's shaders: `build.rs` leaves this folder out.
+
+use std::sync::OnceLock;
+
+use glam::{Affine3A, Vec2, Vec3, Vec4};
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
+    storage_buffer_of,
+};
+use lanternfish_scene::{Instance, Material, Mesh, Primitive, Scene};
+
+use crate::shaders::SHADERS;
+
+const PROBES: [ShaderSource; 3] = [
+    ("testing/functions", include_str!("functions.wesl")),
+    ("testing/pixels", include_str!("pixels.wesl")),
+    ("testing/segments", include_str!("segments.wesl")),
+];
+
+/// The library's shaders and the probes.
+pub(crate) fn library() -> ShaderLibrary {
+    static SOURCES: OnceLock<&'static [ShaderSource]> = OnceLock::new();
+    ShaderLibrary::new(SOURCES.get_or_init(|| {
+        let all: Vec<_> = SHADERS.sources().iter().copied().chain(PROBES).collect();
+        all.leak()
+    }))
+}
+
+/// One entry point of a probe.
+pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[&str], entry: &str) -> ComputeKernel {
+    let shader = library().link(module, features).unwrap_or_else(|error| panic!("{error}"));
+    ComputeKernel::new(&gpu.device, &shader, entry, module)
+}
+
+/// Runs a probe of `testing/functions` over its queries, `vectors` vec4f each.
+pub(crate) fn ask(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
+    let kernel = probe(gpu, "testing/functions", &[], entry);
+    let count = queries.len() / vectors;
+    let none = wgpu::BufferUsages::empty();
+    let queries = storage_buffer_of(&gpu.device, "queries", queries, none).expect("a few queries fit");
+    let answers = storage_buffer(&gpu.device, "answers", 16 * count as u64).expect("a few answers fit");
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let bindings = Bindings::new().buffer("queries", &queries).buffer("answers", &answers);
+    frame.dispatch(&kernel, &bindings, [count.div_ceil(64) as u32, 1, 1]);
+    frame.submit();
+    read_back(&gpu.device, &gpu.queue, &answers, count).expect("answers can be read")
+}
+
+/// A scene of one mesh, placed once.
+pub(crate) fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
+    Scene {
+        name: "test".to_owned(),
+        meshes: vec![Mesh { name: String::new(), primitives }],
+        instances: vec![Instance { name: String::new(), mesh: 0, world_from_object: Affine3A::IDENTITY }],
+        materials,
+        ..Scene::default()
+    }
+}
+
+/// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards; uv 0..1 from its top left.
+pub(crate) fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
+    let corner = |s: f32, t: f32| center + s * half_right + t * half_up;
+    Primitive {
+        material,
+        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        normals: vec![half_right.cross(half_up).normalize(); 4],
+        uv0: vec![Vec2::new(0.0, 1.0), Vec2::ONE, Vec2::new(1.0, 0.0), Vec2::ZERO],
+        indices: vec![0, 1, 2, 0, 2, 3],
+        ..Primitive::default()
+    }
+}
+
+/// Numbers in 0..1 that are the same on every machine (PCG, 32 bits of output).
+#[derive(Clone, Debug)]
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(2).wrapping_add(0x853c_49e6_748f_ea9b));
+        random.unit();
+        random
+    }
+
+    pub fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let word = (((self.0 >> 18) ^ self.0) >> 27) as u32;
+        // 24 bits: exact in a float, and never 1.
+        (word.rotate_right((self.0 >> 59) as u32) >> 8) as f32 / (1 << 24) as f32
+    }
+
+    pub fn between(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.unit()
+    }
+
+    /// A point of the cube from −1 to 1.
+    pub fn point(&mut self) -> Vec3 {
+        Vec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
+    }
+
+    /// A unit vector.
+    pub fn direction(&mut self) -> Vec3 {
+        let z = self.between(-1.0, 1.0);
+        let (sin, cos) = self.between(0.0, std::f32::consts::TAU).sin_cos();
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        Vec3::new(r * cos, r * sin, z).normalize()
+    }
+}
