@@ -2,7 +2,15 @@
 //!
 //! Every test that needs an adapter is called `gpu_…`; they run one at a time on the software adapter.
 
+#[path = "pictures/corners.rs"]
+mod corners;
 #[path = "pictures/ground_truth.rs"]
 mod ground_truth;
+#[path = "pictures/identical.rs"]
+mod identical;
+#[path = "pictures/normals.rs"]
+mod normals;
 #[path = "pictures/support.rs"]
 mod support;
+#[path = "pictures/surfaces.rs"]
+mod surfaces;

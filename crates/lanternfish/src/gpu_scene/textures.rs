@@ -10,9 +10,12 @@ use super::{Shading, mips};
 
 /// How many textures get their mip levels at a time: bounds the memory that waits to be copied.
 const BATCH: usize = 16;
-/// Samples along the long axis of a pixel's footprint, at most, where all filters are linear. 16 is what every adapter
-/// has; lower blurs surfaces seen at an angle.
+/// Samples along the long axis of a pixel's footprint, at most, where all filters are linear: what every adapter has.
+/// Fewer blur surfaces seen at an angle.
 const ANISOTROPY: u16 = 16;
+/// Mesa's software rasteriser from which anisotropic filtering is usable. 22.3.6 takes minutes for a frame that takes a
+/// second without; 25.0.7 is fine; those between are untested.
+const FIRST_ANISOTROPIC_MESA: u32 = 25;
 /// Names of a material's textures and samplers where each material has a bind group.
 const NAMES: [(&str, &str); 4] = [
     ("base_color_texture", "base_color_sampler"),
@@ -94,9 +97,10 @@ impl Textures {
             queue.submit([]);
         }
 
-        let mut samplers: Vec<_> = scene.samplers.iter().map(|s| sampler(device, s)).collect();
+        let anisotropy = anisotropy(&device.adapter_info());
+        let mut samplers: Vec<_> = scene.samplers.iter().map(|s| sampler(device, s, anisotropy)).collect();
         if samplers.is_empty() {
-            samplers.push(sampler(device, &Default::default()));
+            samplers.push(sampler(device, &Default::default(), anisotropy));
         }
         let slot = |reference: Option<&TextureRef>, srgb| reference.map_or((0, 0), |r| slots[&(r.texture, srgb)]);
         let by_material = scene
@@ -199,7 +203,20 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
     queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }
 
-fn sampler(device: &wgpu::Device, sampler: &lanternfish_scene::Sampler) -> wgpu::Sampler {
+/// [`ANISOTROPY`], or 1 on a software driver that is known to stall on it.
+fn anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
+    let mesa = adapter.driver_info.strip_prefix("Mesa ").and_then(|version| version.split('.').next()?.parse().ok());
+    let stalls = adapter.device_type == wgpu::DeviceType::Cpu && mesa.is_some_and(|m: u32| m < FIRST_ANISOTROPIC_MESA);
+    if stalls {
+        tracing::warn!(
+            driver = adapter.driver_info,
+            "textures are not filtered anisotropically: this driver stalls on it"
+        );
+    }
+    if stalls { 1 } else { ANISOTROPY }
+}
+
+fn sampler(device: &wgpu::Device, sampler: &lanternfish_scene::Sampler, anisotropy: u16) -> wgpu::Sampler {
     let wrap = |w: Wrap| match w {
         Wrap::Repeat => wgpu::AddressMode::Repeat,
         Wrap::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
@@ -221,7 +238,7 @@ fn sampler(device: &wgpu::Device, sampler: &lanternfish_scene::Sampler) -> wgpu:
             MipFilter::None | MipFilter::Nearest => wgpu::MipmapFilterMode::Nearest,
         },
         lod_max_clamp: if sampler.mip == MipFilter::None { 0.0 } else { 32.0 },
-        anisotropy_clamp: if all_linear { ANISOTROPY } else { 1 },
+        anisotropy_clamp: if all_linear { anisotropy } else { 1 },
         ..Default::default()
     })
 }
