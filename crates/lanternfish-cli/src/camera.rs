@@ -1,7 +1,7 @@
 //! From flags and a scene's cameras to one camera.
 
 use glam::Vec3;
-use lanternfish_scene::{Camera, Projection, Scene};
+use lanternfish_scene::{Camera, Projection, Scene, near_plane};
 
 use crate::{args::ViewArgs, error::CliError};
 
@@ -31,23 +31,17 @@ pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, Cl
         camera.world_from_camera = Camera::look_at(eye, target, camera.projection).world_from_camera;
         // The near plane of a file's camera belongs to where that camera stood.
         if let Projection::Perspective { near, .. } = &mut camera.projection {
-            *near = near.min(near_inside(scene));
+            *near = near.min(near_plane(&scene.bounds()));
         }
     }
     if let Some(fov_y) = flags.fov_y {
         let near = match camera.projection {
             Projection::Perspective { near, .. } => near,
-            Projection::Orthographic { .. } => near_inside(scene),
+            Projection::Orthographic { .. } => near_plane(&scene.bounds()),
         };
         camera.projection = Projection::Perspective { fov_y, near };
     }
     Ok(camera)
-}
-
-/// A near plane for a camera anywhere in the scene: a thousandth of its size, at most 10 cm. Reverse-Z with an infinite
-/// far plane leaves precision to spare.
-fn near_inside(scene: &Scene) -> f32 {
-    (1e-3 * scene.bounds().size().length()).clamp(1e-5, 0.1)
 }
 
 /// A camera by name, else by number.

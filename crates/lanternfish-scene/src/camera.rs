@@ -1,6 +1,6 @@
 //! Cameras in world space.
 
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A};
 
 use crate::Bounds;
 
@@ -48,14 +48,23 @@ impl Camera {
         Self { name: String::new(), world_from_camera: Affine3A::from_mat3_translation(rotation, eye), projection }
     }
 
-    /// A perspective camera that sees the whole of `bounds` from the front, a little to the right and above, at any
-    /// aspect ratio (width / height) given.
+    /// A perspective camera that just sees the whole of `bounds`, from the front, a little to the right and above.
+    /// `aspect` is width / height.
     pub fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
-        let radius = (0.5 * bounds.size().length()).max(1e-3);
-        let half_angle = (0.5 * fov_y).min((aspect * (0.5 * fov_y).tan()).atan());
-        let distance = radius / half_angle.sin();
-        let eye = bounds.center() + distance * Vec3::new(0.4, 0.3, 1.0).normalize();
-        Self::look_at(eye, bounds.center(), Projection::Perspective { fov_y, near: near_for(bounds, eye) })
+        let center = bounds.center();
+        let towards_eye = Vec3::new(0.4, 0.3, 1.0).normalize();
+        let turned = Self::look_at(center + towards_eye, center, Projection::Perspective { fov_y, near: 1.0 });
+        let camera_from_world = turned.world_from_camera.matrix3.transpose();
+
+        // A corner (x, y, z) around the centre is in view when |x| and |y| are below the frustum's half extents at it.
+        let slope = Vec2::new(aspect, 1.0) * (0.5 * fov_y).tan();
+        let mut distance = 0.0f32;
+        for corner in bounds.corners() {
+            let c = camera_from_world * Vec3A::from(corner - center);
+            distance = distance.max(c.z + (c.x.abs() / slope.x).max(c.y.abs() / slope.y));
+        }
+        let eye = center + (1.05 * distance).max(1e-3) * towards_eye;
+        Self::look_at(eye, center, Projection::Perspective { fov_y, near: near_plane(bounds) })
     }
 
     /// Where the camera is, world space.
@@ -64,10 +73,30 @@ impl Camera {
     }
 }
 
-/// A near plane for a view of `bounds` from `eye`: 1/1000 of the scene's size, and never beyond a tenth of the way to
-/// it. Reverse-Z with an infinite far plane leaves precision to spare.
-pub fn near_for(bounds: &Bounds, eye: Vec3) -> f32 {
-    let size = bounds.size().length().max(1e-3);
-    let to_box = (bounds.min - eye).max(eye - bounds.max).max(Vec3::ZERO).length();
-    (1e-3 * size).min(0.1).max(0.1 * to_box.min(0.01 * size)).max(1e-5)
+/// Distance of a near plane, m, for a camera anywhere in or around `bounds`: a thousandth of its size, at most 10 cm.
+/// Reverse-Z with an infinite far plane leaves precision to spare.
+pub fn near_plane(bounds: &Bounds) -> f32 {
+    (1e-3 * bounds.size().length()).clamp(1e-5, 0.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn framing_shows_all_corners_and_fills_the_view() {
+        for (size, aspect) in [(Vec3::new(9.0, 1.0, 2.0), 1.78), (Vec3::new(1.0, 7.0, 1.0), 0.5), (Vec3::ONE, 1.0)] {
+            let bounds = Bounds { min: Vec3::splat(3.0), max: Vec3::splat(3.0) + size };
+            let camera = Camera::framing(&bounds, 0.8, aspect);
+            let camera_from_world = camera.world_from_camera.inverse();
+            let mut widest = 0.0f32;
+            for corner in bounds.corners() {
+                let p = camera_from_world.transform_point3(corner);
+                let ndc = Vec2::new(p.x / aspect, p.y) / (-p.z * 0.4f32.tan());
+                assert!(p.z < 0.0 && ndc.abs().max_element() <= 1.0, "{corner} is at {ndc}");
+                widest = widest.max(ndc.abs().max_element());
+            }
+            assert!(widest > 0.8, "the view is filled to {widest} only");
+        }
+    }
 }

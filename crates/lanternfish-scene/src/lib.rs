@@ -15,7 +15,7 @@ mod scene;
 mod texture;
 mod validate;
 
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, Projection, near_plane};
 pub use error::SceneError;
 pub use import::load;
 pub use light::{Light, LightKind};

@@ -84,15 +84,19 @@ impl Bounds {
         if self.is_empty() { Vec3::ZERO } else { self.max - self.min }
     }
 
+    /// The eight corners.
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|corner| {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] };
+            Vec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
     /// The box of the eight transformed corners.
     pub fn transformed(&self, b_from_a: &Affine3A) -> Self {
         let mut bounds = Self::EMPTY;
-        if self.is_empty() {
-            return bounds;
-        }
-        for corner in 0..8 {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] };
-            bounds.add_point(b_from_a.transform_point3(Vec3::new(pick(0), pick(1), pick(2))));
+        if !self.is_empty() {
+            self.corners().into_iter().for_each(|corner| bounds.add_point(b_from_a.transform_point3(corner)));
         }
         bounds
     }
