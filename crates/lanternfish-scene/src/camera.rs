@@ -49,8 +49,10 @@ impl Camera {
     }
 
     /// A perspective camera that just sees the whole of `bounds`, from the front, a little to the right and above.
-    /// `aspect` is width / height.
+    /// `aspect` is width / height. An empty box is taken for a cube of 2 m around the origin.
     pub fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
+        let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
+        let bounds = if bounds.is_empty() { &cube } else { bounds };
         let center = bounds.center();
         let towards_eye = Vec3::new(0.4, 0.3, 1.0).normalize();
         let turned = Self::look_at(center + towards_eye, center, Projection::Perspective { fov_y, near: 1.0 });
