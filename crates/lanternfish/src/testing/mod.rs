@@ -108,3 +108,13 @@ impl Random {
         Vec3::new(r * cos, r * sin, z).normalize()
     }
 }
+
+#[test]
+fn every_probe_validates() {
+    for (module, _) in PROBES {
+        library().link(module, &[]).unwrap_or_else(|error| panic!("{error}"));
+    }
+    library().link("testing/segments", &["tracer_ray_query"]).unwrap_or_else(|error| panic!("{error}"));
+    // They are no part of what the library carries.
+    assert!(SHADERS.sources().iter().all(|(module, _)| !module.starts_with("testing")));
+}
