@@ -1,5 +1,7 @@
 //! The project's chores, on a machine that has Rust and nothing else.
 
+#[cfg(test)]
+mod citations;
 mod command;
 mod demo;
 mod driver;
