@@ -166,7 +166,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// How light falls off with distance. R is a light's range, I₀ = I / R² [van Gelderen 2020, appendix A].
+    /// How light falls off with distance. R is a light's range, I₀ = I / R² [VanGelderen2020, app. A].
     Attenuation {
         /// glTF's window: max(1 − (d/R)⁴, 0) / d².
         Gltf = "gltf",

@@ -1,4 +1,4 @@
-//! The attenuation functions as [vanGelderen2020, app. A] states them: its specification, and the oracle of
+//! The attenuation functions as [VanGelderen2020, app. A] states them: its specification, and the oracle of
 //! `attenuation.wesl`.
 
 use crate::settings::Attenuation;
