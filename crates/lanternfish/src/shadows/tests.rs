@@ -320,8 +320,8 @@ fn gpu_visibility_along_axes_through_grids() {
 }
 
 #[test]
-fn gpu_visibility_leaks_little_at_shared_edges() {
-    let test = "gpu_visibility_leaks_little_at_shared_edges";
+fn gpu_visibility_is_whole_at_shared_edges() {
+    let test = "gpu_visibility_is_whole_at_shared_edges";
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = scene_of(vec![grid(16)], vec![Material::default()]);
     let mut random = Random::new(9);
@@ -344,10 +344,10 @@ fn gpu_visibility_leaks_little_at_shared_edges() {
     }
 }
 
-/// A known fault: of 6,000 segments aimed at edges that two triangles share, this many may slip between them, because
-/// Möller and Trumbore's u and v are rounded apart for either triangle. The strips are a few roundings wide, 1e-6 of the
-/// distance, so a segment that is not aimed at an edge hardly ever meets one. Measured: 248, and 64 for lavapipe's own.
-const LEAKS: [(Tracer, usize); 2] = [(Tracer::Bvh, 300), (Tracer::RayQuery, 120)];
+/// Of 6,000 segments aimed at edges that two triangles share, how many may slip between them. None where edge functions
+/// and boxes are ours: Möller and Trumbore's test let 248 through, and boxes without slack for rounding 37. What an
+/// adapter's own tracer does is not ours to say; 64 on Mesa 25.0.7's lavapipe, twice that is a report.
+const LEAKS: [(Tracer, usize); 2] = [(Tracer::Bvh, 0), (Tracer::RayQuery, 128)];
 
 #[test]
 fn gpu_visibility_in_the_plane_of_a_triangle() {
