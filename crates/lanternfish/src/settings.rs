@@ -178,7 +178,7 @@ named_enum! {
         Smooth = "smooth",
         /// I / d² − I₀ d / R.
         PhysicalReduced1 = "physical_reduced_1",
-        /// I / d² − I₀ d² / R²: the thesis' choice (eq. 5.1).
+        /// I / d² − I₀ d² / R²: the thesis' choice (eq. 5.1). The same function as `gltf`.
         PhysicalReduced2 = "physical_reduced_2",
         /// I / d² + 2 I₀ d² / R² − 3 I₀ d / R.
         PhysicalSmooth1 = "physical_smooth_1",
