@@ -231,7 +231,8 @@ fn vertex_attributes(primitive: &Primitive, i: usize) -> VertexAttributes {
     }
 }
 
-fn buffer<T: bytemuck::NoUninit>(
+/// A buffer that no shader binds: its size is the device's largest, not a binding's.
+pub(super) fn buffer<T: bytemuck::NoUninit>(
     device: &wgpu::Device,
     label: &str,
     content: &[T],

@@ -3,10 +3,12 @@
 //! One bottom level of world-space triangles in BVH leaf order (some drivers split in input order), under one instance.
 //! Opaque and masked triangles are two geometries: the first ends a query, the second asks the shader.
 
-use lanternfish_gpu::storage_buffer_of;
-use wgpu::util::DeviceExt;
+use glam::Vec3;
 
-use super::tracing::{TracedTriangle, Tracing};
+use super::{
+    geometry::buffer,
+    tracing::{TracedTriangle, Tracing},
+};
 use crate::error::RenderError;
 
 /// An acceleration structure on the device.
@@ -35,9 +37,9 @@ impl Tlas {
         }
 
         // One vertex buffer; each geometry picks its triangles by index.
-        let corners: Vec<[f32; 3]> =
-            tracing.triangles.iter().flat_map(|t| t.corners).map(|corner| corner.to_array()).collect();
-        let vertices = storage_buffer_of(device, "scene/tlas_vertices", &corners, wgpu::BufferUsages::BLAS_INPUT)?;
+        let corners: Vec<Vec3> = tracing.triangles.iter().flat_map(|t| t.corners).collect();
+        let input = wgpu::BufferUsages::BLAS_INPUT;
+        let vertices = buffer(device, "scene/tlas_vertices", &corners, input)?;
         let parts = [indices(tracing, |t| t.record == 0), indices(tracing, |t| t.record != 0)];
         let flags = [
             wgpu::AccelerationStructureGeometryFlags::OPAQUE,
@@ -48,11 +50,7 @@ impl Tlas {
             .zip(flags)
             .filter(|(indices, _)| !indices.is_empty())
             .map(|(indices, flags)| {
-                let buffer = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some("scene/tlas_indices"),
-                    contents: bytemuck::cast_slice(indices),
-                    usage: wgpu::BufferUsages::BLAS_INPUT,
-                });
+                let buffer = buffer(device, "scene/tlas_indices", indices, input)?;
                 let size = wgpu::BlasTriangleGeometrySizeDescriptor {
                     vertex_format: wgpu::VertexFormat::Float32x3,
                     vertex_count: corners.len() as u32,
@@ -60,9 +58,9 @@ impl Tlas {
                     index_count: Some(indices.len() as u32),
                     flags,
                 };
-                (buffer, size)
+                Ok((buffer, size))
             })
-            .collect();
+            .collect::<Result<_, RenderError>>()?;
 
         let mut encoder = device.create_command_encoder(&Default::default());
         if geometries.is_empty() {
@@ -88,7 +86,7 @@ impl Tlas {
                 size,
                 vertex_buffer: &vertices,
                 first_vertex: 0,
-                vertex_stride: size_of::<[f32; 3]>() as u64,
+                vertex_stride: size_of::<Vec3>() as u64,
                 index_buffer: Some(buffer),
                 first_index: Some(0),
                 transform_buffer: None,
@@ -106,4 +104,58 @@ impl Tlas {
 fn indices(tracing: &Tracing, wanted: impl Fn(&TracedTriangle) -> bool) -> Vec<u32> {
     let numbered = tracing.triangles.iter().zip(0u32..);
     numbered.filter(|(t, _)| wanted(t)).flat_map(|(_, i)| [3 * i, 3 * i + 1, 3 * i + 2]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_gpu::{GpuError, checked, testing};
+
+    use super::*;
+
+    #[test]
+    fn gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding() {
+        let test = "gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding";
+        let Some(gpu) = testing::gpu(test) else { return };
+        if !gpu.description.ray_query {
+            return testing::left_out(test, "this adapter has no ray query");
+        }
+        // 300 triangles: 10,800 bytes of corners, 3,600 of indices.
+        let corner = |x: usize| Vec3::new(x as f32, 0.0, 0.0);
+        let triangle = |x| TracedTriangle { corners: [corner(x), corner(x + 1), Vec3::Y], record: 0 };
+        let tracing = Tracing { triangles: (0..300).map(triangle).collect(), ..Tracing::default() };
+        let build = |binding_bytes, buffer_bytes| {
+            let (device, queue) = device_of(&gpu.description.name, binding_bytes, buffer_bytes);
+            checked(&device, "tlas", || Tlas::new(&device, &queue, &tracing)).map(|_| ())
+        };
+        build(4096, 1 << 20).unwrap();
+        let refused = build(4096, 8192).unwrap_err();
+        assert!(
+            matches!(&refused, RenderError::Gpu(GpuError::TooLarge { what, needed: 10_800, limit: 8192 }) if what == "scene/tlas_vertices"),
+            "{refused}"
+        );
+    }
+
+    /// The adapter of this name with ray query and these limits.
+    fn device_of(name: &str, binding_bytes: u64, buffer_bytes: u64) -> (wgpu::Device, wgpu::Queue) {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+        let adapter = adapters.iter().find(|adapter| adapter.get_info().name == name).expect("it is open already");
+        let descriptor = wgpu::DeviceDescriptor {
+            required_features: wgpu::Features::EXPERIMENTAL_RAY_QUERY,
+            required_limits: wgpu::Limits {
+                max_storage_buffer_binding_size: binding_bytes,
+                max_uniform_buffer_binding_size: binding_bytes,
+                max_buffer_size: buffer_bytes,
+                max_blas_primitive_count: 1024,
+                max_blas_geometry_count: 2,
+                max_tlas_instance_count: 1,
+                max_acceleration_structures_per_shader_stage: 1,
+                ..wgpu::Limits::default()
+            },
+            // Safety: ray query is used as wgpu documents it; acceleration structures outlive their use.
+            experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
+            ..Default::default()
+        };
+        pollster::block_on(adapter.request_device(&descriptor)).expect("the limits are small")
+    }
 }

@@ -30,7 +30,8 @@ pub struct Tracing {
     pub triangles: Vec<TracedTriangle>,
     /// Records, then headers and texels.
     pub masks: Vec<u32>,
-    record_count: usize,
+    /// How many of the triangles have a record.
+    pub record_count: usize,
 }
 
 /// A masked triangle before the masks have their addresses.
