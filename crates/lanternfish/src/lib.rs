@@ -1,4 +1,58 @@
-//! Lanternfish: thousands of lights, with shadows, on any GPU that wgpu reaches.
+//! Lanternfish: thousands of lights, with ray-traced shadows, on any GPU that wgpu reaches, or on none.
+//!
+//! A [`Renderer`] compiles the passes that its [`Settings`] need, puts a scene on the device, and makes pictures of it:
+//! linear radiance, an image for a display, and a report of what each pass cost and counted. It takes the caller's
+//! `wgpu::Device` and `wgpu::Queue`; it opens nothing, logs through `tracing`, never prints and never exits.
+//!
+//! Scenes come from `lanternfish-scene`: a glTF 2.0 file, a generated scene, or lists of your own.
+//!
+//! # Your own wgpu device → an image
+//!
+//! ```
+//! use lanternfish::{Renderer, Settings};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // As in any wgpu program; one that has a device already passes that one.
+//! let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+//! let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
+//! # if adapter.is_err() { return Ok(()) }
+//! let (device, queue) = pollster::block_on(adapter?.request_device(&wgpu::DeviceDescriptor::default()))?;
+//!
+//! // "demo:cornell", or the path of a .gltf or .glb file.
+//! let scene = lanternfish_scene::load("demo:cornell")?;
+//! let camera = &scene.cameras[0];
+//!
+//! let mut renderer = Renderer::new(&device, &queue, Settings::default())?;
+//! let uploaded = renderer.upload(&scene)?;
+//! let picture = renderer.render(&uploaded, camera, 64, 48)?;
+//!
+//! // Rows from the top: `display` is sRGB, 8 bits; `radiance` is linear, nits.
+//! assert_eq!(picture.display.len(), 64 * 48);
+//! assert!(picture.radiance.iter().any(|texel| texel[1] > 0.1));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `examples/own_device.rs` is the same with a scene built from its parts, and writes a PNG.
+//!
+//! # What the device needs
+//!
+//! WebGPU's default limits and no optional feature are enough. What the device was opened with is used:
+//! `Gpu::WANTED_FEATURES` of `lanternfish-gpu` lists what is looked for, and `Gpu::open` there opens a device with all of
+//! it that the adapter has. Larger limits let larger scenes and pictures through; without them such a scene is an error
+//! ([`RenderError`]), never a part of it.
+//!
+//! # How it is built
+//!
+//! Each module is a room: one technique behind one interface, host code and shaders side by side.
+//!
+//! ```text
+//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ shadows ─▶ shading ─▶ output
+//!                                                             └▶ debug_views
+//! ```
+//!
+//! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (emission, sky, pictures);
+//! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit.
 
 pub mod debug_views;
 mod error;
