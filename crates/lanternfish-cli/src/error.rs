@@ -1,6 +1,11 @@
 //! The one error a run ends with: what, where, and what to do.
 
-use std::{backtrace::Backtrace, fmt, io, panic};
+use std::{
+    backtrace::{Backtrace, BacktraceStatus},
+    fmt,
+    io::{self, Write},
+    panic,
+};
 
 use lanternfish::RenderError;
 use lanternfish_gpu::GpuError;
@@ -71,7 +76,11 @@ impl From<GpuError> for CliError {
             GpuError::NoAdapter => "`cargo xtask demo` installs one; `lanternfish info --adapters` lists what is there",
             GpuError::UnknownAdapter { .. } => "`lanternfish info --adapters` lists them; a part of the name is enough",
             GpuError::Device { .. } => "choose another adapter with --adapter; --adapter cpu is the safest",
-            GpuError::TooLarge { .. } => "choose a smaller --size or fewer lights",
+            GpuError::TooLarge { .. } => {
+                "the scene or the picture is larger than this adapter can hold: choose a smaller --size, fewer lights \
+                 or a simpler scene, or another adapter with --adapter"
+            }
+            GpuError::TextureSize { .. } => "scale the image down, or choose another adapter with --adapter",
             _ => "",
         };
         Self::new(&error, hint)
@@ -97,6 +106,11 @@ impl From<MetricsError> for CliError {
     }
 }
 
+/// Prints a line to standard error. Where that is full or closed there is nobody left to tell, so failing is no error.
+pub fn say(what: &dyn fmt::Display) {
+    let _ = writeln!(io::stderr(), "{what}");
+}
+
 /// A panic is a bug of ours: it is reported like any other error, with what is needed to report it.
 pub fn install_panic_message() {
     panic::set_hook(Box::new(|info| {
@@ -104,10 +118,27 @@ pub fn install_panic_message() {
         let place = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
         let what = format!("internal error: {message}{place}");
         let hint = "this is a bug of Lanternfish; please report it with the command line and the scene";
-        eprintln!("{}", CliError::new(what, hint));
+        say(&CliError::new(what, hint));
         let backtrace = Backtrace::capture();
-        if backtrace.status() == std::backtrace::BacktraceStatus::Captured {
-            eprintln!("\n{backtrace}");
+        if backtrace.status() == BacktraceStatus::Captured {
+            say(&format_args!("\n{backtrace}"));
         }
     }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hint_does_not_blame_what_is_not_at_fault() {
+        let hint = |error: GpuError| CliError::from(error).to_string().split_once("hint: ").unwrap().1.to_owned();
+        // Buffers grow with the scene's geometry, its lights, or the picture: the label alone does not tell which.
+        let buffer = hint(GpuError::TooLarge { what: "scene/positions".to_owned(), needed: 2, limit: 1 });
+        for word in ["--size", "lights", "simpler scene", "--adapter"] {
+            assert!(buffer.contains(word), "{buffer}");
+        }
+        let image = hint(GpuError::TextureSize { name: "moss".to_owned(), width: 9, height: 1, limit: 8 });
+        assert!(image.contains("image") && !image.contains("--size") && !image.contains("lights"), "{image}");
+    }
 }

@@ -30,7 +30,7 @@ fn main() -> ExitCode {
         // Whoever read our output has seen enough (`lanternfish info … | head`).
         Ok(()) | Err(CliError::ReaderGone) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{error}");
+            error::say(&error);
             ExitCode::FAILURE
         }
     }

@@ -8,6 +8,8 @@ use std::{
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
 
+use crate::error::say;
+
 /// The steps of a run. Silent when asked to be, or when nobody looks (standard error is no terminal).
 pub struct Progress {
     line: ProgressBar,
@@ -52,7 +54,7 @@ impl Progress {
     /// Something the user may want to know. Shown to scripts too, unless they asked for quiet.
     pub fn note(&self, text: &str) {
         if !self.quiet {
-            self.line.suspend(|| eprintln!("note: {text}"));
+            self.line.suspend(|| say(&format_args!("note: {text}")));
         }
     }
 

@@ -44,6 +44,18 @@ pub enum GpuError {
         /// The adapter's limit, bytes.
         limit: u64,
     },
+    /// An image has more pixels a side than the adapter's textures.
+    #[error("texture {name:?} of {width} x {height} pixels: the adapter's limit is {limit} a side")]
+    TextureSize {
+        /// The image's name.
+        name: String,
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+        /// The adapter's largest texture side.
+        limit: u32,
+    },
     /// The device ran out of memory, or does not allow what was asked.
     #[error("{what}: the device refused: {source}; try a smaller image or scene")]
     Refused {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use lanternfish_gpu::{Bindings, GpuError};
-use lanternfish_scene::{Filter, Material, MipFilter, Scene, TextureRef, Wrap};
+use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
 use rayon::prelude::*;
 
 use super::{Shading, mips};
@@ -78,10 +78,8 @@ impl Textures {
         if let Some((image, _)) =
             uploads.iter().find(|(i, _)| scene.images[*i].width.max(scene.images[*i].height) > limit)
         {
-            let image = &scene.images[*image];
-            let what = format!("texture {:?} of {} x {}", image.name, image.width, image.height);
-            let needed = u64::from(image.width.max(image.height));
-            return Err(GpuError::TooLarge { what, needed, limit: limit.into() });
+            let Image { name, width, height, .. } = &scene.images[*image];
+            return Err(GpuError::TextureSize { name: name.clone(), width: *width, height: *height, limit });
         }
 
         let mut views = vec![upload(device, queue, "white", &[(vec![255; 4], 1, 1)], false)];
@@ -146,7 +144,7 @@ impl Textures {
 type Level = (Vec<u8>, u32, u32);
 
 /// All levels below the first.
-fn levels(image: &lanternfish_scene::Image, srgb: bool) -> Vec<Level> {
+fn levels(image: &Image, srgb: bool) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
     loop {
         let (rgba, width, height) = match levels.last() {
@@ -164,7 +162,7 @@ fn levels(image: &lanternfish_scene::Image, srgb: bool) -> Vec<Level> {
 fn upload_image(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
-    image: &lanternfish_scene::Image,
+    image: &Image,
     smaller: &[Level],
     srgb: bool,
 ) -> wgpu::TextureView {
@@ -241,4 +239,36 @@ fn sampler(device: &wgpu::Device, sampler: &lanternfish_scene::Sampler, anisotro
         anisotropy_clamp: if all_linear { anisotropy } else { 1 },
         ..Default::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_gpu::testing;
+    use lanternfish_scene::{Sampler, Texture};
+
+    use super::*;
+
+    #[test]
+    fn gpu_an_image_larger_than_textures_can_be_is_refused_by_its_pixels() {
+        let test = "gpu_an_image_larger_than_textures_can_be_is_refused_by_its_pixels";
+        let Some(gpu) = testing::gpu(test) else { return };
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        let upload = |width: u32, height: u32| {
+            let rgba = vec![255; 4 * width as usize * height as usize];
+            let texture = TextureRef::new(0);
+            let scene = Scene {
+                images: vec![Image { name: "moss".to_owned(), width, height, rgba }],
+                samplers: vec![Sampler::default()],
+                textures: vec![Texture { image: 0, sampler: 0 }],
+                materials: vec![Material { base_color_texture: Some(texture), ..Material::default() }],
+                ..Scene::default()
+            };
+            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, false).err().map(|e| e.to_string())
+        };
+        assert_eq!(upload(1, limit), None);
+        for (width, height) in [(limit + 1, 1), (1, limit + 1)] {
+            let expected = format!("texture \"moss\" of {width} x {height} pixels: the adapter's limit is {limit} a side");
+            assert_eq!(upload(width, height), Some(expected));
+        }
+    }
 }
