@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
 use glam::Vec3;
 use lanternfish::settings::{
     Attenuation, Culling, DebugView, Materials, RayCulling, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
@@ -50,7 +50,10 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Renders a scene to a PNG or EXR file.
-    #[command(after_help = RENDER_EXAMPLES)]
+    ///
+    /// A flag that is repeated counts as it was said last; --point adds a light each time.
+    // `cargo xtask demo FLAGS` puts FLAGS after its own.
+    #[command(after_help = RENDER_EXAMPLES, args_override_self = true)]
     Render(Box<RenderArgs>),
     /// Prints what a scene holds, or which adapters can render it.
     Info(InfoArgs),
@@ -59,7 +62,7 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// A glTF 2.0 file (.gltf, .glb), or demo:NAME.
-    #[arg(required_unless_present = "adapters")]
+    #[arg(required_unless_present = "adapters", value_parser = NonEmptyStringValueParser::new())]
     pub scene: Option<String>,
     /// Lists the adapters of this machine: name, driver, and which optional features they have.
     #[arg(long)]
@@ -69,6 +72,7 @@ pub struct InfoArgs {
 #[derive(Debug, Args)]
 pub struct RenderArgs {
     /// A glTF 2.0 file (.gltf, .glb), or demo:NAME for a built-in scene (demo:atrium, demo:cornell).
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
     pub scene: String,
 
     #[command(flatten, next_help_heading = "Output")]
@@ -100,10 +104,10 @@ pub struct OutputArgs {
 #[derive(Debug, Args)]
 pub struct ViewArgs {
     /// Where the camera is, world space, m. Without --target it looks the way it did.
-    #[arg(long, value_name = "x,y,z", value_parser = parse::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,
     /// What the camera looks at, world space, m.
-    #[arg(long, value_name = "x,y,z", value_parser = parse::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub target: Option<Vec3>,
     /// Vertical angle of view, degrees. Without it: the camera's, or 45.
     #[arg(long, value_name = "DEG", value_parser = parse::fov_y, allow_hyphen_values = true)]
@@ -127,7 +131,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
     /// N coloured point lights that fall like rain through the scene's box; --seed chooses where. The radius is how far
-    /// each reaches, m; without it, it is chosen by the scene's size and N.
+    /// each reaches, m; without it, it is chosen by the scene's size and N. N is at most 2097152.
     #[arg(long, value_name = "rain:N[:radius]", value_parser = parse::rain, allow_hyphen_values = true)]
     pub lights: Option<Rain>,
     /// How light falls off with distance. R is the light's range.
@@ -154,7 +158,7 @@ pub struct LookArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<ToneMap>())]
     #[arg(default_value_t = Settings::default().tone_map)]
     pub tone_map: ToneMap,
-    /// Shows a quantity of the frame instead of the picture.
+    /// Shows a quantity of the frame instead of the picture. PNG only.
     #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>())]
     pub debug_view: Option<DebugView>,
 }
@@ -190,8 +194,9 @@ pub struct RunArgs {
     /// Where to render: a part of an adapter's name, or cpu for a software one. Without it: the most capable.
     #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
-    /// Where random numbers start. Same seed, same picture.
-    #[arg(long, value_name = "N", default_value_t = Settings::default().seed, allow_hyphen_values = true)]
+    /// Where the rain of --lights falls: another seed, other places and colours; the same seed, the same picture.
+    /// Nothing else is random.
+    #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true)]
     pub seed: u32,
     /// Prints what each pass cost, and what it counted.
     #[arg(long)]
@@ -264,7 +269,6 @@ impl RenderArgs {
             tone_map: self.look.tone_map,
             debug_view: self.look.debug_view,
             textures: technique.textures,
-            seed: self.run.seed,
         }
     }
 }
@@ -296,7 +300,7 @@ mod tests {
     fn every_flag_reaches_its_setting() {
         let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                      --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none \
-                     --debug-view light-count --seed 7";
+                     --debug-view light-count";
         let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
         let expected = Settings {
             culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -309,7 +313,6 @@ mod tests {
             tone_map: ToneMap::None,
             debug_view: Some(DebugView::LightCount),
             textures: TextureBinding::PerMaterial,
-            seed: 7,
         };
         assert_eq!(args.settings(), expected);
         assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
@@ -323,6 +326,18 @@ mod tests {
         assert_eq!(args.lights.points.len(), 2);
         assert!(args.lights.sun.is_some());
         assert_eq!(args.lights.sky, Some(Vec3::Z));
+    }
+
+    #[test]
+    fn what_is_said_last_counts_but_points_add_up() {
+        let words = "--lights rain:1000 --seed 1 --timings -o a.png --point 0,0,0,1 \
+                     --lights rain:5 --seed 2 --timings --output b.png --point 1,1,1,1 --quiet -q";
+        let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
+        assert_eq!((args.lights.lights.unwrap().count, args.run.seed), (5, 2));
+        assert_eq!(args.output.output, Some("b.png".into()));
+        assert_eq!(args.lights.points.len(), 2);
+        assert!(args.run.timings && args.run.quiet);
+        assert!(parsed(&["other.glb"]).is_err(), "of two scenes, which one?");
     }
 
     #[test]

@@ -62,7 +62,7 @@ meanings! {
         Reduced: "Inverse square, less its value at the range",
         Smooth: "As reduced, with a slope of zero at the range",
         PhysicalReduced1: "As reduced, correct close to the light",
-        PhysicalReduced2: "As physical_reduced_1, correct farther out",
+        PhysicalReduced2: "As physical_reduced_1, correct farther out: the same function as gltf",
         PhysicalSmooth1: "As smooth, correct close to the light",
         PhysicalSmooth2: "As physical_smooth_1, correct farther out",
         Linear: "Straight down to the range: for illustration",
@@ -70,7 +70,7 @@ meanings! {
     }
     Materials {
         File: "The file's own metallic-roughness materials",
-        Lambert: "Base colour as a two-sided diffuse surface",
+        Lambert: "Base colour as a two-sided diffuse surface; emission, alpha mask and blending stay",
     }
     ToneMap {
         None: "Clamps to 0..1",

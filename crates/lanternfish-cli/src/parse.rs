@@ -6,6 +6,15 @@ use lanternfish_scene::Light;
 /// Pixels a side that are accepted.
 const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 
+/// Most lights made by rule: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
+const MOST_LIGHTS: u32 = (128 << 20) / 64;
+
+/// Farthest that anything may be or reach, m. In squares and products of squares of metres, a float still has room.
+const FARTHEST: f32 = 1e12;
+
+/// Greatest number that a half float holds, in which pictures are kept.
+const BRIGHTEST: f32 = 65504.0;
+
 /// Width and height, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
@@ -28,31 +37,37 @@ pub fn size(text: &str) -> Result<Size, String> {
     Ok(Size { width: side("width", width)?, height: side("height", height)? })
 }
 
-/// `x,y,z`.
-pub fn vector(text: &str) -> Result<Vec3, String> {
-    let expected = || "expected three numbers x,y,z, e.g. 1,2.5,-3".to_owned();
-    let values = numbers(text).ok_or_else(expected)?;
-    <[f32; 3]>::try_from(values).map(Vec3::from_array).map_err(|_| expected())
+/// `x,y,z`, m.
+pub fn position(text: &str) -> Result<Vec3, String> {
+    let position = three_numbers(text).ok_or("expected three numbers x,y,z, e.g. 1,2.5,-3")?;
+    near_enough(position)
 }
 
-/// `r,g,b`, none negative.
+/// `r,g,b`, from 0 to [`BRIGHTEST`].
 pub fn color(text: &str) -> Result<Vec3, String> {
-    vector(text)
-        .ok()
-        .filter(|color| color.cmpge(Vec3::ZERO).all())
-        .ok_or_else(|| "expected three numbers r,g,b, none below 0, e.g. 0.2,0.3,0.5".to_owned())
+    three_numbers(text)
+        .filter(|color| color.cmpge(Vec3::ZERO).all() && color.max_element() <= BRIGHTEST)
+        .ok_or_else(|| format!("expected three numbers r,g,b from 0 to {BRIGHTEST}, e.g. 0.2,0.3,0.5"))
+}
+
+fn three_numbers(text: &str) -> Option<Vec3> {
+    <[f32; 3]>::try_from(numbers(text)?).ok().map(Vec3::from_array)
+}
+
+fn near_enough(position: Vec3) -> Result<Vec3, String> {
+    if position.abs().max_element() > FARTHEST {
+        return Err(format!("expected coordinates from {:e} to {FARTHEST:e} m", -FARTHEST));
+    }
+    Ok(position)
 }
 
 /// `x,y,z,cd[,r,g,b[,range]]`.
 pub fn point_light(text: &str) -> Result<Light, String> {
     let expected = "expected x,y,z,cd[,r,g,b[,range]], e.g. 0,2.5,0,100 or 0,2.5,0,100,1,0.9,0.8,5";
     let values = numbers(text).filter(|v| matches!(v.len(), 4 | 7 | 8)).ok_or(expected)?;
-    let mut light = Light::point(Vec3::from_slice(&values), intensity(&values[3..])?);
+    let mut light = Light::point(near_enough(Vec3::from_slice(&values))?, intensity(&values[3..])?);
     if let Some(range) = values.get(7) {
-        if *range <= 0.0 {
-            return Err(format!("range {range}: expected metres, more than 0"));
-        }
-        light.range = Some(*range);
+        light.range = Some(reach(*range).map_err(|expected| format!("range {range}: {expected}"))?);
     }
     Ok(light)
 }
@@ -62,7 +77,9 @@ pub fn sun(text: &str) -> Result<Light, String> {
     let expected = "expected dx,dy,dz,lux[,r,g,b], e.g. 0.3,-1,0.2,3";
     let values = numbers(text).filter(|v| matches!(v.len(), 4 | 7)).ok_or(expected)?;
     let direction = Vec3::from_slice(&values);
-    if direction.try_normalize().is_none() {
+    // The greatest component becomes 1, so that the length of what is very long or short is a number.
+    let direction = direction / direction.abs().max_element();
+    if !direction.is_finite() {
         return Err("direction 0,0,0: expected where the light travels to, e.g. 0,-1,0 for straight down".to_owned());
     }
     Ok(Light::directional(direction, intensity(&values[3..])?))
@@ -74,7 +91,11 @@ fn intensity(values: &[f32]) -> Result<Vec3, String> {
     if values[0] < 0.0 || color.cmplt(Vec3::ZERO).any() {
         return Err("a light's strength and colour must not be negative".to_owned());
     }
-    Ok(values[0] * color)
+    let intensity = values[0] * color;
+    if !intensity.is_finite() {
+        return Err(format!("a light's strength times its colour must not exceed {:e}", f32::MAX));
+    }
+    Ok(intensity)
 }
 
 /// Lights made by rule.
@@ -93,12 +114,28 @@ pub fn rain(text: &str) -> Result<Rain, String> {
     let (Some("rain"), Some(count), radius, None) = (parts.next(), parts.next(), parts.next(), parts.next()) else {
         return Err(expected.to_owned());
     };
-    let count = count.parse().map_err(|_| format!("number of lights {count:?}: {expected}"))?;
-    let radius = match radius {
-        None => None,
-        Some(text) => Some(positive(text).map_err(|error| format!("radius {text:?}: {error}"))?),
-    };
+    if count.is_empty() || !count.bytes().all(|b| b.is_ascii_digit()) {
+        return Err(format!("number of lights {count:?}: {expected}"));
+    }
+    // Digits that do not fit are too many lights as well.
+    let count = count
+        .parse()
+        .ok()
+        .filter(|count| *count <= MOST_LIGHTS)
+        .ok_or_else(|| format!("number of lights {count}: expected at most {MOST_LIGHTS}"))?;
+    let radius = radius
+        .map(|text| number(text).ok_or_else(|| "expected a number".to_owned()).and_then(reach).map_err(|e| (text, e)))
+        .transpose()
+        .map_err(|(text, error)| format!("radius {text:?}: {error}"))?;
     Ok(Rain { count, radius })
+}
+
+/// How far a light reaches, m.
+fn reach(metres: f32) -> Result<f32, String> {
+    if metres > 0.0 && metres <= FARTHEST {
+        return Ok(metres);
+    }
+    Err(format!("expected metres, more than 0, at most {FARTHEST:e}"))
 }
 
 /// A number above zero.
@@ -148,13 +185,16 @@ mod tests {
 
     #[test]
     fn vectors_and_colours() {
-        assert_eq!(vector("1,-2.5,3e-1"), Ok(Vec3::new(1.0, -2.5, 0.3)));
-        assert_eq!(vector(" 1, 2, 3 "), Ok(Vec3::new(1.0, 2.0, 3.0)));
+        assert_eq!(position("1,-2.5,3e-1"), Ok(Vec3::new(1.0, -2.5, 0.3)));
+        assert_eq!(position(" 1, 2, 3 "), Ok(Vec3::new(1.0, 2.0, 3.0)));
         for bad in ["", "1,2", "1,2,3,4", "1,2,z", "1,2,NaN", "inf,0,0", "1;2;3", "1,,3"] {
-            assert!(vector(bad).is_err(), "{bad}");
+            assert!(position(bad).unwrap_err().contains("1,2.5,-3"), "{bad}");
         }
+        assert!(position("-1e12,0,1e12").is_ok());
+        assert!(position("0,-2e12,0").unwrap_err().contains("-1e12 to 1e12 m"));
         assert_eq!(color("0,0.5,2"), Ok(Vec3::new(0.0, 0.5, 2.0)));
-        assert!(color("0,-0.5,2").is_err());
+        // More than a half float holds would be infinite in an EXR file.
+        assert!(color("0,-0.5,2").is_err() && color("65504,0,0").is_ok() && color("65600,0,0").is_err());
     }
 
     #[test]
@@ -169,13 +209,20 @@ mod tests {
         {
             assert!(point_light(bad).is_err(), "{bad}");
         }
+        // Each number is finite; their products and squares would not be.
+        for bad in ["0,0,0,1e38,1e38,1,1", "1e30,0,0,1", "0,0,0,1,1,1,1,1e30"] {
+            assert!(point_light(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]
     fn suns() {
         let light = sun("0,-2,0,3,1,0.5,0").unwrap();
         assert_eq!((light.direction, light.intensity), (Vec3::NEG_Y, Vec3::new(3.0, 1.5, 0.0)));
-        for bad in ["0,0,0,1", "0,-1,0", "0,-1,0,-3", "0,-1,0,1,1,1,1,1"] {
+        for long_or_short in ["0,-1e30,0,1", "0,-1e-30,0,1"] {
+            assert_eq!(sun(long_or_short).unwrap().direction, Vec3::NEG_Y);
+        }
+        for bad in ["0,0,0,1", "0,-1,0", "0,-1,0,-3", "0,-1,0,1,1,1,1,1", "0,-1,0,1e38,9,9,9"] {
             assert!(sun(bad).is_err(), "{bad}");
         }
     }
@@ -184,8 +231,14 @@ mod tests {
     fn rains() {
         assert_eq!(rain("rain:1000"), Ok(Rain { count: 1000, radius: None }));
         assert_eq!(rain("rain:5:0.25"), Ok(Rain { count: 5, radius: Some(0.25) }));
-        for bad in ["rain", "rain:", "rain:x", "rain:-1", "rain:5:0", "rain:5:", "rain:5:1:1", "snow:5"] {
+        for bad in ["rain", "rain:", "rain:x", "rain:-1", "rain:+1", "rain:5:0", "rain:5:", "rain:5:1:1", "snow:5"] {
             assert!(rain(bad).is_err(), "{bad}");
+        }
+        // The intensity is chosen by the square of the radius.
+        assert!(rain("rain:5:1e30").unwrap_err().contains("1e12"));
+        assert_eq!(rain("rain:2097152").unwrap().count, 2_097_152);
+        for bad in ["rain:2097153", "rain:4000000000", "rain:99999999999999999999"] {
+            assert!(rain(bad).unwrap_err().contains("at most 2097152"), "{bad}");
         }
     }
 

@@ -55,6 +55,7 @@ pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
         adapter: &gpu.description,
         size,
         settings: &settings,
+        seed: args.run.seed,
         cost: &picture.report,
         seconds: &seconds,
     };

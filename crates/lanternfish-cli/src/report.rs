@@ -50,6 +50,8 @@ pub struct Run<'r> {
     pub adapter: &'r AdapterDescription,
     pub size: Size,
     pub settings: &'r Settings,
+    /// Of the rain.
+    pub seed: u32,
     pub cost: &'r Report,
     /// Of each step, and `total` from the start of the process.
     pub seconds: &'r [(&'static str, f64)],
@@ -67,7 +69,7 @@ impl Run<'_> {
             driver: &self.adapter.driver,
             width: self.size.width,
             height: self.size.height,
-            settings: settings_by_name(self.settings),
+            settings: settings_by_name(self.settings, self.seed),
             passes: self.cost.passes.iter().map(|pass| Pass { name: &pass.name, ms: pass.ms }).collect(),
             counters: self.cost.counters.iter().map(|(name, value)| (name.as_str(), *value)).collect(),
             seconds: self.seconds.iter().copied().collect(),
@@ -91,7 +93,7 @@ impl Run<'_> {
 }
 
 /// Settings by the names of the command line.
-fn settings_by_name(settings: &Settings) -> BTreeMap<&'static str, String> {
+fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
         ("ray-culling", settings.ray_culling.to_string()),
@@ -101,7 +103,7 @@ fn settings_by_name(settings: &Settings) -> BTreeMap<&'static str, String> {
         ("exposure", settings.exposure.to_string()),
         ("tone-map", settings.tone_map.to_string()),
         ("textures", settings.textures.to_string()),
-        ("seed", settings.seed.to_string()),
+        ("seed", seed.to_string()),
     ]);
     match settings.culling {
         Culling::All => {

@@ -26,8 +26,6 @@ pub struct Settings {
     pub debug_view: Option<DebugView>,
     /// How material textures reach the shader. The picture is the same.
     pub textures: TextureBinding,
-    /// Where every random number starts. Same seed, same image.
-    pub seed: u32,
 }
 
 impl Default for Settings {
@@ -43,7 +41,6 @@ impl Default for Settings {
             tone_map: ToneMap::Neutral,
             debug_view: None,
             textures: TextureBinding::Auto,
-            seed: 0,
         }
     }
 }
@@ -196,7 +193,7 @@ named_enum! {
     Materials {
         /// The file's own: Cook–Torrance.
         File = "file",
-        /// Base colour as a two-sided diffuse albedo; everything else but the alpha mask is ignored.
+        /// Base colour as a two-sided diffuse albedo. Emission, alpha mask and blending stay; all else is ignored.
         Lambert = "lambert",
     }
 }
