@@ -4,12 +4,12 @@ use std::{fmt::Write as _, io::Write as _};
 
 use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene};
 
-use crate::{args::InfoArgs, error::CliError, report::grouped};
+use crate::{args::InfoArgs, error::CliError, report::grouped, scene};
 
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();
     if let Some(source) = &args.scene {
-        text += &describe(&lanternfish_scene::load(source)?);
+        text += &describe(&scene::load(source)?);
     }
     if args.adapters {
         text += &adapters()?;

@@ -10,6 +10,7 @@ mod parse;
 mod progress;
 mod render;
 mod report;
+mod scene;
 
 use std::{process::ExitCode, time::Instant};
 

@@ -45,6 +45,11 @@ impl Output {
         Ok(Self { path, format })
     }
 
+    /// Whether the file holds the scene's radiance, not what a display shows.
+    pub fn is_radiance(&self) -> bool {
+        self.format == Format::Exr
+    }
+
     pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
         match self.format {
             Format::Png => {
@@ -96,6 +101,15 @@ pub fn check_writable(path: &Path) -> Result<(), CliError> {
     fs::remove_file(&probe).map_err(|error| failed(&error, "choose a folder that is yours"))
 }
 
+/// Whether two paths in folders that exist name one file, which need not exist.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    let whole = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
+    };
+    whole(a).is_some_and(|path| whole(b) == Some(path))
+}
+
 /// Writes text whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
     write_aside(path, |file| file.write_all(text.as_bytes())).map_err(|error: std::io::Error| {
@@ -132,6 +146,17 @@ mod tests {
             assert!(chosen(&folder.path().join(name)).unwrap_err().contains(".png (tone-mapped)"), "{name}");
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "checking leaves nothing behind");
+    }
+
+    #[test]
+    fn one_file_by_two_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("inner")).unwrap();
+        assert!(same_file(&path("a"), &path("inner/../a")));
+        assert!(!same_file(&path("a"), &path("inner/a")) && !same_file(&path("missing/a"), &path("missing/a")));
+        fs::write(path("a"), "").unwrap();
+        assert!(same_file(&path("inner/../a"), &path("a")) && !same_file(&path("a"), &path("b")));
     }
 
     #[test]

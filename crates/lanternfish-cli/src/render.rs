@@ -13,6 +13,7 @@ use crate::{
     output::{self, Output},
     progress::Progress,
     report::Run,
+    scene,
 };
 
 pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
@@ -20,16 +21,21 @@ pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
     if let Some(path) = &args.run.report {
         output::check_writable(path)?;
-        if *path == output.path {
-            let what = format!("{}: both the picture and --report", path.display());
-            return Err(CliError::new(what, "give them different names"));
+        for (other, name) in [(output.path.as_path(), "picture"), (args.scene.as_ref(), "scene")] {
+            if output::same_file(path, other) {
+                let what = format!("{}: both the {name} and --report", path.display());
+                return Err(CliError::new(what, "give them different names"));
+            }
         }
     }
     let (settings, size) = (args.settings(), args.output.size);
+    if let Some(view) = settings.debug_view.filter(|_| output.is_radiance()) {
+        let what = format!("{}: --debug-view {view} is a picture, .exr holds radiance", output.path.display());
+        return Err(CliError::new(what, "end the name with .png, or leave --debug-view out"));
+    }
     let mut progress = Progress::start(args.run.quiet);
 
-    let mut scene =
-        progress.step("load", &format!("Loading {}", args.scene), || lanternfish_scene::load(&args.scene))?;
+    let mut scene = progress.step("load", &format!("Loading {}", args.scene), || scene::load(&args.scene))?;
     apply_lights(&mut scene, &args.lights, args.run.seed);
     if scene.lights.is_empty() && settings.debug_view.is_none() {
         progress

@@ -87,7 +87,28 @@ fn something_that_is_no_scene() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.fbx"), "x").unwrap();
     run(folder.path(), &["render", "scene.fbx", "-o", "a.png"]).assert_refused(&["scene.fbx", ".glb"], &["scene.fbx"]);
-    run(folder.path(), &["render", "."]).assert_refused(&[], &["scene.fbx"]);
+    run(folder.path(), &["render", "."]).assert_refused(&["no file"], &["scene.fbx"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn something_without_an_end() {
+    let folder = tempfile::tempdir().unwrap();
+    // Once: read until memory ran out.
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zeros.glb")).unwrap();
+    for scene in ["zeros.glb", "/dev/null"] {
+        run(folder.path(), &["render", scene]).assert_refused(&[scene, "no file"], &["zeros.glb"]);
+        run(folder.path(), &["info", scene]).assert_refused(&[scene, "no file"], &["zeros.glb"]);
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn nowhere_to_tell_an_error_is_no_second_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let status = lanternfish(folder.path()).args(["info", "nowhere.glb"]).stderr(full).status().unwrap();
+    assert_eq!(status.code(), Some(1), "once: a panic while telling, so an abort");
 }
 
 #[test]
@@ -120,12 +141,28 @@ fn unknown_values_and_flags() {
         ("--eye", "here", "x,y,z"),
         ("--seed", "-1", "--seed"),
         ("--exposure", "NaN", "stops"),
+        // Once: out of memory, an abort.
+        ("--lights", "rain:4000000000", "at most 2097152"),
+        ("--lights", "rain:5:inf", "radius"),
+        ("--fov-y", "0", "0.1"),
+        ("--target", "1,NaN,0", "x,y,z"),
+        ("--eye", "1e30,0,0", "1e12 m"),
     ] {
         run(folder.path(), &["render", "demo:atrium", flag, value]).assert_refused(&[flag, value, known], &[]);
     }
     run(folder.path(), &["render", "demo:atrium", "--shadow", "none"]).assert_refused(&["--shadow", "--shadows"], &[]);
     run(folder.path(), &["render"]).assert_refused(&["SCENE"], &[]);
     run(folder.path(), &["info"]).assert_refused(&["SCENE"], &[]);
+    run(folder.path(), &["render", ""]).assert_refused(&["SCENE"], &[]);
+    run(folder.path(), &["render", "demo:atrium", "-o", ""]).assert_refused(&["--output"], &[]);
+}
+
+#[test]
+fn cameras_that_are_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &["render", "demo:cornell", "--camera", "99"]).assert_refused(&["99", "there are 0"], &[]);
+    run(folder.path(), &["render", "demo:cornell", "--eye", "1,2,3", "--target", "1,2,3"])
+        .assert_refused(&["look at itself"], &[]);
 }
 
 #[test]
@@ -140,6 +177,20 @@ fn outputs_are_refused_before_any_work() {
         .assert_refused(&["missing/a.json", "no folder missing"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "a.png"])
         .assert_refused(&["a.png", "--report"], &[]);
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "./a.png"])
+        .assert_refused(&["a.png", "--report"], &[]);
+    // Once: a file with the radiance, which is not what was asked for.
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a.exr", "--debug-view", "normal"])
+        .assert_refused(&["a.exr", "--debug-view normal", ".png"], &[]);
+}
+
+#[test]
+fn a_report_does_not_replace_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("triangle.gltf"), TRIANGLE).unwrap();
+    run(folder.path(), &["render", "triangle.gltf", "--report", "./triangle.gltf"])
+        .assert_refused(&["triangle.gltf", "--report"], &["triangle.gltf"]);
+    assert_eq!(fs::read_to_string(folder.path().join("triangle.gltf")).unwrap(), TRIANGLE);
 }
 
 #[test]
