@@ -28,7 +28,7 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        gpu_scene::{DrawInstance, Material, TextureSlot},
+        gpu_scene::{DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::tiled::{Tile, TileGrid},
         lights::Light,
         output::OutputParameters,
@@ -224,6 +224,8 @@ mod tests {
         check::<DrawInstance>(&shaders, &mut checked);
         check::<Material>(&shaders, &mut checked);
         check::<TextureSlot>(&shaders, &mut checked);
+        check::<MaskRecord>(&shaders, &mut checked);
+        check::<MaskHeader>(&shaders, &mut checked);
         check::<TileGrid>(&shaders, &mut checked);
         check::<Tile>(&shaders, &mut checked);
         check::<VisibilityGrid>(&shaders, &mut checked);

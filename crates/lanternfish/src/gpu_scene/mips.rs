@@ -39,6 +39,11 @@ pub fn half(rgba: &[u8], width: u32, height: u32, srgb: bool) -> (Vec<u8>, u32, 
     }
 }
 
+/// [`half`] of an image with one linear channel.
+pub fn half_alpha(alpha: &[u8], width: u32, height: u32) -> (Vec<u8>, u32, u32) {
+    half_of_any::<1>(alpha, width, height, |_| false)
+}
+
 /// Along each axis the size is even or one.
 fn half_of_pairs(rgba: &[u8], width: u32, height: u32, srgb: bool) -> (Vec<u8>, u32, u32) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
@@ -149,6 +154,8 @@ mod tests {
             let last = &levels[levels.len() - 1];
             let rgba: Vec<u8> = last.iter().flat_map(|v| [*v; 4]).collect();
             let (next, ..) = half(&rgba, last.len() as u32, 1, false);
+            // Alone it is what it is among four.
+            assert_eq!(half_alpha(last, last.len() as u32, 1).0, next.iter().step_by(4).copied().collect::<Vec<_>>());
             levels.push(next.into_iter().step_by(4).collect());
         }
         levels

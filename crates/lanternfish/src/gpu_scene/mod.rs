@@ -20,6 +20,7 @@ mod tracing;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
 pub use materials::{Material, TextureSlot};
 pub(crate) use raster::SceneRaster;
+pub use tracing::{MaskHeader, MaskRecord};
 
 use glam::Vec3;
 use lanternfish_gpu::{Bindings, storage_buffer_of};
@@ -69,7 +70,9 @@ impl GpuScene {
         let none = wgpu::BufferUsages::empty();
 
         // Surfaces that cast shadows, in the order in which the BVH holds them.
-        let mut tracing = if tracer == Tracer::None { Tracing::default() } else { Tracing::new(scene) };
+        let limits = device.limits();
+        let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let mut tracing = if tracer == Tracer::None { Tracing::default() } else { Tracing::new(scene, mask_bytes) };
         let nodes = bvh::build(&mut tracing);
         let bvh = (tracer == Tracer::Bvh).then(|| Bvh::new(device, &nodes, &tracing)).transpose()?;
         let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, &tracing)).transpose()?;

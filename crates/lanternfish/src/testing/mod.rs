@@ -13,8 +13,9 @@ use lanternfish_scene::{Instance, Material, Mesh, Primitive, Scene};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 3] = [
+const PROBES: [ShaderSource; 4] = [
     ("testing/functions", include_str!("functions.wesl")),
+    ("testing/masks", include_str!("masks.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/segments", include_str!("segments.wesl")),
 ];
