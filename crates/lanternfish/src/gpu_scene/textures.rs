@@ -267,7 +267,8 @@ mod tests {
         };
         assert_eq!(upload(1, limit), None);
         for (width, height) in [(limit + 1, 1), (1, limit + 1)] {
-            let expected = format!("texture \"moss\" of {width} x {height} pixels: the adapter's limit is {limit} a side");
+            let expected =
+                format!("texture \"moss\" of {width} x {height} pixels: the adapter's limit is {limit} a side");
             assert_eq!(upload(width, height), Some(expected));
         }
     }
