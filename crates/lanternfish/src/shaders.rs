@@ -28,7 +28,7 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        gpu_scene::{DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
+        gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::tiled::{Tile, TileGrid},
         lights::Light,
         output::OutputParameters,
@@ -224,6 +224,7 @@ mod tests {
         check::<DrawInstance>(&shaders, &mut checked);
         check::<Material>(&shaders, &mut checked);
         check::<TextureSlot>(&shaders, &mut checked);
+        check::<BvhTriangle>(&shaders, &mut checked);
         check::<MaskRecord>(&shaders, &mut checked);
         check::<MaskHeader>(&shaders, &mut checked);
         check::<TileGrid>(&shaders, &mut checked);

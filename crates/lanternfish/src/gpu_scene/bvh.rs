@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use glam::{Vec3A, Vec4};
-use lanternfish_gpu::storage_buffer_of;
+use glam::{Vec3, Vec3A};
+use lanternfish_gpu::{gpu_struct, storage_buffer_of};
 use obvhs::{
     BvhBuildParams,
     cwbvh::{builder::build_cwbvh_from_tris, node::CwBvhNode},
@@ -17,12 +17,30 @@ use crate::error::RenderError;
 /// Levels that the shader's stack has room for; its `STACK_SIZE`.
 const STACK_SIZE: usize = 32;
 
+gpu_struct! {
+    /// A triangle as the walk tests it; world space, m.
+    pub struct BvhTriangle {
+        /// First corner.
+        a: Vec3,
+        /// 0: solid; else the index of its mask record plus one.
+        record: u32,
+        /// Second corner.
+        b: Vec3,
+        /// Unused.
+        _pad_b: u32,
+        /// Third corner.
+        c: Vec3,
+        /// Unused.
+        _pad_c: u32,
+    }
+}
+
 /// A BVH on the device.
 #[derive(Debug)]
 pub struct Bvh {
     /// Five vec4u a node.
     pub nodes: wgpu::Buffer,
-    /// Three vec4f a triangle.
+    /// [`BvhTriangle`]s in leaf order.
     pub triangles: wgpu::Buffer,
 }
 
@@ -55,12 +73,12 @@ impl Bvh {
                 remedy: "the scene has thousands of triangles in one place; remove copies",
             });
         }
-        let triangles: Vec<Vec4> = tracing
+        let triangles: Vec<BvhTriangle> = tracing
             .triangles
             .iter()
-            .flat_map(|t| {
+            .map(|t| {
                 let [a, b, c] = t.corners;
-                [a.extend(f32::from_bits(t.record)), b.extend(0.0), c.extend(0.0)]
+                BvhTriangle { a, record: t.record, b, c, ..BvhTriangle::default() }
             })
             .collect();
         let none = wgpu::BufferUsages::empty();

@@ -17,6 +17,7 @@ mod textures;
 mod tlas;
 mod tracing;
 
+pub use bvh::BvhTriangle;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
 pub use materials::{Material, TextureSlot};
 pub(crate) use raster::SceneRaster;
