@@ -88,10 +88,8 @@ impl Gpu {
         .union(wgpu::Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING);
 
     /// Optional features that some technique uses when they are there.
-    pub const WANTED_FEATURES: wgpu::Features = Self::TEXTURE_ARRAYS
-        .union(wgpu::Features::EXPERIMENTAL_RAY_QUERY)
-        .union(wgpu::Features::TIMESTAMP_QUERY)
-        .union(wgpu::Features::FLOAT32_FILTERABLE);
+    pub const WANTED_FEATURES: wgpu::Features =
+        Self::TEXTURE_ARRAYS.union(wgpu::Features::EXPERIMENTAL_RAY_QUERY).union(wgpu::Features::TIMESTAMP_QUERY);
 
     /// Opens an adapter's device with every feature of [`Gpu::WANTED_FEATURES`] that it has.
     ///

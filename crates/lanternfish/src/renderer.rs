@@ -13,7 +13,7 @@ use crate::{
     light_culling::LightCulling,
     output::Output,
     prepass::Prepass,
-    settings::{Settings, Shadows as ShadowSetting, TextureBinding},
+    settings::{DebugView, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
     shading::Forward,
     shadows::{Shadows, Tracer},
     view::View,
@@ -60,7 +60,11 @@ impl Renderer {
     ///
     /// The device may be any; optional features that it was opened with are used
     /// ([`Gpu::WANTED_FEATURES`] lists them), and a setting that needs one that is missing is an error.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, mut settings: Settings) -> Result<Self, RenderError> {
+        if settings.debug_view == Some(DebugView::BaseColor) {
+            // A colour is shown as it is, and no light is asked for.
+            (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
+        }
         let tracer = tracer(device, settings.shadows)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
@@ -101,7 +105,8 @@ impl Renderer {
         if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
             return Err(RenderError::Size { width, height, limit });
         }
-        let view = View::new(camera, UVec2::new(width, height), self.settings.exposure.exp2(), scene.sky);
+        let view =
+            View::new(camera, UVec2::new(width, height), self.settings.exposure.exp2(), scene.sky, &scene.bounds);
         let device = self.device.clone();
         checked(&device, "render", || self.render_view(scene, &view))
     }

@@ -10,6 +10,8 @@ mod ground_truth;
 mod identical;
 #[path = "pictures/normals.rs"]
 mod normals;
+#[path = "pictures/regressions.rs"]
+mod regressions;
 #[path = "pictures/support.rs"]
 mod support;
 #[path = "pictures/surfaces.rs"]

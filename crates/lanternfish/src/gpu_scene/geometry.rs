@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{Affine3A, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{GpuError, gpu_struct, storage_buffer_of};
-use lanternfish_scene::{AlphaMode, Primitive, Scene};
+use lanternfish_scene::{AlphaMode, Bounds, Primitive, Scene};
 use rayon::prelude::*;
 use wgpu::util::DeviceExt;
 
@@ -82,8 +82,8 @@ pub struct Draw {
     pub alpha: DrawAlpha,
     /// Which faces are drawn.
     pub facing: Facing,
-    /// Middle of the first instance's box, world space: blended draws are sorted by it.
-    pub center: Vec3,
+    /// Around all its instances, world space.
+    pub bounds: Bounds,
 }
 
 /// All meshes of a scene in one vertex and one index buffer.
@@ -93,7 +93,7 @@ pub struct Geometry {
     pub attributes: wgpu::Buffer,
     pub indices: wgpu::Buffer,
     pub instances: wgpu::Buffer,
-    /// Sorted by alpha, facing, material.
+    /// In the order of the meshes.
     pub draws: Vec<Draw>,
 }
 
@@ -139,14 +139,13 @@ impl Geometry {
                 material: primitive.material as u32,
                 alpha: alpha_of(&scene.materials[primitive.material]),
                 facing: Facing::Front,
-                center: Vec3::ZERO,
+                bounds: Bounds::EMPTY,
             };
             let double_sided = scene.materials[primitive.material].double_sided || shading == Shading::Lambert;
             add_draws(&template, &placed[*mesh], primitive, double_sided, &mut draws, &mut instances);
             first_index += primitive.indices.len() as u32;
             base_vertex += primitive.positions.len() as i32;
         }
-        draws.sort_by_key(|draw| (draw.alpha, draw.facing, draw.material));
 
         let vertex = wgpu::BufferUsages::VERTEX;
         Ok(Self {
@@ -169,7 +168,7 @@ fn add_draws(
     draws: &mut Vec<Draw>,
     instances: &mut Vec<DrawInstance>,
 ) {
-    let bounds = primitive.bounds();
+    let object_bounds = primitive.bounds();
     for mirrored in [false, true] {
         let facing = match (double_sided, mirrored) {
             (false, false) => Facing::Front,
@@ -179,18 +178,19 @@ fn add_draws(
         };
         let matching = placed.iter().filter(|t| (t.matrix3.determinant() < 0.0) == mirrored);
         let first = instances.len() as u32;
-        let mut center = Vec3::ZERO;
+        let mut all_bounds = Bounds::EMPTY;
         for transform in matching {
-            center = bounds.transformed(transform).center();
+            let bounds = object_bounds.transformed(transform);
+            all_bounds.add_bounds(&bounds);
             instances.push(draw_instance(transform, template.material, mirrored));
             if template.alpha == DrawAlpha::Blended {
                 let index = instances.len() as u32 - 1;
-                draws.push(Draw { instances: index..index + 1, facing, center, ..template.clone() });
+                draws.push(Draw { instances: index..index + 1, facing, bounds, ..template.clone() });
             }
         }
         let last = instances.len() as u32;
         if template.alpha != DrawAlpha::Blended && last > first {
-            draws.push(Draw { instances: first..last, facing, center, ..template.clone() });
+            draws.push(Draw { instances: first..last, facing, bounds: all_bounds, ..template.clone() });
         }
     }
 }

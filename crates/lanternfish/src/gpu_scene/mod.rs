@@ -16,16 +16,18 @@ mod raster;
 mod textures;
 mod tlas;
 mod tracing;
+mod visible;
 
 pub use bvh::BvhTriangle;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
 pub use materials::{Material, TextureSlot};
 pub(crate) use raster::SceneRaster;
 pub use tracing::{MaskHeader, MaskRecord};
+pub use visible::VisibleDraws;
 
 use glam::Vec3;
 use lanternfish_gpu::{Bindings, storage_buffer_of};
-use lanternfish_scene::{AlphaMode, Scene};
+use lanternfish_scene::{AlphaMode, Bounds, Scene};
 
 use self::{bvh::Bvh, geometry::Geometry, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing};
 use crate::{
@@ -43,8 +45,8 @@ pub struct GpuScene {
     pub(crate) light_count: u32,
     /// Radiance of everything that no surface covers, nits.
     pub(crate) sky: Vec3,
-    /// A length beyond the scene from anywhere in it, m.
-    pub(crate) far: f32,
+    /// World-space box of everything.
+    pub(crate) bounds: Bounds,
     materials: Materials,
     lights: wgpu::Buffer,
     bvh: Option<Bvh>,
@@ -90,7 +92,7 @@ impl GpuScene {
             textures,
             light_count: lights.len() as u32,
             sky: scene.sky,
-            far: 2.0 * scene.bounds().size().length() + 1.0,
+            bounds: scene.bounds(),
             materials,
             lights: storage_buffer_of(device, "scene/lights", &lights, none)?,
             bvh,
@@ -114,11 +116,6 @@ impl GpuScene {
             bindings = bindings.resource("scene_tlas", tlas.tlas.as_binding());
         }
         bindings
-    }
-
-    /// Whether there are surfaces to blend.
-    pub(crate) fn has_blended(&self) -> bool {
-        self.geometry.draws.last().is_some_and(|draw| draw.alpha == DrawAlpha::Blended)
     }
 
     /// Sizes of what was uploaded.

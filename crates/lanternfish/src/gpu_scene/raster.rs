@@ -57,12 +57,7 @@ impl SceneRaster {
     }
 
     /// Compiles what these draws need and is not there yet.
-    pub fn prepare<'d>(
-        &mut self,
-        device: &wgpu::Device,
-        scene: &GpuScene,
-        draws: impl IntoIterator<Item = &'d Draw>,
-    ) -> Result<(), RenderError> {
+    pub fn prepare(&mut self, device: &wgpu::Device, scene: &GpuScene, draws: &[&Draw]) -> Result<(), RenderError> {
         for draw in draws {
             let key = self.key(scene, draw);
             if self.pipelines.contains_key(&key) {
@@ -108,13 +103,13 @@ impl SceneRaster {
     }
 
     /// Draws in the order given; [`SceneRaster::prepare`] must have seen the draws.
-    pub fn draw<'d>(
+    pub fn draw(
         &self,
         device: &wgpu::Device,
         pass: &mut wgpu::RenderPass<'_>,
         scene: &GpuScene,
         bindings: &Bindings<'_>,
-        draws: impl IntoIterator<Item = &'d Draw>,
+        draws: &[&Draw],
     ) {
         pass.set_vertex_buffer(0, scene.geometry.positions.slice(..));
         pass.set_vertex_buffer(1, scene.geometry.attributes.slice(..));

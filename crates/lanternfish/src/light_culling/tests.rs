@@ -67,7 +67,7 @@ impl<'g> Bench<'g> {
         let Self { gpu, renderer, profiler, prepass, rooms, pixels } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
         let uploaded = renderer.upload(scene).unwrap();
-        let view = View::new(camera, SIZE, 1.0, Vec3::ZERO).upload(&gpu.device);
+        let view = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds()).upload(&gpu.device);
         let count = (SIZE.x * SIZE.y) as usize;
         let depths = storage_buffer(&gpu.device, "depths", 4 * count as u64).unwrap();
         let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();

@@ -5,7 +5,7 @@ use lanternfish_gpu::{Bindings, Frame};
 
 use crate::{
     error::RenderError,
-    gpu_scene::{DrawAlpha, GpuScene, SceneRaster},
+    gpu_scene::{GpuScene, SceneRaster, VisibleDraws},
     texture::target,
     view::ViewBuffer,
 };
@@ -59,11 +59,11 @@ impl Prepass {
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
+        draws: &VisibleDraws<'_>,
         view: &ViewBuffer,
         size: UVec2,
     ) -> Result<Surface, RenderError> {
-        let solid = || scene.geometry.draws.iter().filter(|draw| draw.alpha != DrawAlpha::Blended);
-        self.raster.prepare(frame.device, scene, solid())?;
+        self.raster.prepare(frame.device, scene, &draws.solid)?;
         if self.surface.as_ref().is_none_or(|s| s.size != size) {
             self.surface = Some(Surface {
                 depth: target(frame.device, "depth", size, DEPTH_FORMAT, wgpu::TextureUsages::empty()),
@@ -85,7 +85,7 @@ impl Prepass {
             stencil_ops: None,
         };
         frame.render("prepass", &[Some(color)], Some(depth), |device, pass| {
-            self.raster.draw(device, pass, scene, &bindings, solid());
+            self.raster.draw(device, pass, scene, &bindings, &draws.solid);
         });
         Ok(surface)
     }

@@ -10,7 +10,7 @@ use lanternfish_gpu::Frame;
 
 use crate::{
     error::RenderError,
-    gpu_scene::{Draw, DrawAlpha, GpuScene, SceneRaster},
+    gpu_scene::{GpuScene, SceneRaster, VisibleDraws},
     light_culling::{LightCulling, LightLists},
     prepass::{DEPTH_FORMAT, Surface},
     settings::Settings,
@@ -71,27 +71,30 @@ impl Forward {
         }
     }
 
-    /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows.
-    /// `first`: whether this is the frame's first call, which clears the target to the sky.
+    /// The target of the whole picture.
+    pub fn radiance(&mut self, device: &wgpu::Device, size: UVec2) -> Radiance {
+        if self.radiance.as_ref().is_none_or(|r| r.size != size) {
+            let target = target(device, "radiance", size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
+            self.radiance = Some(Radiance { target, size });
+        }
+        self.radiance.clone().expect("made above")
+    }
+
+    /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows. The
+    /// call for the first row clears the target to the sky.
     #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
+        draws: &VisibleDraws<'_>,
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
         visibility: Option<&Visibility<'_>>,
-        first: bool,
     ) -> Result<Radiance, RenderError> {
-        let solid = || scene.geometry.draws.iter().filter(|draw| draw.alpha != DrawAlpha::Blended);
-        self.opaque.prepare(frame.device, scene, solid())?;
-        if self.radiance.as_ref().is_none_or(|r| r.size != surface.size) {
-            let usage = wgpu::TextureUsages::COPY_SRC;
-            let target = target(frame.device, "radiance", surface.size, RADIANCE_FORMAT, usage);
-            self.radiance = Some(Radiance { target, size: surface.size });
-        }
-        let radiance = self.radiance.clone().expect("made above");
+        self.opaque.prepare(frame.device, scene, &draws.solid)?;
+        let radiance = self.radiance(frame.device, surface.size);
         let mut bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
         let mut rows = 0..surface.size.y;
         let visibility_bindings = visibility.map(Visibility::bindings);
@@ -99,34 +102,31 @@ impl Forward {
             rows = visibility.rows.clone();
             bindings = bindings.with(more);
         }
-        let load = if first { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
+        let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(color(&radiance, load))], Some(depth(surface)), |device, pass| {
             pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
-            self.opaque.draw(device, pass, scene, &bindings, solid());
+            self.opaque.draw(device, pass, scene, &bindings, &draws.solid);
         });
         Ok(radiance)
     }
 
-    /// Blends the transparent surfaces over the picture, far to near, each lit and shadowed where it is.
+    /// Blends the transparent surfaces over the picture, each lit and shadowed where it is.
     #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
+        draws: &VisibleDraws<'_>,
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
         radiance: &Radiance,
-        depth_of: impl Fn(Vec3) -> f32,
     ) -> Result<(), RenderError> {
-        let mut draws: Vec<&Draw> =
-            scene.geometry.draws.iter().filter(|draw| draw.alpha == DrawAlpha::Blended).collect();
-        draws.sort_by(|a, b| depth_of(b.center).total_cmp(&depth_of(a.center)));
-        self.blended.prepare(frame.device, scene, draws.iter().copied())?;
+        self.blended.prepare(frame.device, scene, &draws.blended)?;
         let bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
         let color = color(radiance, wgpu::LoadOp::Load);
         frame.render("shading/transparent", &[Some(color)], Some(depth(surface)), |device, pass| {
-            self.blended.draw(device, pass, scene, &bindings, draws);
+            self.blended.draw(device, pass, scene, &bindings, &draws.blended);
         });
         Ok(())
     }

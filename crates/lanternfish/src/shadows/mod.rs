@@ -34,10 +34,6 @@ gpu_struct! {
         first_row: u32,
         /// Words that the buffer has room for.
         capacity: u32,
-        /// Beyond the scene from anywhere in it, m.
-        far: f32,
-        /// Unused.
-        _pad: u32,
     }
 }
 
@@ -63,6 +59,9 @@ impl Tracer {
         (self == Self::RayQuery).then_some("tracer_ray_query")
     }
 }
+
+/// Words of a band at most, however large the device's bindings: their bits, and so the rays of a band, fit a u32.
+const MOST_WORDS: u64 = 1 << 26;
 
 /// The passes of hard shadows for every listed light.
 #[derive(Debug)]
@@ -148,7 +147,7 @@ impl Shadows {
             trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
             scan: None,
             count_rays,
-            word_limit: device.limits().max_storage_buffer_binding_size / 4,
+            word_limit: (device.limits().max_storage_buffer_binding_size / 4).min(MOST_WORDS),
         })
     }
 
@@ -163,9 +162,10 @@ impl Shadows {
     ) -> Result<VisibilityPlan, RenderError> {
         let device = frame.device;
         let columns = surface.size.x.div_ceil(BLOCK_EDGE);
+        check_row(columns, scene.light_count)?;
         let rows = surface.size.y.div_ceil(BLOCK_EDGE);
         let blocks = columns * rows;
-        let mut grid = VisibilityGrid { columns, rows, first_row: 0, capacity: 0, far: scene.far, _pad: 0 };
+        let mut grid = VisibilityGrid { columns, rows, first_row: 0, capacity: 0 };
         let starts = storage_buffer(device, "shadows/starts", 4 * (u64::from(blocks) + 1))?;
         let grid_buffer = uniform_buffer_of(device, "shadows/grid", &grid);
         let bindings = view
@@ -181,7 +181,7 @@ impl Shadows {
         self.scan.as_ref().expect("made above").record(frame, &starts);
 
         let all_starts = frame.read_now::<u32>(&starts, blocks as usize + 1)?;
-        let row_starts: Vec<u64> = all_starts.iter().step_by(columns as usize).map(|s| u64::from(*s)).collect();
+        let row_starts = row_starts(&all_starts, columns as usize);
         let bands = bands(&row_starts, self.word_limit - RESERVED_WORDS)?;
         let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
         let capacity = RESERVED_WORDS + bands.iter().map(words_of).max().unwrap_or(0);
@@ -229,6 +229,27 @@ impl Shadows {
         frame.encoder.copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
         visibility
     }
+}
+
+/// The words of one row of blocks must fit a u32, in which the device counts them.
+fn check_row(columns: u32, light_count: u32) -> Result<(), RenderError> {
+    let most = u64::from(columns) * u64::from(BLOCK_EDGE * BLOCK_EDGE) * u64::from(light_count.div_ceil(32));
+    if most <= u64::from(u32::MAX) {
+        return Ok(());
+    }
+    let remedy = "use fewer lights, or render a narrower image";
+    Err(RenderError::Overflow { list: "shadows/words", needed: most, limit: u32::MAX.into(), remedy })
+}
+
+/// Words before each row of blocks, the total last. The device's sums, which start over at 2³², are unrolled.
+fn row_starts(starts: &[u32], columns: usize) -> Vec<u64> {
+    let by_row: Vec<u32> = starts.iter().copied().step_by(columns).collect();
+    let words = by_row.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0])));
+    let sums = words.scan(0, |sum, words| {
+        *sum += words;
+        Some(*sum)
+    });
+    std::iter::once(0).chain(sums).collect()
 }
 
 /// Cuts rows into bands of at most `limit` words. `row_starts`: words before each row, the total last.

@@ -9,7 +9,7 @@ use lanternfish_scene::{
     AlphaMode, Filter, Image, Instance, Material, Mesh, Primitive, Sampler, Scene, Texture, TextureRef, Wrap,
 };
 
-use super::{BLOCK_EDGE, RESERVED_WORDS, Tracer, bands};
+use super::{BLOCK_EDGE, RESERVED_WORDS, Tracer, bands, check_row, row_starts};
 use crate::{
     Renderer, Settings,
     settings::Shadows,
@@ -463,6 +463,14 @@ fn gpu_one_band_or_many_give_the_same_picture() {
 #[test]
 fn the_share_tested_is_the_shaders() {
     assert_eq!(constant("shadows/visibility", "LAST"), LAST);
+}
+
+#[test]
+fn sums_that_started_over_are_unrolled() {
+    let most = u32::MAX - 63;
+    assert_eq!(row_starts(&[0, 64, 128, 192, 128, 64, 5], 2), [0, 128, 128, (1 << 32) + 5]);
+    assert_eq!(row_starts(&[0, most, most.wrapping_add(most)], 1), [0, u64::from(most), 2 * u64::from(most)]);
+    assert!(check_row(2048, 1_000_000).is_ok() && check_row(2048, 2_100_000).is_err());
 }
 
 #[test]

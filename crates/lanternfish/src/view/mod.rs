@@ -2,7 +2,7 @@
 
 use glam::{Mat4, UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
-use lanternfish_scene::{Camera, Projection};
+use lanternfish_scene::{Bounds, Camera, Projection};
 
 gpu_struct! {
     /// A view as shaders read it.
@@ -21,8 +21,8 @@ gpu_struct! {
         size: UVec2,
         /// 2^EV.
         exposure: f32,
-        /// Unused.
-        _pad: u32,
+        /// Beyond the scene from anywhere in it, m.
+        far: f32,
         /// Radiance of everything that no surface covers, nits.
         sky: Vec3,
         /// Unused.
@@ -31,17 +31,20 @@ gpu_struct! {
 }
 
 impl View {
-    /// What `camera` sees in an image of `size` pixels.
-    pub fn new(camera: &Camera, size: UVec2, exposure: f32, sky: Vec3) -> Self {
+    /// What `camera` sees of a scene within `bounds` and under `sky` (nits), in an image of `size` pixels, `exposure`
+    /// times as bright.
+    pub fn new(camera: &Camera, size: UVec2, exposure: f32, sky: Vec3, bounds: &Bounds) -> Self {
         let world_from_view = Mat4::from(camera.world_from_camera);
+        let projection = tightened(camera, bounds);
         Self {
-            clip_from_view: clip_from_view(&camera.projection, size.x as f32 / size.y as f32),
+            clip_from_view: clip_from_view(&projection, size.x as f32 / size.y as f32),
             view_from_world: Mat4::from(camera.world_from_camera.inverse()),
             world_from_view,
             eye: camera.eye(),
             orthographic: u32::from(matches!(camera.projection, Projection::Orthographic { .. })),
             size,
             exposure,
+            far: 2.0 * bounds.size().length() + bounds.center().distance(camera.eye()) + 1.0,
             sky,
             ..Default::default()
         }
@@ -64,6 +67,21 @@ impl ViewBuffer {
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().buffer("view", &self.buffer)
     }
+}
+
+/// The camera's projection, an orthographic one with its planes drawn in to the scene: depth is spread evenly between
+/// them, and what a wide span leaves of it would be too coarse to start shadow rays from.
+fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
+    let Projection::Orthographic { half_height, near, far } = camera.projection else { return camera.projection };
+    let camera_from_world = camera.world_from_camera.inverse();
+    let distances = bounds.corners().map(|corner| -camera_from_world.transform_point3(corner).z);
+    let margin = 1e-3 * bounds.size().length() + 1e-6;
+    let nearest = distances.into_iter().fold(f32::INFINITY, f32::min) - margin;
+    let farthest = distances.into_iter().fold(f32::NEG_INFINITY, f32::max) + margin;
+    if bounds.is_empty() || nearest >= far || farthest <= near {
+        return camera.projection;
+    }
+    Projection::Orthographic { half_height, near: near.max(nearest), far: far.min(farthest) }
 }
 
 /// Reverse-Z projection [Elagabani2025, eq. 2.1, corrected]: depth = near / distance, so 1 at the near plane and 0 at

@@ -88,7 +88,9 @@ impl TiledCulling {
         let rows = surface.size.y.div_ceil(tile_size);
         let tile_count = columns * rows;
         let workgroups = [columns, rows, 1];
-        self.capacity = self.capacity.max(tile_count * scene.light_count.min(FIRST_LIGHTS_PER_TILE));
+        let limit = (device.limits().max_storage_buffer_binding_size / 4).min(u32::MAX.into()) as u32;
+        let guess = tile_count.saturating_mul(scene.light_count.min(FIRST_LIGHTS_PER_TILE));
+        self.capacity = self.capacity.max(guess.min(limit));
         let mut grid = TileGrid {
             tile_size,
             columns,
@@ -115,31 +117,52 @@ impl TiledCulling {
         scan.record(frame, &cells);
 
         // Grow before writing, so that no image is ever made from a list that was cut.
-        let listed = frame.read_now::<u32>(scan.total(), 1)?[0];
+        let listed = match tile_count.checked_mul(scene.light_count) {
+            Some(_) => u64::from(frame.read_now::<u32>(scan.total(), 1)?[0]),
+            // The device's sum may have started over at 2³²: add up what lies between the starts.
+            None => total(&frame.read_now::<u32>(&cells, tile_count as usize + 1)?),
+        };
+        if listed > u64::from(limit) {
+            return Err(RenderError::Overflow {
+                list: "light_culling/indices",
+                needed: listed,
+                limit: limit.into(),
+                remedy: "give the lights a shorter range, use larger tiles, or render a smaller image",
+            });
+        }
+        let listed = listed as u32;
         if listed > self.capacity {
             tracing::debug!(listed, capacity = self.capacity, "light_culling/indices grows");
             self.capacity = listed;
             grid.capacity = listed;
             grid_buffer = uniform_buffer_of(device, "light_culling/grid", &grid);
         }
-        let indices = self.index_buffer(device, listed)?;
+        let indices = storage_buffer(device, "light_culling/indices", 4 * u64::from(self.capacity))?;
         let bindings =
             shared.buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells).buffer("listed_lights", &indices);
         frame.dispatch(&self.write, &bindings, workgroups);
         Ok(LightLists { cells, indices, grid: Some(("tile_grid", grid_buffer)), listed: listed.into() })
     }
+}
 
-    fn index_buffer(&self, device: &wgpu::Device, listed: u32) -> Result<wgpu::Buffer, RenderError> {
-        let bytes = 4 * u64::from(self.capacity);
-        let limit = device.limits().max_storage_buffer_binding_size;
-        if bytes > limit {
-            return Err(RenderError::Overflow {
-                list: "light_culling/indices",
-                needed: listed.into(),
-                limit: limit / 4,
-                remedy: "give the lights a shorter range, use larger tiles, or render a smaller image",
-            });
-        }
-        Ok(storage_buffer(device, "light_culling/indices", bytes)?)
+/// The sum of all counts from an exclusive scan of them modulo 2³², the last count being zero.
+fn total(starts: &[u32]) -> u64 {
+    starts.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0]))).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sum_beyond_32_bits_is_added_up() {
+        let counts = [u32::MAX, 7, 0, u32::MAX - 1, 12];
+        let mut sum = 0u32;
+        let mut starts = vec![0];
+        starts.extend(counts.iter().map(|count| {
+            sum = sum.wrapping_add(*count);
+            sum
+        }));
+        assert_eq!(total(&starts), counts.iter().map(|count| u64::from(*count)).sum::<u64>());
     }
 }

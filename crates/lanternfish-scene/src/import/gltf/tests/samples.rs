@@ -11,7 +11,7 @@ fn sample(name: &str) -> Option<Scene> {
     let folder = std::env::var_os("LANTERNFISH_SHARED").map_or_else(beside_the_workspace, PathBuf::from);
     let path = folder.join("assets").join(name);
     if !path.exists() {
-        eprintln!("SKIPPED: {} is not there (set LANTERNFISH_SHARED)", path.display());
+        left_out(&format!("LEFT OUT (shared): scene samples: no {}", path.display()));
         return None;
     }
     let scene = load(path.to_str().expect("UTF-8")).unwrap_or_else(|error| panic!("{error}"));
@@ -44,4 +44,13 @@ fn cornell_box_is_complete() {
     assert_eq!((scene.triangle_counts(), scene.materials.len()), ((36, 36), 8));
     let emitters = scene.materials.iter().filter(|material| material.emissive.max_element() > 1.0).count();
     assert_eq!(emitters, 1);
+}
+
+/// Says so on stderr, and in the file that `LANTERNFISH_LEFT_OUT` names.
+fn left_out(line: &str) {
+    use std::io::Write;
+    eprintln!("{line}");
+    let Some(file) = std::env::var_os("LANTERNFISH_LEFT_OUT") else { return };
+    let mut file = std::fs::OpenOptions::new().append(true).create(true).open(file).expect("it can be written");
+    writeln!(file, "{line}").expect("it can be written");
 }

@@ -1,0 +1,128 @@
+//! Faults that were there once: each test failed before its fix.
+
+use glam::{Vec2, Vec3, Vec4};
+use lanternfish::{
+    Settings,
+    settings::{DebugView, RayCulling, ToneMap},
+};
+use lanternfish_gpu::testing;
+use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Scene, Texture, TextureRef};
+
+use crate::support::{Front, assert_near, pane, quad, render, scene_of};
+
+fn matt(color: Vec3) -> Material {
+    Material { base_color: color.extend(1.0), metallic: 0.0, ..Material::default() }
+}
+
+/// A white texture of 4 x 4 texels that is filtered trilinearly, and so anisotropically.
+fn white_texture(scene: &mut Scene) -> TextureRef {
+    scene.images.push(Image { name: String::new(), width: 4, height: 4, rgba: vec![255; 64] });
+    scene.samplers.push(Sampler::default());
+    scene.textures.push(Texture { image: scene.images.len() - 1, sampler: scene.samplers.len() - 1 });
+    TextureRef::new(scene.textures.len() - 1)
+}
+
+#[test]
+fn gpu_a_texture_seen_at_one_point_is_not_nan() {
+    let Some(gpu) = testing::gpu("gpu_a_texture_seen_at_one_point_is_not_nan") else { return };
+    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::new(0.5, 0.4, 0.3))]);
+    scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
+    let plain = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    scene.materials[0].base_color_texture = Some(white_texture(&mut scene));
+    for uv in [vec![Vec2::splat(0.5); 4], vec![Vec2::splat(-1000.3); 4], Vec::new()] {
+        scene.meshes[0].primitives[0].uv0 = uv;
+        let front = Front::render(gpu, &scene, Settings::default());
+        for (x, y) in [(0.0, 0.0), (-1.9, 1.9), (1.3, -0.2)] {
+            assert_near(front.at(x, y), plain, 1.0, "one point of a white texture");
+        }
+    }
+}
+
+#[test]
+fn gpu_a_tangent_along_the_normal_is_not_nan() {
+    let Some(gpu) = testing::gpu("gpu_a_tangent_along_the_normal_is_not_nan") else { return };
+    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.5))]);
+    scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
+    let normal_map = white_texture(&mut scene);
+    // Straight up: (0.5, 0.5, 1).
+    scene.images[0].rgba = [128, 128, 255, 255].repeat(16);
+    scene.materials[0].normal_texture = Some(normal_map);
+    scene.meshes[0].primitives[0].tangents = vec![Vec3::X.extend(1.0); 4];
+    let sound = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    assert!(sound.min_element() > 0.1);
+    scene.meshes[0].primitives[0].tangents = vec![Vec3::Z.extend(1.0); 4];
+    let along = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    // The map's 128 is 0.004 off its middle, which only a sound tangent applies.
+    assert!((along - sound).abs().max_element() < 0.01 * sound.x, "{along}, not {sound}");
+}
+
+#[test]
+fn gpu_a_far_plane_far_away_casts_no_shadows() {
+    let Some(gpu) = testing::gpu("gpu_a_far_plane_far_away_casts_no_shadows") else { return };
+    // A slope seen along parallel lines, with a block on it.
+    let slope = quad(0, Vec3::ZERO, Vec3::X * 3.0, Vec3::new(0.0, 2.0, -2.0));
+    let block = pane(0, 1.0, 0.3);
+    let mut scene = scene_of(vec![slope, block], vec![matt(Vec3::splat(0.8))]);
+    scene.lights = vec![Light::directional(Vec3::new(0.2, -0.3, -1.0), Vec3::splat(3.0))];
+    let lit = |far: f32| {
+        let projection = Projection::Orthographic { half_height: 2.0, near: 0.0, far };
+        let camera = Camera::look_at(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, projection);
+        let picture = render(gpu, &scene, &camera, (64, 64), Settings::default());
+        picture.radiance.iter().filter(|texel| texel[0] > 0.0).count()
+    };
+    let near = lit(20.0);
+    assert!((3000..64 * 64).contains(&near), "the block's shadow is there: {near} lit pixels");
+    for far in [1e3, 1e5, 1e7] {
+        assert_eq!(lit(far), near, "far plane at {far}");
+    }
+}
+
+#[test]
+fn gpu_light_from_behind_does_not_come_through() {
+    let Some(gpu) = testing::gpu("gpu_light_from_behind_does_not_come_through") else { return };
+    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::splat(0.8))]);
+    // The vertices' normals lean by 60 degrees, towards a lamp behind the pane.
+    scene.meshes[0].primitives[0].normals = vec![Vec3::new(0.866, 0.0, 0.5).normalize(); 4];
+    let lamp = |z: f32| Light { range: Some(50.0), ..Light::point(Vec3::new(3.0, 0.0, z), Vec3::splat(20.0)) };
+    for ray_culling in RayCulling::ALL {
+        let settings = || Settings { ray_culling: *ray_culling, ..Default::default() };
+        scene.lights = vec![lamp(-0.5)];
+        assert_eq!(Front::render(gpu, &scene, settings()).at(0.0, 0.0), Vec3::ZERO, "{ray_culling}");
+        scene.lights = vec![lamp(0.5)];
+        assert!(Front::render(gpu, &scene, settings()).at(0.0, 0.0).x > 0.1, "{ray_culling}: light from the front");
+    }
+}
+
+#[test]
+fn gpu_the_sun_ends_beyond_the_largest_scene() {
+    let Some(gpu) = testing::gpu("gpu_the_sun_ends_beyond_the_largest_scene") else { return };
+    // A pane of glass a thousand kilometres behind a roof that hides the sun from it.
+    let kilometre = 1e3;
+    let glass = Material {
+        alpha_mode: lanternfish_scene::AlphaMode::Blend,
+        base_color: Vec4::new(0.8, 0.8, 0.8, 0.9),
+        metallic: 0.0,
+        ..Material::default()
+    };
+    let pane = quad(0, Vec3::ZERO, Vec3::X * kilometre, Vec3::Y * kilometre);
+    let roof = |x: f32| quad(1, Vec3::new(x, 0.0, 1e6), Vec3::X * 5.0 * kilometre, Vec3::Y * 5.0 * kilometre);
+    let camera =
+        Camera::look_at(Vec3::Z * 2.0 * kilometre, Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 1.0 });
+    let middle = |scene: &Scene| render(gpu, scene, &camera, (9, 9), Settings::default()).radiance[40][0];
+    let sun = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
+    let materials = vec![glass, matt(Vec3::ONE)];
+    let open = Scene { lights: sun.clone(), ..scene_of(vec![pane.clone(), roof(20.0 * kilometre)], materials.clone()) };
+    let covered = Scene { lights: sun, ..scene_of(vec![pane, roof(0.0)], materials) };
+    assert!(middle(&open) > 0.1);
+    assert_eq!(middle(&covered), 0.0);
+}
+
+#[test]
+fn gpu_base_color_is_shown_as_it_is() {
+    let Some(gpu) = testing::gpu("gpu_base_color_is_shown_as_it_is") else { return };
+    let scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
+    for (tone_map, exposure) in [(ToneMap::Neutral, 0.0), (ToneMap::Reinhard, 2.0)] {
+        let settings = Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Default::default() };
+        assert_eq!(Front::render(gpu, &scene, settings).0.display[0], [255; 4]);
+    }
+}
