@@ -17,7 +17,7 @@ use crate::{
     prepass::Prepass,
     settings::{Culling, Shadows, TileSize, Tiled},
     testing::{Random, probe, quad, scene_of},
-    view::View,
+    view::{View, tightened},
 };
 
 /// Not a multiple of any tile size.
@@ -67,14 +67,16 @@ impl<'g> Bench<'g> {
         let Self { gpu, renderer, profiler, prepass, rooms, pixels } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
         let uploaded = renderer.upload(scene).unwrap();
-        let view = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds()).upload(&gpu.device);
+        let seen = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds());
+        let draws = uploaded.visible_draws(&seen);
+        let view = seen.upload(&gpu.device);
         let count = (SIZE.x * SIZE.y) as usize;
         let depths = storage_buffer(&gpu.device, "depths", 4 * count as u64).unwrap();
         let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();
         let mut all = Vec::new();
         for (settings, room) in rooms {
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-            let surface = prepass.record(&mut frame, &uploaded, &view, SIZE).unwrap();
+            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
             let lights = room.record(&mut frame, &uploaded, &view, &surface, reach).unwrap();
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
             let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);
@@ -250,6 +252,9 @@ fn gpu_culling_loses_no_light() {
     let outcome = runner.run(&strategy, |(mut lights, camera, which)| {
         lights.extend(special(&camera));
         let scene = Scene { lights, ..scenes[which].clone() };
+        // The planes that the view really has, to rebuild positions with.
+        let projection = tightened(&camera, &scene.bounds());
+        let camera = Camera { projection, ..camera };
         for reach in [Reach::Surface, Reach::Anywhere] {
             let lists = bench.borrow_mut().lists(&scene, &camera, reach);
             let points = match reach {

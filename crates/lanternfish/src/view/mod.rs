@@ -71,7 +71,7 @@ impl ViewBuffer {
 
 /// The camera's projection, an orthographic one with its planes drawn in to the scene: depth is spread evenly between
 /// them, and what a wide span leaves of it would be too coarse to start shadow rays from.
-fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
+pub(crate) fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
     let Projection::Orthographic { half_height, near, far } = camera.projection else { return camera.projection };
     let camera_from_world = camera.world_from_camera.inverse();
     let distances = bounds.corners().map(|corner| -camera_from_world.transform_point3(corner).z);
