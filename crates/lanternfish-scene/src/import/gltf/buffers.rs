@@ -2,16 +2,19 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use super::fault::{Place, Result, invalid, item};
-use super::schema::{BufferView, Root};
-use super::uri;
+use super::schema::{Buffer, BufferView, CompressedView, Root};
+use super::{meshopt, uri};
 
 /// The bytes of all buffers. The BIN chunk is borrowed from the file.
 pub(super) struct Buffers<'a> {
     root: &'a Root<'a>,
-    /// As long as `root.buffers`; `None` for a buffer that some extension would fill.
+    /// As long as `root.buffers`; `None` for a buffer without content, whose views are compressed elsewhere.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
+    /// As long as `root.buffer_views`: what compressed ones hold, decoded when first asked for.
+    decoded: Vec<OnceLock<Result<Vec<u32>>>>,
 }
 
 impl<'a> Buffers<'a> {
@@ -20,6 +23,7 @@ impl<'a> Buffers<'a> {
         let load_one = |index: usize| -> Result<Option<Cow<'a, [u8]>>> {
             let buffer = &root.buffers[index];
             let bytes: Cow<'a, [u8]> = match (&buffer.uri, bin) {
+                _ if is_fallback(buffer) => return Ok(None),
                 (Some(uri), _) => uri::read(&uri.0, folder)?.into(),
                 (None, Some(bin)) if index == 0 => bin.into(),
                 (None, _) => return Ok(None),
@@ -30,26 +34,50 @@ impl<'a> Buffers<'a> {
             Ok(Some(bytes))
         };
         let buffers = (0..root.buffers.len()).map(|i| load_one(i).place(|| format!("buffers[{i}]")));
-        Ok(Self { root, buffers: buffers.collect::<Result<_>>()? })
+        let buffers = buffers.collect::<Result<_>>()?;
+        Ok(Self { root, buffers, decoded: root.buffer_views.iter().map(|_| OnceLock::new()).collect() })
     }
 
     /// A buffer view and its bytes.
     pub fn view(&self, index: usize) -> Result<(&BufferView, &[u8])> {
         let view = item(&self.root.buffer_views, index, "bufferViews")?;
-        let bytes = self.view_bytes(view).place(|| format!("bufferViews[{index}]"))?;
-        Ok((view, bytes))
+        let bytes = match view.extensions.compressed() {
+            Some(compressed) => self.decoded(index, view, compressed),
+            None => self.stored(view.buffer, view.byte_offset, view.byte_length),
+        };
+        Ok((view, bytes.place(|| format!("bufferViews[{index}]"))?))
     }
 
-    fn view_bytes(&self, view: &BufferView) -> Result<&[u8]> {
-        let Some(bytes) = item(&self.buffers, view.buffer, "buffers")? else {
-            return Err(invalid(format!("buffers[{}] has no content", view.buffer)));
+    /// The bytes of a compressed view. Several threads may ask for one: the first decodes it.
+    fn decoded(&self, index: usize, view: &BufferView, compressed: &CompressedView) -> Result<&[u8]> {
+        let decode = || {
+            let stored = self.stored(compressed.buffer, compressed.byte_offset, compressed.byte_length)?;
+            meshopt::decode(compressed, stored)
         };
-        let length = self.root.buffers[view.buffer].byte_length;
-        let end = view.byte_offset.checked_add(view.byte_length).filter(|end| *end <= length);
-        let end = end.ok_or_else(|| {
-            let (offset, count) = (view.byte_offset, view.byte_length);
-            invalid(format!("{count} bytes from {offset} exceed buffers[{}] of {length} bytes", view.buffer))
-        })?;
-        Ok(&bytes[view.byte_offset..end])
+        let (length, have) = (view.byte_length, compressed.count.saturating_mul(compressed.byte_stride));
+        if length > have {
+            return Err(invalid(format!("{length} bytes stated, {have} compressed")));
+        }
+        let words = self.decoded[index].get_or_init(decode).as_ref().map_err(|fault| fault.copy())?;
+        Ok(&bytemuck::cast_slice(words)[..length])
     }
+
+    /// Bytes of a buffer.
+    fn stored(&self, buffer: usize, offset: usize, count: usize) -> Result<&[u8]> {
+        let Some(bytes) = item(&self.buffers, buffer, "buffers")? else {
+            return Err(invalid(format!("buffers[{buffer}] has no content")));
+        };
+        let length = self.root.buffers[buffer].byte_length;
+        let end = offset.checked_add(count).filter(|end| *end <= length);
+        let end = end.ok_or_else(|| {
+            invalid(format!("{count} bytes from {offset} exceed buffers[{buffer}] of {length} bytes"))
+        })?;
+        Ok(&bytes[offset..end])
+    }
+}
+
+/// Whether a buffer only repeats, uncompressed, what is compressed elsewhere; it may be without content.
+fn is_fallback(buffer: &Buffer) -> bool {
+    let (ext, khr) = (&buffer.extensions.ext_meshopt, &buffer.extensions.khr_meshopt);
+    ext.as_ref().or(khr.as_ref()).is_some_and(|extension| extension.fallback)
 }

@@ -23,6 +23,17 @@ pub(super) fn invalid(what: impl Into<String>) -> Fault {
 }
 
 impl Fault {
+    /// The same again; a reason of the system's by its kind and words.
+    pub fn copy(&self) -> Self {
+        match self {
+            Self::Invalid(what) => Self::Invalid(what.clone()),
+            Self::Unsupported(what) => Self::Unsupported(what.clone()),
+            Self::Io { path, source } => {
+                Self::Io { path: path.clone(), source: std::io::Error::new(source.kind(), source.to_string()) }
+            }
+        }
+    }
+
     /// The error for the scene file `path`.
     pub fn at(self, path: &Path) -> SceneError {
         match self {

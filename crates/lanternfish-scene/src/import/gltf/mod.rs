@@ -1,11 +1,11 @@
 //! glTF 2.0. The steps, each a module:
 //!
 //! 1. `container`: JSON and BIN chunk; `schema`: the JSON as structs; `extensions`: what is required
-//! 2. `buffers`, `uri`: the bytes
+//! 2. `buffers`, `uri`: the bytes; `meshopt`: compressed ones, when they are asked for
 //! 3. `hierarchy`: nodes in world space; `meshes::Used`: what they use
 //! 4. `materials`, `textures`
 //! 5. `images` are decoded while `meshes` are read: `primitive` (`accessor`, `topology`, `normals`, `tangents`)
-//! 6. `lights`, `cameras` and instances are placed
+//! 6. `lights`, `cameras` and instances (`instancing`) are placed
 //!
 //! The JSON is parsed with types of our own: other readers refuse accessors without data or `KHR_mesh_quantization`,
 //! or trust indices.
@@ -18,9 +18,11 @@ mod extensions;
 mod fault;
 mod hierarchy;
 mod images;
+mod instancing;
 mod lights;
 mod materials;
 mod meshes;
+mod meshopt;
 mod normals;
 mod notes;
 mod primitive;
@@ -38,7 +40,9 @@ use std::path::Path;
 use accessor::Accessors;
 use buffers::Buffers;
 use fault::{Fault, Place, Result, invalid};
+use glam::Affine3A;
 use hierarchy::Placed;
+use instancing::MAX_INSTANCES;
 use meshes::Used;
 use notes::Notes;
 use schema::Root;
@@ -86,7 +90,7 @@ fn read(file: &[u8], path: &Path) -> Result<Scene> {
         ..Default::default()
     };
     for placed in &nodes {
-        place(&mut scene, &root, &used, placed, &mut notes).place(|| format!("nodes[{}]", placed.index))?;
+        place(&mut scene, &accessors, &used, placed, &mut notes).place(|| format!("nodes[{}]", placed.index))?;
     }
     notes.log(path);
     Ok(scene)
@@ -103,11 +107,23 @@ fn parse(json: &[u8]) -> Result<Root<'_>> {
 }
 
 /// Adds what is at a node: an instance, a light, a camera.
-fn place(scene: &mut Scene, root: &Root, used: &Used, placed: &Placed, notes: &mut Notes) -> Result<()> {
-    let node = placed.node;
+fn place(scene: &mut Scene, accessors: &Accessors, used: &Used, placed: &Placed, notes: &mut Notes) -> Result<()> {
+    let (root, node) = (accessors.root, placed.node);
     if let Some(mesh) = node.mesh {
-        let (name, world_from_object) = (node.name.clone(), placed.world_from_node);
-        scene.instances.push(Instance { name, mesh: used.meshes[&mesh], world_from_object });
+        let nodes_from_objects = match &node.extensions.instancing {
+            Some(instancing) => instancing::read(accessors, instancing)?,
+            None => vec![Affine3A::IDENTITY],
+        };
+        if scene.instances.len() + nodes_from_objects.len() > MAX_INSTANCES {
+            return Err(invalid(format!("with it there are more than {MAX_INSTANCES} instances")));
+        }
+        for node_from_object in nodes_from_objects {
+            let world_from_object = placed.world_from_node * node_from_object;
+            if !world_from_object.is_finite() {
+                return Err(invalid("EXT_mesh_gpu_instancing: a transform is not finite"));
+            }
+            scene.instances.push(Instance { name: node.name.clone(), mesh: used.meshes[&mesh], world_from_object });
+        }
     }
     if let Some(light) = &node.extensions.light {
         scene.lights.extend(lights::read(root, light.light, placed, notes)?);

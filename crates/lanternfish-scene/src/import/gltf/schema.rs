@@ -104,6 +104,23 @@ pub(super) struct Buffer<'a> {
     #[serde(borrow)]
     pub uri: Option<Text<'a>>,
     pub byte_length: usize,
+    #[serde(default)]
+    pub extensions: BufferExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub ext_meshopt: Option<FallbackBuffer>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    pub khr_meshopt: Option<FallbackBuffer>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct FallbackBuffer {
+    #[serde(default)]
+    pub fallback: bool,
 }
 
 #[derive(Deserialize)]
@@ -114,6 +131,42 @@ pub(super) struct BufferView {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
+    #[serde(default)]
+    pub extensions: BufferViewExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext_meshopt: Option<CompressedView>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr_meshopt: Option<CompressedView>,
+}
+
+impl BufferViewExtensions {
+    /// Where the view is stored compressed, if it is; both extensions have one form.
+    pub fn compressed(&self) -> Option<&CompressedView> {
+        self.ext_meshopt.as_ref().or(self.khr_meshopt.as_ref())
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct CompressedView {
+    pub buffer: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub byte_length: usize,
+    pub byte_stride: usize,
+    pub count: usize,
+    pub mode: String,
+    #[serde(default = "no_filter")]
+    pub filter: String,
+}
+
+fn no_filter() -> String {
+    "NONE".to_owned()
 }
 
 #[derive(Deserialize)]
@@ -271,6 +324,14 @@ pub(super) struct Node {
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<NodeLight>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Instancing {
+    #[serde(default)]
+    pub attributes: BTreeMap<String, usize>,
 }
 
 #[derive(Deserialize)]

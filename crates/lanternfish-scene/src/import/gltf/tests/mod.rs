@@ -1,6 +1,7 @@
 //! Tiny files, made here, one for each thing that a file can say.
 
 mod accessors;
+mod compression;
 mod container;
 mod geometry;
 mod materials;
@@ -14,6 +15,7 @@ use serde_json::{Value, json};
 
 use crate::{Primitive, Scene, SceneError};
 
+pub const I8: u32 = 5120;
 pub const U8: u32 = 5121;
 pub const I16: u32 = 5122;
 pub const U16: u32 = 5123;

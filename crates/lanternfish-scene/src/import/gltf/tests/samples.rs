@@ -39,6 +39,16 @@ fn candela_city_is_complete() {
 }
 
 #[test]
+fn bistro_is_complete() {
+    let Some(scene) = sample("bistro/bistro-exterior.glb") else { return };
+    assert_eq!((scene.triangle_counts(), scene.materials.len()), ((1_593_530, 1_813_746), 82));
+    let count = |kind: fn(&LightKind) -> bool| scene.lights.iter().filter(|light| kind(&light.kind)).count();
+    assert_eq!(count(|kind| matches!(kind, LightKind::Point)), 38);
+    assert_eq!(count(|kind| matches!(kind, LightKind::Spot { .. })), 33);
+    assert_eq!(count(|kind| matches!(kind, LightKind::Directional)), 1);
+}
+
+#[test]
 fn cornell_box_is_complete() {
     let Some(scene) = sample("cornell/CornellBox-Original.glb") else { return };
     assert_eq!((scene.triangle_counts(), scene.materials.len()), ((36, 36), 8));

@@ -1,0 +1,41 @@
+//! `EXT_mesh_gpu_instancing`: one node that places its mesh many times.
+
+use glam::{Affine3A, Quat, Vec3};
+
+use super::accessor::Accessors;
+use super::fault::{Place, Result, invalid};
+use super::schema::Instancing;
+
+/// Most instances of a scene: 4 Mi, which is about 500 MB. A few bytes of a file can ask for any number of them.
+pub(super) const MAX_INSTANCES: usize = 1 << 22;
+
+/// Where the node's mesh stands, relative to the node: translation, rotation, scale of each instance. Attributes of
+/// an application's own are not read; a node that has only such places its mesh once.
+pub(super) fn read(accessors: &Accessors, instancing: &Instancing) -> Result<Vec<Affine3A>> {
+    let translations = read_attribute::<3>(accessors, instancing, "TRANSLATION")?;
+    let rotations = read_attribute::<4>(accessors, instancing, "ROTATION")?;
+    let scales = read_attribute::<3>(accessors, instancing, "SCALE")?;
+    let counts = [&translations, &scales].map(|list| list.as_ref().map(Vec::len));
+    let mut counts = counts.into_iter().chain([rotations.as_ref().map(Vec::len)]).flatten();
+    let Some(count) = counts.next() else { return Ok(vec![Affine3A::IDENTITY]) };
+    if let Some(other) = counts.find(|other| *other != count) {
+        return Err(invalid(format!("EXT_mesh_gpu_instancing: attributes of {count} and {other} elements")));
+    }
+    let transform = |i: usize| {
+        let rotation = rotations.as_ref().map_or(Quat::IDENTITY, |list| Quat::from_array(list[i]));
+        let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { Quat::IDENTITY };
+        let translation = translations.as_ref().map_or(Vec3::ZERO, |list| list[i].into());
+        let scale = scales.as_ref().map_or(Vec3::ONE, |list| list[i].into());
+        Affine3A::from_scale_rotation_translation(scale, rotation, translation)
+    };
+    Ok((0..count).map(transform).collect())
+}
+
+fn read_attribute<const N: usize>(
+    accessors: &Accessors,
+    instancing: &Instancing,
+    name: &str,
+) -> Result<Option<Vec<[f32; N]>>> {
+    let Some(accessor) = instancing.attributes.get(name) else { return Ok(None) };
+    accessors.vectors(*accessor).place(|| format!("EXT_mesh_gpu_instancing: {name}")).map(Some)
+}

@@ -1,0 +1,71 @@
+//! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: buffer views that are stored compressed.
+
+use super::fault::{Result, invalid};
+use super::schema::CompressedView;
+
+/// Most bytes that one compressed byte can stand for: the vertex codec (version 1) spends a byte for every four bytes
+/// of each of 256 vertices that are all the same. What claims more than that is refused before memory is taken.
+const MAX_RATIO: usize = 1024;
+
+/// Decodes a view: its first `count * byte_stride` bytes are content. In words, so that it is aligned for every
+/// component type.
+pub(super) fn decode(view: &CompressedView, compressed: &[u8]) -> Result<Vec<u32>> {
+    let (count, stride) = (view.count, view.byte_stride);
+    let length = count.checked_mul(stride).filter(|length| length / MAX_RATIO <= compressed.len());
+    let Some(length) = length else {
+        let have = compressed.len();
+        return Err(invalid(format!("{count} elements of {stride} bytes cannot be in {have} compressed bytes")));
+    };
+    if !is_sound(view) {
+        let (mode, filter) = (&view.mode, &view.filter);
+        return Err(invalid(format!("mode {mode}, filter {filter}: {count} elements of {stride} bytes cannot be")));
+    }
+    let mut words = vec![0u32; length.div_ceil(4)];
+    let (to, from) = (words.as_mut_ptr().cast::<std::ffi::c_void>(), compressed.as_ptr());
+    // SAFETY: `to` is valid for `count * stride` bytes, which is all that the decoders write, and `from` for as many
+    // bytes as are stated; the decoders check what they read. `is_sound` holds what they ask of count and stride.
+    let code = unsafe {
+        match view.mode.as_str() {
+            "ATTRIBUTES" => ::meshopt::ffi::meshopt_decodeVertexBuffer(to, count, stride, from, compressed.len()),
+            "TRIANGLES" => ::meshopt::ffi::meshopt_decodeIndexBuffer(to, count, stride, from, compressed.len()),
+            _ => ::meshopt::ffi::meshopt_decodeIndexSequence(to, count, stride, from, compressed.len()),
+        }
+    };
+    if code != 0 {
+        return Err(invalid(format!("its {} compressed bytes are damaged", compressed.len())));
+    }
+    unfilter(view, &mut words);
+    Ok(words)
+}
+
+/// Whether mode, filter, stride and count go together as the extension says.
+fn is_sound(view: &CompressedView) -> bool {
+    let stride = view.byte_stride;
+    let mode = match view.mode.as_str() {
+        "ATTRIBUTES" => stride.is_multiple_of(4) && (4..=256).contains(&stride),
+        "TRIANGLES" => matches!(stride, 2 | 4) && view.count.is_multiple_of(3),
+        "INDICES" => matches!(stride, 2 | 4),
+        _ => false,
+    };
+    let filter = match view.filter.as_str() {
+        "NONE" => true,
+        "OCTAHEDRAL" | "COLOR" => matches!(stride, 4 | 8),
+        "QUATERNION" => stride == 8,
+        "EXPONENTIAL" => true,
+        _ => false,
+    };
+    mode && filter && (view.filter == "NONE" || view.mode == "ATTRIBUTES")
+}
+
+/// Undoes the filter that the elements went through before they were compressed.
+fn unfilter(view: &CompressedView, words: &mut [u32]) {
+    match (view.filter.as_str(), view.byte_stride) {
+        ("OCTAHEDRAL", 4) => ::meshopt::decode_filter_oct::<i8>(bytemuck::cast_slice_mut(words)),
+        ("OCTAHEDRAL", _) => ::meshopt::decode_filter_oct::<i16>(bytemuck::cast_slice_mut(words)),
+        ("COLOR", 4) => ::meshopt::decode_filter_color::<u8>(bytemuck::cast_slice_mut(words)),
+        ("COLOR", _) => ::meshopt::decode_filter_color::<u16>(bytemuck::cast_slice_mut(words)),
+        ("QUATERNION", _) => ::meshopt::decode_filter_quat(bytemuck::cast_slice_mut(words)),
+        ("EXPONENTIAL", _) => ::meshopt::decode_filter_exp::<1>(bytemuck::cast_slice_mut(words)),
+        _ => {}
+    }
+}

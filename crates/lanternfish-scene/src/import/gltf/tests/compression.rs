@@ -1,0 +1,228 @@
+//! `EXT_meshopt_compression` and `EXT_mesh_gpu_instancing`.
+
+use glam::{Quat, Vec3};
+use meshopt::{EncodeExpMode, encode_filter_exp, encode_filter_oct, encode_filter_quat};
+use serde_json::{Value, json};
+
+use super::{F32, File, I8, I16, TRIANGLE, U16, U32, assert_contains};
+
+/// A view of `count` elements that is stored compressed, over a fallback buffer that has no content.
+fn compressed(file: &mut File, mode: &str, filter: Option<&str>, stride: usize, count: usize, bytes: &[u8]) -> usize {
+    let stored = file.view(bytes);
+    let mut extension = file.json["bufferViews"][stored].clone();
+    extension["mode"] = json!(mode);
+    extension["byteStride"] = json!(stride);
+    extension["count"] = json!(count);
+    if let Some(filter) = filter {
+        extension["filter"] = json!(filter);
+    }
+    let view = json!({
+        "buffer": 1, "byteOffset": 0, "byteLength": stride * count,
+        "extensions": { "EXT_meshopt_compression": extension },
+    });
+    if mode == "ATTRIBUTES" {
+        let mut view = view;
+        view["byteStride"] = json!(stride);
+        return file.push("bufferViews", view);
+    }
+    file.push("bufferViews", view)
+}
+
+fn accessor(file: &mut File, view: usize, shape: &str, component: u32, count: usize) -> usize {
+    file.push("accessors", json!({ "bufferView": view, "componentType": component, "type": shape, "count": count }))
+}
+
+/// Names the extension, and the buffer that only it fills.
+fn finish(file: &mut File) {
+    let bin = file.bin.len();
+    file.json["buffers"] = json!([{ "byteLength": bin }, { "byteLength": 9, "extensions": { "EXT_meshopt_compression": { "fallback": true } } }]);
+    file.json["extensionsRequired"] = json!(["EXT_meshopt_compression", "KHR_mesh_quantization"]);
+}
+
+fn corners() -> Vec<[f32; 3]> {
+    TRIANGLE.as_chunks::<3>().0.to_vec()
+}
+
+#[test]
+fn compressed_triangles_are_those_that_went_in() {
+    let positions = corners();
+    for (mode, component) in [("TRIANGLES", U16), ("TRIANGLES", U32), ("INDICES", U16), ("INDICES", U32)] {
+        let mut file = File::with_primitive(|file| {
+            let bytes = meshopt::encode_vertex_buffer(&positions).expect("encoded");
+            let view = compressed(file, "ATTRIBUTES", None, 12, 3, &bytes);
+            let indices = [0, 1, 2];
+            let bytes = if mode == "TRIANGLES" {
+                meshopt::encode_index_buffer(&indices, 3)
+            } else {
+                meshopt::encode_index_sequence(&indices, 3)
+            };
+            let stride = if component == U16 { 2 } else { 4 };
+            let index_view = compressed(file, mode, None, stride, 3, &bytes.expect("encoded"));
+            let index_accessor = accessor(file, index_view, "SCALAR", component, 3);
+            json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) }, "indices": index_accessor })
+        });
+        finish(&mut file);
+        let primitive = file.primitive();
+        assert_eq!(primitive.positions, positions.iter().copied().map(Vec3::from).collect::<Vec<_>>());
+        // The codec may turn a triangle's corners round.
+        let first = primitive.indices.iter().position(|i| *i == 0).expect("index 0");
+        assert_eq!([0, 1, 2].map(|i| primitive.indices[(first + i) % 3]), [0, 1, 2], "{mode}");
+    }
+}
+
+#[test]
+fn filters_are_undone() {
+    let positions: Vec<[f32; 3]> = corners().iter().map(|p| p.map(|x| 3.5 * x)).collect();
+    let normals = [Vec3::new(0.6, 0.0, -0.8), Vec3::Y, Vec3::new(-1.0, 2.0, 2.0) / 3.0];
+    let padded: Vec<_> = normals.iter().map(|n| n.extend(0.0).to_array()).collect();
+    for bits in [8, 16] {
+        let mut file = File::with_primitive(|file| {
+            let bytes = meshopt::encode_vertex_buffer(&encode_filter_exp(&positions, 15, EncodeExpMode::Separate));
+            let view = compressed(file, "ATTRIBUTES", Some("EXPONENTIAL"), 12, 3, &bytes.expect("encoded"));
+            let position = accessor(file, view, "VEC3", F32, 3);
+            let normal = if bits == 8 {
+                let bytes = meshopt::encode_vertex_buffer(&encode_filter_oct::<i8>(&padded, 8)).expect("encoded");
+                let view = compressed(file, "ATTRIBUTES", Some("OCTAHEDRAL"), 4, 3, &bytes);
+                accessor(file, view, "VEC3", I8, 3)
+            } else {
+                let bytes = meshopt::encode_vertex_buffer(&encode_filter_oct::<i16>(&padded, 12)).expect("encoded");
+                let view = compressed(file, "ATTRIBUTES", Some("OCTAHEDRAL"), 8, 3, &bytes);
+                accessor(file, view, "VEC3", I16, 3)
+            };
+            file.json["accessors"][normal]["normalized"] = json!(true);
+            json!({ "attributes": { "POSITION": position, "NORMAL": normal } })
+        });
+        finish(&mut file);
+        let primitive = file.primitive();
+        // 15 bits of mantissa below 4.
+        let near = |a: Vec3, b: [f32; 3]| a.abs_diff_eq(b.into(), 4.0 / f32::from(1u16 << 14));
+        assert!(primitive.positions.iter().zip(&positions).all(|(a, b)| near(*a, *b)), "{:?}", primitive.positions);
+        // Half a step of eight bits twice over: of the octahedron's square, and of what it is unfolded into.
+        let tolerance = 2.0 / 127.0;
+        let is_near = primitive.normals.iter().zip(&normals).all(|(a, b)| a.abs_diff_eq(*b, tolerance));
+        assert!(is_near, "{bits} bits: {:?}", primitive.normals);
+    }
+}
+
+/// Where the triangle's instances stand.
+fn instanced(attributes: impl FnOnce(&mut File) -> Value) -> File {
+    let mut file = File::with_triangle();
+    let attributes = attributes(&mut file);
+    file.json["nodes"][0] = json!({
+        "mesh": 0, "name": "many", "translation": [0, 0, 10],
+        "extensions": { "EXT_mesh_gpu_instancing": { "attributes": attributes } },
+    });
+    file.json["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
+    file
+}
+
+#[test]
+fn instances_are_placed_relative_to_their_node() {
+    let quarter = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
+    let file = instanced(|file| {
+        let rotations = [Quat::IDENTITY.to_array(), quarter.to_array()].concat();
+        json!({
+            "TRANSLATION": file.floats("VEC3", &[1.0, 0.0, 0.0, 0.0, 2.0, 0.0]),
+            "ROTATION": file.floats("VEC4", &rotations),
+            "SCALE": file.floats("VEC3", &[1.0, 1.0, 1.0, 3.0, 3.0, 3.0]),
+        })
+    });
+    let scene = file.scene();
+    assert_eq!((scene.meshes.len(), scene.triangle_counts()), (1, (1, 2)));
+    let at = |i: usize, p| scene.instances[i].world_from_object.transform_point3(p);
+    assert!(at(0, Vec3::X).abs_diff_eq(Vec3::new(2.0, 0.0, 10.0), 1e-6));
+    assert!(at(1, Vec3::X).abs_diff_eq(Vec3::new(0.0, 5.0, 10.0), 1e-5));
+    assert!(scene.instances.iter().all(|instance| instance.name == "many"));
+}
+
+#[test]
+fn rotations_of_instances_may_be_compressed_quaternions() {
+    let rotation = Quat::from_xyzw(0.1, -0.5, 0.3, 0.8).normalize();
+    let mut file = instanced(|file| {
+        let bytes = meshopt::encode_vertex_buffer(&encode_filter_quat(&[rotation.to_array()], 16)).expect("encoded");
+        let view = compressed(file, "ATTRIBUTES", Some("QUATERNION"), 8, 1, &bytes);
+        let accessor = accessor(file, view, "VEC4", I16, 1);
+        file.json["accessors"][accessor]["normalized"] = json!(true);
+        json!({ "ROTATION": accessor })
+    });
+    finish(&mut file);
+    file.json["extensionsRequired"] = json!(["EXT_meshopt_compression", "EXT_mesh_gpu_instancing"]);
+    let decoded = Quat::from_affine3(&glam::Affine3::from(file.scene().instances[0].world_from_object));
+    // A quaternion and its negative are one rotation.
+    assert!(decoded.dot(rotation).abs() > 1.0 - 1e-6, "{decoded} {rotation}");
+}
+
+#[test]
+fn instances_that_cannot_be_are_refused() {
+    let file = instanced(
+        |file| json!({ "TRANSLATION": file.floats("VEC3", &[0.0; 6]), "SCALE": file.floats("VEC3", &[1.0; 9]) }),
+    );
+    assert_contains(&file.fault(), "attributes of 2 and 3 elements");
+    let file = instanced(|file| json!({ "TRANSLATION": file.floats("VEC3", &[0.0, f32::NAN, 0.0]) }));
+    assert_contains(&file.fault(), "nodes[0]: EXT_mesh_gpu_instancing: a transform is not finite");
+    let file = instanced(|file| {
+        let count = 1 << 23;
+        json!({ "SCALE": file.push("accessors", json!({ "componentType": F32, "type": "VEC3", "count": count })) })
+    });
+    assert_contains(&file.fault(), "more than 4194304 instances");
+    let file = instanced(|file| json!({ "_ID": file.floats("SCALAR", &[0.0; 6]) }));
+    assert_eq!(file.scene().instances.len(), 1, "attributes of the application's own are not read");
+}
+
+#[test]
+fn damaged_compression_is_refused() {
+    let whole = meshopt::encode_vertex_buffer(&corners()).expect("encoded");
+    let build = |bytes: &[u8], change: &dyn Fn(&mut Value)| {
+        let mut file = File::with_primitive(|file| {
+            let view = compressed(file, "ATTRIBUTES", None, 12, 3, bytes);
+            json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
+        });
+        finish(&mut file);
+        change(&mut file.json["bufferViews"][1]);
+        file
+    };
+    let set = |key: &'static str, value: Value| {
+        move |view: &mut Value| view["extensions"]["EXT_meshopt_compression"][key] = value.clone()
+    };
+    assert_eq!(build(&whole, &|_| ()).scene().triangle_counts(), (1, 1));
+    for length in 0..whole.len() {
+        assert_contains(&build(&whole[..length], &|_| ()).fault(), "damaged");
+    }
+    for (key, value, fault) in [
+        ("byteStride", json!(14), "cannot be"),
+        ("byteStride", json!(0), "36 bytes stated, 0 compressed"),
+        ("byteStride", json!(260), "cannot be"),
+        ("mode", json!("TRIANGLES"), "mode TRIANGLES"),
+        ("mode", json!("OTHER"), "mode OTHER"),
+        ("filter", json!("QUATERNION"), "filter QUATERNION"),
+        ("count", json!(1_000_000_000), "cannot be in"),
+        ("count", json!(u64::MAX), "cannot be in"),
+        ("count", json!(2), "36 bytes stated, 24 compressed"),
+        ("byteLength", json!(1000), "exceed buffers[0]"),
+        ("buffer", json!(1), "buffers[1] has no content"),
+        ("buffer", json!(7), "buffers[7]"),
+    ] {
+        assert_contains(&build(&whole, &set(key, value)).fault(), fault);
+    }
+    // Bytes that are neither: random ones of every length.
+    for length in 1..200usize {
+        let noise = (0..length).map(|i| (i * i * 31 + 7 * length) as u8).collect::<Vec<_>>();
+        for header in [0xa0, 0xa1] {
+            let mut noise = noise.clone();
+            noise[0] = header;
+            let _ = build(&noise, &|_| ()).load();
+        }
+    }
+}
+
+#[test]
+fn bytes_of_a_fallback_are_not_read() {
+    let mut file = File::with_primitive(|file| {
+        let bytes = meshopt::encode_vertex_buffer(&corners()).expect("encoded");
+        let view = compressed(file, "ATTRIBUTES", None, 12, 3, &bytes);
+        json!({ "attributes": { "POSITION": accessor(file, view, "VEC3", F32, 3) } })
+    });
+    finish(&mut file);
+    file.json["buffers"][1]["uri"] = json!("not there.bin");
+    assert_eq!(file.scene().triangle_counts(), (1, 1));
+}
