@@ -3,8 +3,10 @@
 mod atrium;
 mod build;
 mod cornell;
+mod furnace;
 mod hash;
 mod rain;
+mod street;
 mod surface;
 mod texture;
 
@@ -17,13 +19,19 @@ use crate::{Scene, SceneError};
 /// - `atrium`: a court with two storeys of arcades, about 24 × 15 m and 10 m high, y = 0 at the court's floor; a low
 ///   sun and hanging lanterns. Made for [`light_rain`] on top.
 /// - `cornell`: the Cornell box, 2 m high, y = 0 at its floor, lit by a point light under its lamp.
-pub const DEMOS: &[&str] = &["atrium", "cornell"];
+/// - `furnace`: two rows of white spheres of rising roughness under a white sky of radiance 1, and a directional light
+///   that shows them as long as the sky lights nothing.
+/// - `street`: a street of 240 m at night, about a million placed triangles and several hundred lamps, y = 0 at the
+///   asphalt. For scale.
+pub const DEMOS: &[&str] = &["atrium", "cornell", "furnace", "street"];
 
 /// The generated scene of that name. Deterministic; takes a fraction of a second.
 pub fn demo(name: &str) -> Result<Scene, SceneError> {
     match name {
         "atrium" => Ok(atrium::atrium()),
         "cornell" => Ok(cornell::cornell()),
+        "furnace" => Ok(furnace::furnace()),
+        "street" => Ok(street::street()),
         _ => Err(SceneError::UnknownDemo { name: name.to_owned(), known: DEMOS.join(", ") }),
     }
 }

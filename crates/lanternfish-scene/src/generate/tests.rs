@@ -120,3 +120,47 @@ fn the_atrium_has_what_it_promises() {
     let inside = scene.bounds();
     assert!(scene.cameras.iter().all(|c| c.eye().cmpgt(inside.min).all() && c.eye().cmplt(inside.max).all()));
 }
+
+#[test]
+fn the_street_has_what_it_promises() {
+    let start = Instant::now();
+    let scene = demo("street").unwrap();
+    let seconds = start.elapsed().as_secs_f32();
+    let (stored, placed) = scene.triangle_counts();
+    let (instances, lights) = (scene.instances.len(), scene.lights.len());
+    println!("street: {stored} triangles, {placed} placed by {instances} instances, {lights} lamps, {seconds:.3} s");
+    assert!((900_000..=1_100_000).contains(&placed), "{placed} triangles");
+    assert!(stored < placed / 10, "{stored} stored: instancing is lost");
+    assert!(instances > 1000, "{instances} instances");
+    let spots = scene.lights.iter().filter(|l| matches!(l.kind, LightKind::Spot { .. })).count();
+    let points = scene.lights.iter().filter(|l| l.kind == LightKind::Point).count();
+    assert!(spots >= 40 && points >= 300 && spots + points == lights && lights < 1000, "{spots} + {points} lamps");
+
+    let has = |f: &dyn Fn(&crate::Material) -> bool| scene.materials.iter().any(f);
+    assert!(has(&|m| matches!(m.alpha_mode, AlphaMode::Mask { .. }) && m.base_color_texture.is_some()));
+    assert!(has(&|m| m.name.starts_with("shop window") && m.emissive.min_element() > 1.0));
+    assert!(has(&|m| m.name.contains("asphalt") && m.perceptual_roughness < 0.4));
+    let bounds = scene.bounds();
+    assert!(bounds.size().x < 242.0 && bounds.size().z < 40.0 && bounds.size().y < 35.0, "{}", bounds.size());
+    assert!(scene.cameras.iter().all(|c| c.eye().cmpgt(bounds.min).all() && c.eye().cmplt(bounds.max).all()));
+    // A lamp inside a solid would light nothing: all are over the ground and between the façades.
+    assert!(scene.lights.iter().all(|l| l.position.z.abs() < 8.1 && l.position.y > 1.0));
+}
+
+#[test]
+fn the_furnace_is_white() {
+    let scene = demo("furnace").unwrap();
+    assert_eq!(scene.sky, Vec3::ONE);
+    assert!(scene.materials.iter().all(|m| m.base_color == glam::Vec4::ONE && m.base_color_texture.is_none()));
+    for metallic in [0.0, 1.0] {
+        let row = scene.materials.iter().filter(|m| m.metallic == metallic);
+        let roughness: Vec<f32> = row.map(|m| m.perceptual_roughness).collect();
+        assert_eq!(roughness.len(), 6);
+        assert!(roughness[0] == 0.0 && roughness[5] == 1.0 && roughness.is_sorted());
+    }
+    // The normals are those of a sphere, not of its triangles.
+    let ball = &scene.meshes[0].primitives[0];
+    assert!(ball.positions.iter().zip(&ball.normals).all(|(p, n)| (2.0 * *p).abs_diff_eq(*n, 1e-5)));
+    let [lights, cameras] = [scene.lights.len(), scene.cameras.len()];
+    assert_eq!((lights, cameras, scene.instances.len()), (1, 1, 12));
+}

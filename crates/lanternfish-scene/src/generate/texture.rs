@@ -195,6 +195,24 @@ pub(super) fn painted_tiles() -> Image {
     })
 }
 
+/// Asphalt: dark binder, lighter grit, and patches.
+pub(super) fn asphalt() -> Image {
+    paint("asphalt", 512, |x, y| {
+        let grit = smoothstep(0.55, 0.8, noise(x * 192.0, y * 192.0, 192, 101));
+        let patch = smoothstep(0.4, 0.65, fractal(x, y, 2, 5, 103));
+        let color = srgb(0.21, 0.21, 0.22).lerp(srgb(0.30, 0.30, 0.30), 0.7 * patch);
+        (color + 0.16 * grit * srgb(1.0, 0.97, 0.92)).extend(1.0)
+    })
+}
+
+/// Relief of [`asphalt`]: grit that the water half covers.
+pub(super) fn asphalt_normal() -> Image {
+    emboss("asphalt normal", 512, |x, y| {
+        let dry = smoothstep(0.35, 0.7, fractal(x, y, 2, 5, 103));
+        0.0006 * (0.25 + 0.75 * dry) * noise(x * 96.0, y * 96.0, 96, 107) + 0.002 * fractal(x, y, 4, 3, 109)
+    })
+}
+
 /// A palm frond, its stem along the middle from the bottom up; alpha is the mask.
 pub(super) fn frond() -> Image {
     paint("frond", 512, |x, y| {
