@@ -8,7 +8,7 @@ use lanternfish::settings::{
     Attenuation, Culling, DebugView, Materials, RayCulling, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::Light;
+use lanternfish_scene::{Light, generate::DEMOS};
 
 use crate::{
     choices::choice,
@@ -35,6 +35,9 @@ Examples:
     lanternfish render scene.glb -o scene.exr
   How many lights each pixel looks at:
     lanternfish render demo:atrium --lights rain:1000 --debug-view light-count -o lights.png
+  All flags in a file, and a flag that goes before the file's:
+    lanternfish shot scene.glb --sun 0.3,-1,0.2,3 > shot.toml
+    lanternfish render shot.toml --exposure 1
 
 Units: metres, degrees, candela, lux. +y is up.
 The last line of standard output is the picture's path.";
@@ -55,13 +58,18 @@ pub enum Command {
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_EXAMPLES, args_override_self = true)]
     Render(Box<RenderArgs>),
+    /// Prints a shot: a file that renders what these flags render, with every flag as a key.
+    ///
+    /// A path is written as it is given, and is read relative to the shot's folder.
+    #[command(args_override_self = true)]
+    Shot(Box<RenderArgs>),
     /// Prints what a scene holds, or which adapters can render it.
     Info(InfoArgs),
 }
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// A glTF 2.0 file (.gltf, .glb), or demo:NAME.
+    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), or a built-in scene: {}", demos()))]
     #[arg(required_unless_present = "adapters", value_parser = NonEmptyStringValueParser::new())]
     pub scene: Option<String>,
     /// Lists the adapters of this machine: name, driver, and which optional features they have.
@@ -71,7 +79,7 @@ pub struct InfoArgs {
 
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// A glTF 2.0 file (.gltf, .glb), or demo:NAME for a built-in scene (demo:atrium, demo:cornell).
+    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), a shot (.toml), or a built-in scene: {}", demos()))]
     #[arg(value_parser = NonEmptyStringValueParser::new())]
     pub scene: String,
 
@@ -79,6 +87,8 @@ pub struct RenderArgs {
     pub output: OutputArgs,
     #[command(flatten, next_help_heading = "View")]
     pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "Track (of a shot)")]
+    pub track: TrackArgs,
     #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
     pub lights: LightArgs,
     #[command(flatten, next_help_heading = "Look")]
@@ -92,7 +102,7 @@ pub struct RenderArgs {
 #[derive(Debug, Args)]
 pub struct OutputArgs {
     /// The picture. Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats).
-    /// Without it: the scene's name with .png, in the current folder.
+    /// Without it: the scene's (or shot's) name with .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Width and height of the picture, pixels, each from 1 to 16384.
@@ -101,7 +111,7 @@ pub struct OutputArgs {
     pub size: Size,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct ViewArgs {
     /// Where the camera is, world space, m. Without --target it looks the way it did.
     #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
@@ -116,6 +126,17 @@ pub struct ViewArgs {
     /// that sees the whole scene.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct TrackArgs {
+    /// The moment of the camera track that is rendered, seconds. Without it: the first keyframe's.
+    #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
+    pub time: Option<f32>,
+    /// Renders the whole track as N pictures: name.0001.png and so on.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99_999))]
+    #[arg(allow_hyphen_values = true)]
+    pub frames: Option<u32>,
 }
 
 #[derive(Debug, Args)]
@@ -241,6 +262,11 @@ impl From<bool> for Switch {
     }
 }
 
+/// The built-in scenes as they are named on the command line.
+fn demos() -> String {
+    DEMOS.iter().map(|name| format!("demo:{name}")).collect::<Vec<_>>().join(", ")
+}
+
 fn adapter(text: &str) -> Result<AdapterChoice, String> {
     match text {
         "" => Err("expected a part of an adapter's name, or cpu".to_owned()),
@@ -282,7 +308,7 @@ mod tests {
     fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
         match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {
             Command::Render(args) => Ok(*args),
-            Command::Info(_) => unreachable!("the words start with render"),
+            _ => unreachable!("the words start with render"),
         }
     }
 

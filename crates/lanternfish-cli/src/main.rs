@@ -11,6 +11,7 @@ mod progress;
 mod render;
 mod report;
 mod scene;
+mod shot;
 
 use std::{process::ExitCode, time::Instant};
 
@@ -24,7 +25,8 @@ fn main() -> ExitCode {
     error::install_panic_message();
     quieten_mesa();
     let result = match Cli::parse().command {
-        Command::Render(args) => render::run(&args, started),
+        Command::Render(args) => shot::resolve(*args).and_then(|shot| render::run(&shot, started)),
+        Command::Shot(args) => shot::write(*args),
         Command::Info(args) => info::run(&args),
     };
     match result {

@@ -45,6 +45,14 @@ impl Output {
         Ok(Self { path, format })
     }
 
+    /// The file of a sequence's picture, counted from 1: `name.0001.png`.
+    pub fn numbered(&self, number: u32) -> Self {
+        let mut name = self.path.file_stem().unwrap_or_default().to_owned();
+        name.push(format!(".{number:04}."));
+        name.push(self.path.extension().unwrap_or_default());
+        Self { path: self.path.with_file_name(name), format: self.format }
+    }
+
     /// Whether the file holds the scene's radiance, not what a display shows.
     pub fn is_radiance(&self) -> bool {
         self.format == Format::Exr

@@ -143,12 +143,20 @@ pub fn positive(text: &str) -> Result<f32, String> {
     number(text).filter(|n| *n > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
 }
 
+/// Degrees of a vertical angle of view that are accepted.
+pub const FOV_Y: std::ops::RangeInclusive<f32> = 0.1..=179.0;
+
 /// Degrees of a vertical angle of view, as radians.
 pub fn fov_y(text: &str) -> Result<f32, String> {
     number(text)
-        .filter(|degrees| (0.1..=179.0).contains(degrees))
+        .filter(|degrees| FOV_Y.contains(degrees))
         .map(f32::to_radians)
-        .ok_or_else(|| "expected degrees from 0.1 to 179".to_owned())
+        .ok_or_else(|| format!("expected degrees from {} to {}", FOV_Y.start(), FOV_Y.end()))
+}
+
+/// Seconds of a camera track.
+pub fn time(text: &str) -> Result<f32, String> {
+    number(text).filter(|s| s.abs() <= 1e6).ok_or_else(|| "expected seconds from -1e6 to 1e6".to_owned())
 }
 
 /// Exposure in stops. 2^±64 is far beyond any picture and far inside `f32`.

@@ -35,7 +35,7 @@ impl Progress {
         Self { line, quiet, seconds: Vec::new() }
     }
 
-    /// Runs a step and remembers how long it took. `name` is the report's, `doing` the terminal's.
+    /// Runs a step and remembers how long it took; a step that is run again adds to its seconds. `name` is the report's, `doing` the terminal's.
     pub fn step<T, E>(&mut self, name: &'static str, doing: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         self.line.reset_elapsed();
         self.line.set_message(doing.to_owned());
@@ -43,7 +43,10 @@ impl Progress {
         let started = Instant::now();
         let result = work();
         let seconds = started.elapsed().as_secs_f64();
-        self.seconds.push((name, seconds));
+        match self.seconds.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.seconds.push((name, seconds)),
+        }
         self.line.disable_steady_tick();
         if result.is_ok() {
             self.line.println(format!("  {doing:<32}{seconds:>8.2} s"));

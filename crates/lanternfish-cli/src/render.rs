@@ -2,21 +2,23 @@
 
 use std::{io::Write, time::Instant};
 
-use lanternfish::Renderer;
+use lanternfish::{Renderer, Report};
 use lanternfish_gpu::Gpu;
 use lanternfish_scene::{Scene, generate::light_rain};
 
 use crate::{
-    args::{LightArgs, RenderArgs},
+    args::LightArgs,
     camera,
     error::CliError,
     output::{self, Output},
     progress::Progress,
-    report::Run,
+    report::{self, Run},
     scene,
+    shot::Shot,
 };
 
-pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
+pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
+    let args = &shot.args;
     // Everything that can be refused without work is refused first.
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
     if let Some(path) = &args.run.report {
@@ -41,7 +43,13 @@ pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
         progress
             .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
     }
-    let camera = camera::choose(&scene, &args.view, size.width as f32 / size.height as f32)?;
+    let aspect = size.width as f32 / size.height as f32;
+    let cameras: Vec<_> =
+        shot.views().iter().map(|view| camera::choose(&scene, view, aspect)).collect::<Result<_, _>>()?;
+    let outputs: Vec<_> = match shot.is_sequence() {
+        true => (1..=cameras.len() as u32).map(|number| output.numbered(number)).collect(),
+        false => vec![output],
+    };
 
     let choice = args.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
@@ -49,20 +57,25 @@ pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     drop(scene);
-    let picture =
-        progress.step("render", "Rendering", || renderer.render(&uploaded, &camera, size.width, size.height))?;
-    progress.step("write", &format!("Writing {}", output.path.display()), || output.write(&picture))?;
+    let mut cost = Report::default();
+    for (camera, output) in cameras.iter().zip(&outputs) {
+        let picture =
+            progress.step("render", "Rendering", || renderer.render(&uploaded, camera, size.width, size.height))?;
+        progress.step("write", &format!("Writing {}", output.path.display()), || output.write(&picture))?;
+        report::add(&mut cost, picture.report);
+    }
 
     let mut seconds = progress.finish();
     seconds.push(("total", started.elapsed().as_secs_f64()));
     let run = Run {
         scene: &args.scene,
-        output: &output.path,
+        output: &outputs[0].path,
         adapter: &gpu.description,
         size,
+        frames: shot.is_sequence().then_some(outputs.len()),
         settings: &settings,
         seed: args.run.seed,
-        cost: &picture.report,
+        cost: &cost,
         seconds: &seconds,
     };
     if let Some(path) = &args.run.report {
@@ -72,12 +85,14 @@ pub fn run(args: &RenderArgs, started: Instant) -> Result<(), CliError> {
     if args.run.timings {
         text = run.to_table() + "\n";
     }
-    text += &format!("{}\n", output.path.display());
+    for output in &outputs {
+        text += &format!("{}\n", output.path.display());
+    }
     std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
 }
 
 /// Adds the lights of the flags to those of the file.
-fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) {
+pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) {
     if let Some(rain) = flags.lights {
         scene.lights.extend(light_rain(&scene.bounds(), rain.count, rain.radius, seed, 0.0));
     }

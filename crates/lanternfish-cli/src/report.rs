@@ -24,6 +24,9 @@ struct RunReport<'r> {
     driver: &'r str,
     width: u32,
     height: u32,
+    /// Pictures of a sequence, whose costs are added up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<usize>,
     /// What was chosen, by the names of the command line.
     settings: BTreeMap<&'static str, String>,
     /// In the order in which they ran.
@@ -49,6 +52,8 @@ pub struct Run<'r> {
     pub output: &'r Path,
     pub adapter: &'r AdapterDescription,
     pub size: Size,
+    /// Pictures of a sequence.
+    pub frames: Option<usize>,
     pub settings: &'r Settings,
     /// Of the rain.
     pub seed: u32,
@@ -69,6 +74,7 @@ impl Run<'_> {
             driver: &self.adapter.driver,
             width: self.size.width,
             height: self.size.height,
+            frames: self.frames,
             settings: settings_by_name(self.settings, self.seed),
             passes: self.cost.passes.iter().map(|pass| Pass { name: &pass.name, ms: pass.ms }).collect(),
             counters: self.cost.counters.iter().map(|(name, value)| (name.as_str(), *value)).collect(),
@@ -89,6 +95,22 @@ impl Run<'_> {
             self.adapter.driver,
             table(self.cost, self.seconds)
         )
+    }
+}
+
+/// Adds the cost of another picture to what came before.
+pub fn add(total: &mut Report, picture: Report) {
+    for pass in picture.passes {
+        match total.passes.iter_mut().find(|known| known.name == pass.name) {
+            Some(known) => known.ms += pass.ms,
+            None => total.passes.push(pass),
+        }
+    }
+    for (name, value) in picture.counters {
+        match total.counters.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, known)) => *known += value,
+            None => total.counters.push((name, value)),
+        }
     }
 }
 

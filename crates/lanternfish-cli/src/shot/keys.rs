@@ -1,0 +1,162 @@
+//! The keys of a shot, made from the flags of `render`.
+
+use std::{
+    any::TypeId,
+    error::Error,
+    ffi::{OsStr, OsString},
+    path::PathBuf,
+};
+
+use clap::{Arg, ArgAction, CommandFactory, error::ContextKind, error::ContextValue};
+use glam::Vec3;
+use lanternfish::settings::TileSize;
+use lanternfish_scene::Light;
+
+use crate::{
+    args::{Cli, Switch},
+    parse::Size,
+};
+
+/// A flag as a key.
+#[derive(Debug)]
+pub struct Key {
+    /// The table it is in: the first word of the flag's heading, in lower case.
+    pub table: String,
+    /// Its name: the flag's.
+    pub name: String,
+    /// Whether it holds a list of values, not one: the flag may be said many times.
+    pub repeats: bool,
+    pub kind: Kind,
+    /// What the flag's parser knows it by.
+    pub id: String,
+    arg: Arg,
+}
+
+/// What TOML may hold at a key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// `true` or `false`: the flag or nothing.
+    Flag,
+    /// `true` or `false`, or `"on"` or `"off"`.
+    Switch,
+    /// A number.
+    Number,
+    /// A list of numbers, or a string of them between commas, as on the command line.
+    Numbers,
+    /// `"WxH"` or `[W, H]`.
+    Size,
+    /// A string that is a path.
+    Path,
+    /// Any other string.
+    Text,
+}
+
+/// Every flag of `render`, in the order of help.
+pub fn keys() -> Vec<Key> {
+    let command = Cli::command();
+    let render = command.find_subcommand("render").expect("a subcommand");
+    render.get_arguments().filter_map(Key::new).collect()
+}
+
+impl Key {
+    fn new(arg: &Arg) -> Option<Self> {
+        let name = arg.get_long()?.to_owned();
+        let heading = arg.get_help_heading().expect("every flag is under a heading");
+        let table = heading.split_whitespace().next().expect("a word").to_lowercase();
+        let value = arg.get_value_parser().type_id();
+        let is = |ids: &[TypeId]| ids.iter().any(|id| value == *id);
+        let kind = if matches!(arg.get_action(), ArgAction::SetTrue) {
+            Kind::Flag
+        } else if is(&[TypeId::of::<Switch>()]) {
+            Kind::Switch
+        } else if is(&[TypeId::of::<f32>(), TypeId::of::<u32>(), TypeId::of::<TileSize>()]) {
+            Kind::Number
+        } else if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>()]) {
+            Kind::Numbers
+        } else if is(&[TypeId::of::<Size>()]) {
+            Kind::Size
+        } else if is(&[TypeId::of::<PathBuf>()]) {
+            Kind::Path
+        } else {
+            Kind::Text
+        };
+        let repeats = matches!(arg.get_action(), ArgAction::Append);
+        Some(Self { table, name, repeats, kind, id: arg.get_id().to_string(), arg: arg.clone() })
+    }
+
+    /// The word of the command line that says this value; none for a flag that is off.
+    pub fn word(&self, value: &OsStr) -> Option<OsString> {
+        let mut word = OsString::from(format!("--{}", self.name));
+        if self.kind == Kind::Flag {
+            return (value == "true").then_some(word);
+        }
+        word.push("=");
+        word.push(value);
+        Some(word)
+    }
+
+    /// What the flag's parser has against a value.
+    pub fn refuses(&self, value: &OsStr) -> Option<String> {
+        let words = ["lanternfish".into(), "render".into(), "scene".into()].into_iter().chain(self.word(value));
+        let error = Cli::command().try_get_matches_from(words).err()?;
+        if let Some(reason) = error.source() {
+            return Some(reason.to_string());
+        }
+        match error.get(ContextKind::ValidValue) {
+            Some(ContextValue::Strings(known)) if !known.is_empty() => {
+                let nearest = nearest(&value.to_string_lossy(), known.iter().map(String::as_str));
+                Some(format!("expected one of {}; did you mean {nearest:?}?", known.join(", ")))
+            }
+            _ => Some(format!("expected {}", self.expected())),
+        }
+    }
+
+    /// What is written at this key, in words of an error: `a list of numbers, [x,y,z]`.
+    pub fn expected(&self) -> String {
+        let kind = match self.kind {
+            _ if self.repeats => "a list",
+            Kind::Flag | Kind::Switch => return "true or false".to_owned(),
+            Kind::Size => return "[W, H] in pixels, or \"WxH\"".to_owned(),
+            Kind::Number => "a number",
+            Kind::Numbers => "a list of numbers",
+            Kind::Path | Kind::Text => "a string",
+        };
+        format!("{kind}, {}", self.sample())
+    }
+
+    /// What stands at this key where it is not set: `[x,y,z]`.
+    pub fn sample(&self) -> String {
+        let name = self.arg.get_value_names().and_then(|names| names.first()).map_or("", |name| name.as_str());
+        let one = match self.kind {
+            Kind::Flag | Kind::Switch => "true".to_owned(),
+            Kind::Number => name.to_owned(),
+            Kind::Numbers => format!("[{name}]"),
+            Kind::Size | Kind::Path | Kind::Text => format!("\"{name}\""),
+        };
+        if self.repeats { format!("[{one}, …]") } else { one }
+    }
+
+    /// The flag's help, and the names it knows.
+    pub fn help(&self) -> String {
+        // The command line's help leaves the last full stop out.
+        let mut help = self.arg.get_help().map(|help| format!("{help}.")).unwrap_or_default();
+        let known: Vec<_> = self.arg.get_possible_values().iter().map(|value| value.get_name().to_owned()).collect();
+        if !known.is_empty() && matches!(self.kind, Kind::Text | Kind::Number) {
+            help += &format!(" One of: {}.", known.join(", "));
+        }
+        help
+    }
+
+    /// The value of the flag where nobody says one.
+    pub fn default(&self) -> Option<&OsStr> {
+        match self.kind {
+            Kind::Flag => Some(OsStr::new("false")),
+            _ => self.arg.get_default_values().first().map(AsRef::as_ref),
+        }
+    }
+}
+
+/// The name that is spelt most like `name`.
+pub fn nearest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> &'n str {
+    known.min_by_key(|known| strsim::damerau_levenshtein(name, known)).unwrap_or_default()
+}

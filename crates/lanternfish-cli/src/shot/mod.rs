@@ -1,0 +1,184 @@
+//! Shots: everything a picture or a sequence is made from, in one TOML file.
+//!
+//! ```toml
+//! scene = "court.glb"
+//!
+//! [output]
+//! size = [1920, 1080]
+//!
+//! [lights]
+//! sun = [0.3, -1, 0.2, 3]
+//! point = [[0, 2.5, 0, 100], [3, 2, 1, 80, 0.6, 0.8, 1]]
+//!
+//! [track]
+//! frames = 48
+//! interpolation = "catmull-rom"
+//! keyframes = [
+//!     { time = 0, eye = [6, 2, -1], target = [0, 2, 0], fov-y = 60 },
+//!     { time = 2, eye = [0, 2, 8], target = [0, 2, 0], fov-y = 45 },
+//! ]
+//! ```
+//!
+//! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render`: both come from the
+//! flags themselves, so a new flag is a new key. Values are read by the flags' own parsers. Only `scene`, and
+//! `interpolation` and `keyframes` of `[track]`, are keys alone. Paths are relative to the shot's folder. A flag on the
+//! command line goes before the shot's key; `--point` adds to the shot's.
+
+mod keys;
+mod read;
+mod track;
+mod write;
+
+pub use write::write;
+
+use std::{
+    ffi::OsString,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use clap::{ArgMatches, CommandFactory, Parser, parser::ValueSource};
+
+use crate::{
+    args::{Cli, Command, RenderArgs, ViewArgs},
+    error::CliError,
+    output,
+};
+use keys::Key;
+use track::Track;
+
+/// Most bytes of a shot: what is larger is something else.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// What is rendered, and how.
+#[derive(Debug)]
+pub struct Shot {
+    /// The shot's keys and the command line's flags.
+    pub args: RenderArgs,
+    track: Option<Track>,
+    /// Every flag that was said, shot's first, in the command line's spelling.
+    words: Vec<(String, OsString)>,
+}
+
+/// What the arguments ask for: as they are where they name a scene, else the shot they name, under its flags.
+pub fn resolve(args: RenderArgs) -> Result<Shot, CliError> {
+    // The arguments of this process, once more: which were said, and which are defaults.
+    let matches = Cli::command().get_matches();
+    let flags = matches.subcommand().map(|(_, matches)| said(matches)).unwrap_or_default();
+    let shot = match is_shot(&args.scene) {
+        true => read(Path::new(&args.scene), flags)?,
+        false => Shot { args, track: None, words: flags },
+    };
+    shot.check()?;
+    Ok(shot)
+}
+
+/// Whether a source is a shot, not a scene.
+fn is_shot(source: &str) -> bool {
+    let ending = Path::new(source).extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    !source.starts_with("demo:") && ending.eq_ignore_ascii_case("toml")
+}
+
+/// Reads a shot; `flags` (id and value) go before its keys.
+fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliError> {
+    let keys = keys::keys();
+    let failed = |what: &dyn std::fmt::Display, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
+    let size = fs::metadata(path).map_err(|error| failed(&error, "check the path"))?;
+    if !size.is_file() || size.len() > MOST_BYTES {
+        return Err(failed(&"this is no shot", "name a scene, or a shot: a .toml file"));
+    }
+    let text = fs::read_to_string(path).map_err(|error| failed(&error, "a shot is text in UTF-8"))?;
+    let read::File { scene, mut words, track } = read::file(path, &text, &keys)?;
+
+    // One moment or the whole track: what the command line says takes both keys' place.
+    let chooses_when = |(id, _): &(String, OsString)| id == "time" || id == "frames";
+    if flags.iter().any(chooses_when) {
+        words.retain(|word| !chooses_when(word));
+    }
+    words.extend(flags);
+    let mut args = parsed(&scene, &words, &keys);
+    if args.output.output.is_none() {
+        let mut name = path.file_stem().unwrap_or_default().to_owned();
+        name.push(".png");
+        args.output.output = Some(PathBuf::from(name));
+    }
+    if args.run.report.as_ref().is_some_and(|report| output::same_file(report, path)) {
+        return Err(failed(&"both the shot and --report", "give them different names"));
+    }
+    Ok(Shot { args, track, words })
+}
+
+/// The flags that were said, in the order of help, by id and value.
+fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
+    let mut words = Vec::new();
+    for key in keys::keys() {
+        if matches.value_source(&key.id) == Some(ValueSource::CommandLine) {
+            let values = matches.get_raw(&key.id).into_iter().flatten();
+            words.extend(values.map(|value| (key.id.clone(), value.to_owned())));
+        }
+    }
+    words
+}
+
+/// The arguments of `render` for words that were each let through before.
+fn parsed(scene: &str, words: &[(String, OsString)], keys: &[Key]) -> RenderArgs {
+    let mut line: Vec<OsString> = vec!["lanternfish".into(), "render".into()];
+    for (id, value) in words {
+        let key = keys.iter().find(|key| key.id == *id).expect("words are made from keys");
+        line.extend(key.word(value));
+    }
+    line.extend(["--".into(), scene.into()]);
+    match Cli::try_parse_from(line).unwrap_or_else(|error| error.exit()).command {
+        Command::Render(args) => *args,
+        _ => unreachable!("the words start with render"),
+    }
+}
+
+impl Shot {
+    /// What can be refused before any work.
+    fn check(&self) -> Result<(), CliError> {
+        let when = &self.args.track;
+        if when.time.is_some() && when.frames.is_some() {
+            return Err(CliError::new("both --time and --frames", "give one: a moment, or the whole track"));
+        }
+        let flag = if when.time.is_some() { "--time" } else { "--frames" };
+        match (&self.track, when.time) {
+            (None, _) if when.time.is_some() || when.frames.is_some() => Err(CliError::new(
+                format!("{flag}: {} has no camera track", self.args.scene),
+                "render a shot (.toml) that has a [track]; `lanternfish shot SCENE` writes one to fill in",
+            )),
+            (Some(track), Some(time)) if !(track.first()..=track.last()).contains(&time) => Err(CliError::new(
+                format!("--time {time}: the camera track runs from {} to {} s", track.first(), track.last()),
+                "choose a moment of it",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether the pictures are numbered.
+    pub fn is_sequence(&self) -> bool {
+        self.args.track.frames.is_some()
+    }
+
+    /// One view a picture. What flags say of the camera stays as said; the rest follows the track.
+    pub fn views(&self) -> Vec<ViewArgs> {
+        let view = &self.args.view;
+        let Some(track) = &self.track else { return vec![view.clone()] };
+        let at = |time: f32| {
+            let moment = track.at(time);
+            ViewArgs {
+                eye: view.eye.or(moment.eye),
+                target: view.target.or(moment.target),
+                fov_y: view.fov_y.or(moment.fov_y),
+                ..view.clone()
+            }
+        };
+        match self.args.track.frames {
+            None => vec![at(self.args.track.time.unwrap_or(track.first()))],
+            Some(frames) => (0..frames).map(|frame| at(track.moment(frame, frames))).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,278 @@
+//! From a shot's text to the words of the command line. Every error is at a line and a column.
+
+use std::{
+    ffi::{OsStr, OsString},
+    ops::Range,
+    path::Path,
+};
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use super::{
+    keys::{Key, Kind, nearest},
+    track::{Interpolation, Moment, Track},
+};
+use crate::{error::CliError, parse};
+
+/// What a shot says.
+#[derive(Debug)]
+pub struct File {
+    /// A file, relative to the current folder, or `demo:NAME`.
+    pub scene: String,
+    /// Its keys as flags: id and value, each of which the flag's parser has let through.
+    pub words: Vec<(String, OsString)>,
+    pub track: Option<Track>,
+}
+
+type Entry<'t> = (&'t str, Range<usize>, &'t Spanned<DeValue<'t>>);
+
+/// Reads the shot at `path`.
+pub fn file(path: &Path, text: &str, keys: &[Key]) -> Result<File, CliError> {
+    Reader { path, text, keys }.file()
+}
+
+struct Reader<'r> {
+    path: &'r Path,
+    text: &'r str,
+    keys: &'r [Key],
+}
+
+impl Reader<'_> {
+    fn file(&self) -> Result<File, CliError> {
+        let root = DeTable::parse(self.text).map_err(|error| {
+            let place = error.span().map_or(self.text.len(), |span| span.start);
+            self.error(place, error.message(), "the file is TOML: name = value, and [table]")
+        })?;
+        let mut file = File { scene: String::new(), words: Vec::new(), track: None };
+        let mut scene = None;
+        for (name, place, value) in entries(root.get_ref()) {
+            let table = value.get_ref();
+            match name {
+                "scene" => scene = Some(self.scene(value)?),
+                _ if !self.keys.iter().any(|key| key.table == name) => {
+                    let tables = self.keys.iter().map(|key| key.table.as_str()).chain(["scene"]);
+                    return Err(self.unknown(place.start, name, None, tables));
+                }
+                _ => {
+                    let DeValue::Table(table) = table else {
+                        return Err(self.error(
+                            place.start,
+                            &format!("`{name}` is a table"),
+                            format!("write [{name}]"),
+                        ));
+                    };
+                    self.table(name, table, &mut file)?;
+                }
+            }
+        }
+        file.scene = scene.ok_or_else(|| self.error(0, "no scene", "start with scene = \"FILE\""))?;
+        Ok(file)
+    }
+
+    fn scene(&self, value: &Spanned<DeValue<'_>>) -> Result<String, CliError> {
+        let DeValue::String(scene) = value.get_ref() else {
+            return Err(self.wrong("scene", value, "expected a string, \"FILE\" or \"demo:NAME\""));
+        };
+        if scene.is_empty() || super::is_shot(scene) {
+            return Err(self.wrong("scene", value, "expected a scene, not nothing and not a shot"));
+        }
+        match scene.starts_with("demo:") {
+            true => Ok(scene.to_string()),
+            // Its folder was given as text, and the file has text only.
+            false => Ok(self.beside(scene).to_string_lossy().into_owned()),
+        }
+    }
+
+    fn table(&self, table: &str, content: &DeTable<'_>, file: &mut File) -> Result<(), CliError> {
+        let (mut interpolation, mut keyframes) = (Interpolation::default(), None);
+        for (name, place, value) in entries(content) {
+            if let Some(key) = self.keys.iter().find(|key| key.table == table && key.name == name) {
+                for word in self.words(key, value)? {
+                    file.words.push((key.id.clone(), word));
+                }
+                continue;
+            }
+            match (table, name) {
+                ("track", "interpolation") => interpolation = self.interpolation(value)?,
+                ("track", "keyframes") => keyframes = Some(self.keyframes(value)?),
+                _ => {
+                    let here = self.keys.iter().filter(|key| key.table == table).map(|key| key.name.as_str());
+                    let more: &[&str] = if table == "track" { &["interpolation", "keyframes"] } else { &[] };
+                    return Err(self.unknown(place.start, name, Some(table), here.chain(more.iter().copied())));
+                }
+            }
+        }
+        if let Some(keyframes) = keyframes {
+            file.track = Some(Track { interpolation, keyframes });
+        }
+        Ok(())
+    }
+
+    /// The values of a key, as the command line would say them.
+    fn words(&self, key: &Key, value: &Spanned<DeValue<'_>>) -> Result<Vec<OsString>, CliError> {
+        let values: Vec<&Spanned<DeValue<'_>>> = match value.get_ref() {
+            DeValue::Array(list) if key.repeats => list.iter().collect(),
+            _ if key.repeats => {
+                return Err(self.wrong(&key.name, value, &format!("expected {}", key.expected())));
+            }
+            _ => vec![value],
+        };
+        let mut words = Vec::new();
+        for value in values {
+            let expected = || self.wrong(&key.name, value, &format!("expected {}", key.expected()));
+            let word = self.word(key.kind, value.get_ref()).ok_or_else(expected)?;
+            if let Some(reason) = key.refuses(&word) {
+                return Err(self.wrong(&key.name, value, &reason));
+            }
+            words.push(word);
+        }
+        Ok(words)
+    }
+
+    fn word(&self, kind: Kind, value: &DeValue<'_>) -> Option<OsString> {
+        Some(match (kind, value) {
+            (Kind::Flag, DeValue::Boolean(on)) => on.to_string().into(),
+            (Kind::Switch, DeValue::Boolean(on)) => if *on { "on" } else { "off" }.into(),
+            (Kind::Path, DeValue::String(path)) if path.is_empty() => OsString::new(),
+            (Kind::Path, DeValue::String(path)) => self.beside(path).into_os_string(),
+            (Kind::Switch | Kind::Text | Kind::Numbers | Kind::Size, DeValue::String(text)) => {
+                OsStr::new(text.as_ref()).to_owned()
+            }
+            (Kind::Number, number) => digits(number)?.into(),
+            (Kind::Numbers | Kind::Size, DeValue::Array(list)) => {
+                let numbers: Option<Vec<_>> = list.iter().map(|number| digits(number.get_ref())).collect();
+                numbers?.join(if kind == Kind::Size { "x" } else { "," }).into()
+            }
+            _ => return None,
+        })
+    }
+
+    fn interpolation(&self, value: &Spanned<DeValue<'_>>) -> Result<Interpolation, CliError> {
+        let name = if let DeValue::String(name) = value.get_ref() { name } else { "" };
+        Interpolation::NAMES.iter().find(|(known, _)| *known == name).map(|(_, known)| *known).ok_or_else(|| {
+            let known = Interpolation::NAMES.map(|(known, _)| known).join(", ");
+            self.wrong("interpolation", value, &format!("expected one of {known}"))
+        })
+    }
+
+    fn keyframes(&self, value: &Spanned<DeValue<'_>>) -> Result<Vec<Moment>, CliError> {
+        let expected = "expected a list of { time, eye, target, fov-y }, with at least one";
+        let DeValue::Array(list) = value.get_ref() else { return Err(self.wrong("keyframes", value, expected)) };
+        let mut frames: Vec<Moment> = Vec::new();
+        for entry in list {
+            let DeValue::Table(table) = entry.get_ref() else {
+                return Err(self.wrong("keyframes", entry, expected));
+            };
+            let frame = self.keyframe(entry.span().start, table)?;
+            let place = entry.span().start;
+            if let Some(before) = frames.last() {
+                if frame.time <= before.time {
+                    let what = format!("keyframe at {} s after one at {} s", frame.time, before.time);
+                    return Err(self.error(place, &what, "put keyframes in the order of time, no two at one"));
+                }
+                let keys = |frame: &Moment| [frame.eye.is_some(), frame.target.is_some(), frame.fov_y.is_some()];
+                if keys(&frame) != keys(before) {
+                    let what = "this keyframe has other keys than the one before";
+                    return Err(self.error(place, what, "give eye, target and fov-y in every keyframe or in none"));
+                }
+            }
+            frames.push(frame);
+        }
+        if frames.is_empty() {
+            return Err(self.wrong("keyframes", value, expected));
+        }
+        Ok(frames)
+    }
+
+    fn keyframe(&self, place: usize, table: &DeTable<'_>) -> Result<Moment, CliError> {
+        let mut frame = Moment::default();
+        let mut time = None;
+        for (name, place, value) in entries(table) {
+            let kind = if matches!(name, "eye" | "target") { Kind::Numbers } else { Kind::Number };
+            let word = self.word(kind, value.get_ref()).and_then(|word| word.into_string().ok());
+            let word = word.as_deref().unwrap_or_default();
+            let wrong = |reason: String| self.wrong(name, value, &reason);
+            match name {
+                "time" => time = Some(parse::time(word).map_err(wrong)?),
+                "eye" => frame.eye = Some(parse::position(word).map_err(wrong)?),
+                "target" => frame.target = Some(parse::position(word).map_err(wrong)?),
+                "fov-y" => frame.fov_y = Some(parse::fov_y(word).map_err(wrong)?),
+                _ => {
+                    let known = ["time", "eye", "target", "fov-y"];
+                    return Err(self.unknown(place.start, name, Some("keyframes"), known.into_iter()));
+                }
+            }
+        }
+        frame.time = time.ok_or_else(|| self.error(place, "a keyframe without a time", "add time = SECONDS"))?;
+        if frame.eye.is_none() && frame.target.is_none() && frame.fov_y.is_none() {
+            return Err(self.error(place, "a keyframe without a camera", "add eye, target or fov-y"));
+        }
+        Ok(frame)
+    }
+
+    /// A path of the shot, relative to the current folder.
+    fn beside(&self, path: &str) -> std::path::PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(path)
+    }
+
+    /// An unknown key of a table, or an unknown table.
+    fn unknown<'k>(
+        &self,
+        place: usize,
+        name: &str,
+        table: Option<&str>,
+        known: impl Iterator<Item = &'k str>,
+    ) -> CliError {
+        let what = match table {
+            Some(table) => format!("unknown key `{name}` in [{table}]"),
+            None => format!("unknown key `{name}`"),
+        };
+        let elsewhere = self.keys.iter().find(|key| key.name == name).map(|key| key.table.as_str());
+        let hint = match elsewhere {
+            Some(other) => format!("`{name}` belongs in [{other}]"),
+            None => format!("did you mean `{}`?", nearest(name, known)),
+        };
+        self.error(place, &what, hint)
+    }
+
+    /// A value that cannot be.
+    fn wrong(&self, name: &str, value: &Spanned<DeValue<'_>>, expected: &str) -> CliError {
+        let text: String = self.text[value.span()].split_whitespace().collect::<Vec<_>>().join(" ");
+        let text = match text.char_indices().nth(60) {
+            Some((end, _)) => format!("{} …", &text[..end]),
+            None => text,
+        };
+        self.error(value.span().start, &format!("{name} = {text}: not possible"), expected)
+    }
+
+    /// An error at a byte of the file.
+    fn error(&self, place: usize, what: &str, hint: impl Into<String>) -> CliError {
+        let before = &self.text[..self.text.floor_char_boundary(place)];
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        CliError::new(format!("{}:{line}:{column}: {what}", self.path.display()), hint)
+    }
+}
+
+/// The entries of a table, in the order of the file, so that the first mistake is the one that is told.
+fn entries<'t>(table: &'t DeTable<'t>) -> Vec<Entry<'t>> {
+    let mut entries: Vec<Entry<'t>> =
+        table.iter().map(|(name, value)| (name.get_ref().as_ref(), name.span(), value)).collect();
+    entries.sort_by_key(|(_, span, _)| span.start);
+    entries
+}
+
+/// A number as the command line would say it.
+fn digits(value: &DeValue<'_>) -> Option<String> {
+    match value {
+        DeValue::Float(number) => Some(number.as_str().to_owned()),
+        DeValue::Integer(number) if number.radix() == 10 => Some(number.as_str().to_owned()),
+        DeValue::Integer(number) => {
+            i64::from_str_radix(number.as_str(), number.radix()).ok().map(|number| number.to_string())
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,221 @@
+use std::{collections::BTreeSet, fs};
+
+use glam::Vec3;
+use lanternfish::settings::{Culling, DebugView, TileSize, Tiled, ToneMap};
+
+use super::{keys::keys, *};
+
+/// The shot of this text in a folder of its own, under these flags.
+fn shot(text: &str, flags: &str) -> Result<Shot, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("shot.toml");
+    fs::write(&path, text).unwrap();
+    let line = ["lanternfish", "render", "shot.toml"].into_iter().chain(flags.split_whitespace());
+    let matches = Cli::command().try_get_matches_from(line).unwrap();
+    let shot = read(&path, said(matches.subcommand().unwrap().1)).and_then(|shot| shot.check().map(|()| shot));
+    shot.map_err(|error| error.to_string().replace(&format!("{}/", folder.path().display()), ""))
+}
+
+/// The text of the shot, and of the same shot written and read again.
+fn twice(shot_: &Shot) -> (String, String) {
+    let first = text(shot_);
+    let second = text(&shot(&first, "").unwrap());
+    (first, second)
+}
+
+fn text(shot: &Shot) -> String {
+    write::text(shot, None).unwrap()
+}
+
+const TRACK: &str = "scene = \"demo:cornell\"
+[track]
+interpolation = \"catmull-rom\"
+keyframes = [
+    { time = 0, eye = [0, 0, 4], target = [0, 1, 0], fov-y = 40 },
+    { time = 1.5, eye = [1, 0, 4], target = [0, 1, 0], fov-y = 50 },
+    { time = 2, eye = [3, 0, 4], target = [0, 1, 0], fov-y = 45 },
+]
+";
+
+#[test]
+fn every_flag_has_a_key_of_its_own() {
+    let command = Cli::command();
+    let flags: BTreeSet<_> = command.find_subcommand("render").unwrap().get_opts().map(|arg| arg.get_id()).collect();
+    let known = keys();
+    assert_eq!(known.len(), flags.len());
+    for (i, key) in known.iter().enumerate() {
+        let same = |other: &&Key| (&other.table, &other.name) == (&key.table, &key.name);
+        assert_eq!(known[i..].iter().filter(same).count(), 1, "{}.{}", key.table, key.name);
+    }
+    let tables: BTreeSet<_> = known.iter().map(|key| key.table.as_str()).collect();
+    assert_eq!(
+        tables.into_iter().collect::<Vec<_>>(),
+        ["lights", "look", "output", "run", "technique", "track", "view"]
+    );
+}
+
+#[test]
+fn every_kind_of_value_reaches_its_flag() {
+    let text = r#"
+        scene = "demo:atrium"
+        output = { size = [64, 48], output = "a.exr" }
+        [view]
+        eye = [1, -2.5, 3e0]
+        target = "0,1,0"
+        camera = "court"
+        [lights]
+        point = [[0, 1, 2, 3], "4,5,6,7,1,0.5,0,8"]
+        sun = [0, -1, 0, 3]
+        lights = "rain:10:0.5"
+        [look]
+        tone-map = "aces"
+        exposure = -1
+        debug-view = "normal"
+        [technique]
+        tile-size = 32
+        aabb = false
+        [run]
+        seed = 0x10
+        timings = true
+        quiet = false
+    "#;
+    let args = shot(text, "").unwrap().args;
+    assert_eq!(args.scene, "demo:atrium");
+    assert_eq!((args.output.size.width, args.output.size.height), (64, 48));
+    assert_eq!((args.view.eye, args.view.target), (Some(Vec3::new(1.0, -2.5, 3.0)), Some(Vec3::Y)));
+    assert_eq!(args.view.camera.as_deref(), Some("court"));
+    assert_eq!((args.lights.points.len(), args.lights.points[1].range), (2, Some(8.0)));
+    assert_eq!(args.lights.sun.as_ref().unwrap().direction, Vec3::NEG_Y);
+    assert_eq!(args.lights.lights.unwrap().radius, Some(0.5));
+    assert_eq!((args.run.seed, args.run.timings, args.run.quiet), (16, true, false));
+    let settings = args.settings();
+    assert_eq!((settings.tone_map, settings.exposure), (ToneMap::Aces, -1.0));
+    assert_eq!(settings.debug_view, Some(DebugView::Normal));
+    assert_eq!(settings.culling, Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
+}
+
+#[test]
+fn mistakes_are_at_a_line_and_a_column() {
+    for (text, words) in [
+        ("", &["shot.toml:1:1: no scene", "scene = "][..]),
+        ("scene = 5", &["shot.toml:1:9: scene = 5", "string"]),
+        ("scene = \"other.toml\"", &["shot.toml:1:9", "not a shot"]),
+        ("scene = \"a\"\nscene = \"b\"", &["shot.toml:2:1", "duplicate key"]),
+        ("scene = \"a\"\n[output\n", &["shot.toml:2:8"]),
+        ("scne = \"a\"", &["shot.toml:1:1: unknown key `scne`", "did you mean `scene`?"]),
+        ("[ligths]", &["shot.toml:1:2: unknown key `ligths`", "`lights`"]),
+        ("output = \"a.png\"", &["shot.toml:1:1: `output` is a table", "[output]"]),
+        ("[look]\n  exposre = 1", &["shot.toml:2:3: unknown key `exposre` in [look]", "`exposure`"]),
+        ("[look]\nsize = 1", &["shot.toml:2:1", "`size` belongs in [output]"]),
+        ("[look]\nfov_y = 1\n", &["shot.toml:2:1: unknown key `fov_y`"]),
+        ("[view]\nfov_y = 1\n", &["shot.toml:2:1: unknown key `fov_y`", "`fov-y`"]),
+        ("[look]\nexposure = \"1\"", &["shot.toml:2:12: exposure = \"1\"", "expected a number, EV"]),
+        ("[look]\nexposure = nan", &["shot.toml:2:12", "stops from -64 to 64"]),
+        ("[look]\ntone-map = \"asec\"", &["shot.toml:2:12", "none, neutral, reinhard, aces", "\"aces\""]),
+        ("[output]\nsize = [0, 5]", &["shot.toml:2:8: size = [0, 5]", "from 1 to 16384"]),
+        ("[output]\noutput = \"\"", &["shot.toml:2:10"]),
+        ("[output]\nsize = 1979-05-27", &["shot.toml:2:8", "[W, H]"]),
+        ("[view]\neye = [1,\n 2]", &["shot.toml:2:7: eye = [1, 2]", "three numbers"]),
+        ("[view]\neye = [true]", &["shot.toml:2:7", "[x,y,z]"]),
+        ("[lights]\npoint = [0, 1, 2, 3]", &["shot.toml:2:10", "[x,y,z,cd[,r,g,b[,range]]]"]),
+        ("[lights]\npoint = [[0, 1, 2, 3],\n [4]]", &["shot.toml:3:2: point = [4]", "x,y,z,cd"]),
+        ("[lights]\nlights = \"rain:4000000000\"", &["shot.toml:2:10", "at most 2097152"]),
+        ("[run]\ntimings = \"yes\"", &["shot.toml:2:11", "true or false"]),
+        ("[run]\nseed = -1", &["shot.toml:2:8: seed = -1"]),
+        ("[track]\nframes = 0", &["shot.toml:2:10: frames = 0"]),
+        ("[track]\nkeyframes = []", &["shot.toml:2:13", "at least one"]),
+        ("[track]\ninterpolation = \"cubic\"", &["shot.toml:2:17", "linear, catmull-rom"]),
+        ("[[track.keyframes]]\neye = [0, 0, 0]", &["shot.toml:1:1", "time = SECONDS"]),
+        ("[[track.keyframes]]\ntime = 0", &["shot.toml:1:1", "eye, target or fov-y"]),
+        ("[[track.keyframes]]\ntime = 0\neyes = 1", &["shot.toml:3:1: unknown key `eyes`", "`eye`"]),
+        ("[[track.keyframes]]\ntime = 0\nfov-y = 180", &["shot.toml:3:9", "0.1 to 179"]),
+        (
+            "[[track.keyframes]]\ntime = 1\nfov-y = 9\n[[track.keyframes]]\ntime = 1\nfov-y = 8",
+            &["shot.toml:4:1", "order of time"],
+        ),
+        (
+            "[[track.keyframes]]\ntime = 1\nfov-y = 9\n[[track.keyframes]]\ntime = 2\neye = [0,0,0]",
+            &["shot.toml:4:1", "other keys"],
+        ),
+    ] {
+        let error = shot(text, "").unwrap_err();
+        for word in words {
+            assert!(error.contains(word), "{text:?}: {word:?} is not in: {error}");
+        }
+    }
+}
+
+#[test]
+fn names_are_relative_to_the_shot() {
+    let folder = Path::new("some/folder");
+    let text = "scene = \"../court.glb\"\n[output]\noutput = \"a.png\"\n[run]\nreport = \"/r.json\"\nadapter = \"cpu\"";
+    let file = read::file(&folder.join("shot.toml"), text, &keys()).unwrap();
+    assert_eq!(Path::new(&file.scene), folder.join("../court.glb"));
+    let word = |id: &str| &file.words.iter().find(|(known, _)| known == id).unwrap().1;
+    assert_eq!(Path::new(word("output")), folder.join("a.png"));
+    assert_eq!((word("report"), word("adapter")), (&"/r.json".into(), &"cpu".into()));
+    // Without a name, the picture is called as the shot, in the current folder.
+    assert_eq!(shot("scene = \"a.glb\"", "").unwrap().args.output.output, Some("shot.png".into()));
+}
+
+#[test]
+fn flags_go_before_keys_and_points_add_up() {
+    let text = "scene = \"demo:cornell\"\n[lights]\npoint = [[0, 1, 2, 3]]\n[look]\nexposure = 1\ntone-map = \"aces\"";
+    let args = shot(text, "--exposure 2 --point 1,1,1,1 -o b.png").unwrap().args;
+    assert_eq!((args.look.exposure, args.look.tone_map, args.lights.points.len()), (2.0, ToneMap::Aces, 2));
+    assert_eq!(args.output.output, Some("b.png".into()));
+    // A flag's default is not said, so it takes no key's place.
+    assert_eq!(shot(text, "").unwrap().args.look.exposure, 1.0);
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let shots = [
+        ("scene = \"demo:atrium\"", ""),
+        (TRACK, "--frames 7"),
+        (TRACK, "--time .5 --eye -.5,+1,1e30 --quiet --exposure -.5 --seed 4294967295 --aabb off --tile-size 8"),
+        (
+            "scene = \"demo:atrium\"",
+            "--point -1,2,3,4 --point 1,2,3,4,.1,.2,.3,5 --sun 0,-1,0,1e3 --lights rain:5 --sky 0,0.1,1 --camera \"\\ \
+             --debug-view nan --adapter cpu --fov-y 33.3 --size 7X9 --range-threshold 1e-30",
+        ),
+    ];
+    for (toml, flags) in shots {
+        let flags = flags.replace("1e30", "1e11");
+        let shot = shot(toml, &flags).unwrap();
+        let (first, second) = twice(&shot);
+        assert_eq!(first, second);
+        assert!(first.lines().all(|line| line.chars().count() <= 120), "{first}");
+        let again = self::shot(&first, "").unwrap();
+        assert_eq!(format!("{:?}", again.args), format!("{:?}", shot.args));
+        assert_eq!(again.track.is_some(), shot.track.is_some());
+        assert_eq!(format!("{:?}", again.views()), format!("{:?}", shot.views()));
+        for key in keys() {
+            assert!(first.contains(&format!("\n{} = ", key.name)) || first.contains(&format!("\n# {} = ", key.name)));
+        }
+    }
+}
+
+#[test]
+fn views_follow_the_track_unless_flags_say_otherwise() {
+    let views = |flags: &str| shot(TRACK, flags).unwrap().views();
+    assert_eq!(views("")[0].eye, Some(Vec3::new(0.0, 0.0, 4.0)));
+    assert_eq!(views("--time 1.5")[0].fov_y, Some(50f32.to_radians()));
+    let sequence = views("--frames 5 --target 9,9,9");
+    assert_eq!(sequence.len(), 5);
+    assert!(sequence.iter().all(|view| view.target == Some(Vec3::splat(9.0))));
+    assert_eq!((sequence[3].eye, sequence[4].eye), (Some(Vec3::new(1.0, 0.0, 4.0)), Some(Vec3::new(3.0, 0.0, 4.0))));
+
+    // A moment on the command line takes the place of the shot's sequence.
+    let text = TRACK.replace("[track]", "[track]\nframes = 3");
+    assert!(shot(&text, "").unwrap().is_sequence() && !shot(&text, "--time 1").unwrap().is_sequence());
+    for (text, flags, word) in [
+        (TRACK, "--time 2.5", "from 0 to 2 s"),
+        (TRACK, "--time 1 --frames 2", "both --time and --frames"),
+        ("scene = \"demo:atrium\"", "--time 1", "--time: demo:atrium has no camera track"),
+        ("scene = \"demo:atrium\"", "--frames 2", "--frames: demo:atrium has no camera track"),
+    ] {
+        let error = shot(text, flags).unwrap_err();
+        assert!(error.contains(word), "{error}");
+    }
+}

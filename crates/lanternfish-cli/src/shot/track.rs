@@ -1,0 +1,163 @@
+//! A camera that moves: keyframes and what is between them.
+
+use std::ops::{Add, Mul, Sub};
+
+use glam::Vec3;
+
+use crate::parse;
+
+/// What the camera is at one moment. Every keyframe of a track has the same of the three.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Seconds.
+    pub time: f32,
+    /// World space, m.
+    pub eye: Option<Vec3>,
+    /// World space, m.
+    pub target: Option<Vec3>,
+    /// Full vertical angle, radians.
+    pub fov_y: Option<f32>,
+}
+
+/// What is between two keyframes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Straight lines: corners at the keyframes.
+    #[default]
+    Linear,
+    /// A smooth curve through the keyframes.
+    CatmullRom,
+}
+
+impl Interpolation {
+    /// Every one, by name.
+    pub const NAMES: [(&str, Self); 2] = [("linear", Self::Linear), ("catmull-rom", Self::CatmullRom)];
+}
+
+/// Keyframes in the order of time, no two at one, at least one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    pub interpolation: Interpolation,
+    pub keyframes: Vec<Moment>,
+}
+
+impl Track {
+    /// When it starts, seconds.
+    pub fn first(&self) -> f32 {
+        self.keyframes[0].time
+    }
+
+    /// When it ends, seconds.
+    pub fn last(&self) -> f32 {
+        self.keyframes[self.keyframes.len() - 1].time
+    }
+
+    /// When frame `index` of `count` is: the first frame where the track starts, the last where it ends.
+    pub fn moment(&self, index: u32, count: u32) -> f32 {
+        if index + 1 == count && count > 1 {
+            return self.last();
+        }
+        let share = f64::from(index) / f64::from((count - 1).max(1));
+        (f64::from(self.first()) + share * (f64::from(self.last()) - f64::from(self.first()))) as f32
+    }
+
+    /// The camera at a time, seconds; before the start as at the start, after the end as at the end.
+    pub fn at(&self, time: f32) -> Moment {
+        let (frames, last) = (&self.keyframes, self.keyframes.len() - 1);
+        let next = frames.partition_point(|frame| frame.time <= time);
+        if next == 0 || next > last {
+            return Moment { time, ..frames[next.min(last)] };
+        }
+        // A keyframe's own values are given exactly, whatever the arithmetic between would make of them.
+        if frames[next - 1].time == time {
+            return frames[next - 1];
+        }
+        let around = [next.saturating_sub(2), next - 1, next, (next + 1).min(last)].map(|i| &frames[i]);
+        let times = around.map(|frame| frame.time);
+        Moment {
+            time,
+            eye: between(self.interpolation, time, times, around.map(|frame| frame.eye)),
+            target: between(self.interpolation, time, times, around.map(|frame| frame.target)),
+            // A curve may leave the range that its keyframes are in.
+            fov_y: between(self.interpolation, time, times, around.map(|frame| frame.fov_y))
+                .map(|angle| angle.clamp(parse::FOV_Y.start().to_radians(), parse::FOV_Y.end().to_radians())),
+        }
+    }
+}
+
+/// The value at `time` between the second and the third of four. Where a track starts or ends, two of the four are one.
+///
+/// Catmull–Rom is the cubic Hermite curve whose slope at a value is that of the line from the one before to the one
+/// after, so keyframes need not be equally far apart.
+fn between<T>(interpolation: Interpolation, time: f32, times: [f32; 4], values: [Option<T>; 4]) -> Option<T>
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+{
+    let [Some(before), Some(from), Some(to), Some(after)] = values else { return None };
+    let span = times[2] - times[1];
+    let u = (time - times[1]) / span;
+    Some(match interpolation {
+        Interpolation::Linear => from * (1.0 - u) + to * u,
+        Interpolation::CatmullRom => {
+            let slope_from = (to - before) * (span / (times[2] - times[0]));
+            let slope_to = (after - from) * (span / (times[3] - times[1]));
+            let (u2, u3) = (u * u, u * u * u);
+            from * (2.0 * u3 - 3.0 * u2 + 1.0)
+                + slope_from * (u3 - 2.0 * u2 + u)
+                + to * (3.0 * u2 - 2.0 * u3)
+                + slope_to * (u3 - u2)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn track(interpolation: Interpolation, keyframes: &[(f32, f32)]) -> Track {
+        let frame = |&(time, x)| Moment { time, eye: Some(x * Vec3::X), fov_y: Some(0.1 * x), ..Moment::default() };
+        Track { interpolation, keyframes: keyframes.iter().map(frame).collect() }
+    }
+
+    fn x(track: &Track, time: f32) -> f32 {
+        track.at(time).eye.unwrap().x
+    }
+
+    #[test]
+    fn keyframes_are_met_exactly_and_the_ends_hold() {
+        let frames = [(-1.0, 0.7), (0.3, 5.0), (1.0, 2.3), (4.0, 3.1)];
+        for (_, interpolation) in Interpolation::NAMES {
+            let track = track(interpolation, &frames);
+            for (time, value) in frames {
+                assert_eq!(x(&track, time), value, "{interpolation:?} at {time}");
+                // And without a jump.
+                assert!((x(&track, time + 1e-4) - value).abs() < 1e-2 && (x(&track, time - 1e-4) - value).abs() < 1e-2);
+            }
+            assert_eq!((x(&track, -9.0), x(&track, 9.0)), (0.7, 3.1));
+            assert_eq!(track.at(0.0).target, None, "what no keyframe says");
+        }
+    }
+
+    #[test]
+    fn lines_are_straight_and_curves_follow_parabolas() {
+        let line: Vec<_> = [0.0, 1.0, 3.0, 4.0].map(|t| (t, 2.0 * t + 1.0)).into();
+        for (_, interpolation) in Interpolation::NAMES {
+            let track = track(interpolation, &line);
+            for time in [0.25, 1.5, 2.75, 3.9] {
+                assert!((x(&track, time) - (2.0 * time + 1.0)).abs() < 1e-5, "{interpolation:?} at {time}");
+            }
+        }
+        // Equally far apart, differences of both neighbours are a parabola's exact slopes.
+        let parabola: Vec<_> = [0.0, 1.0, 2.0, 3.0].map(|t: f32| (t, t * t)).into();
+        assert!((x(&track(Interpolation::CatmullRom, &parabola), 1.5) - 2.25).abs() < 1e-6);
+        assert_eq!(x(&track(Interpolation::Linear, &parabola), 1.5), 2.5);
+    }
+
+    #[test]
+    fn frames_run_from_the_first_keyframe_to_the_last() {
+        let track = track(Interpolation::Linear, &[(1.0, 0.0), (3.0, 1.0)]);
+        assert_eq!([0, 1, 2].map(|i| track.moment(i, 3)), [1.0, 2.0, 3.0]);
+        assert_eq!(track.moment(0, 1), 1.0);
+        assert_eq!(track.moment(6, 7), 3.0);
+    }
+}

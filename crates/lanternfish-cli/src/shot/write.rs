@@ -1,0 +1,159 @@
+//! From flags to a shot: every key, with the flag's help above it.
+
+use std::{
+    ffi::{OsStr, OsString},
+    fmt::Write as _,
+    io::Write as _,
+};
+
+use lanternfish_scene::{Camera, Projection};
+
+use super::{
+    Shot,
+    keys::{Key, Kind, keys},
+    track::{Interpolation, Track},
+};
+use crate::{args::RenderArgs, camera, error::CliError, scene};
+
+const HEADER: &str = "\
+# A shot of Lanternfish: lanternfish render THIS.toml
+# Tables are the headings and keys the flags of `lanternfish help render`. A flag on the command line goes before its
+# key. Paths are relative to this file. A key behind # is not set.
+";
+
+const TRACK: &str = "\
+# What is between keyframes. One of: linear, catmull-rom.
+# interpolation = \"catmull-rom\"
+# Moments of the camera: seconds, m, m, degrees. All have the same keys; what [view] says stays as it says.
+# keyframes = [
+#     { time = 0, eye = [0, 2, 8], target = [0, 2, 0], fov-y = 45 },
+#     { time = 4, eye = [6, 2, 4], target = [0, 2, 0], fov-y = 45 },
+# ]
+";
+
+/// Most columns of a comment.
+const WIDTH: usize = 118;
+
+/// Prints the shot that renders what `lanternfish render` renders with the same arguments. The scene is read, so that
+/// what cannot be rendered is told now.
+pub fn write(args: RenderArgs) -> Result<(), CliError> {
+    let shot = super::resolve(args)?;
+    let (args, size) = (&shot.args, shot.args.output.size);
+    let scene = scene::load(&args.scene)?;
+    let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;
+    let text = text(&shot, Some(&camera))?;
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+}
+
+/// The shot as TOML.
+pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
+    let mut text = format!("{HEADER}\n# The scene: a file, or demo:NAME.\nscene = {}\n", quoted(&shot.args.scene));
+    let mut table = "";
+    let keys = keys();
+    for key in &keys {
+        if key.table != table {
+            table = &key.table;
+            text += &format!("\n[{table}]\n");
+            match table {
+                "view" => text += &camera.map(describe).unwrap_or_default(),
+                "track" => text += &shot.track.as_ref().map_or(TRACK.to_owned(), keyframes),
+                _ => {}
+            }
+        }
+        comment(&mut text, &key.help());
+        let said: Vec<&OsString> = shot.words.iter().filter(|(id, _)| *id == key.id).map(|(_, value)| value).collect();
+        let line = match (said.last(), key.default()) {
+            (Some(_), _) if key.repeats => {
+                let values = said.iter().map(|value| Ok(format!("    {},\n", toml(key, value)?)));
+                format!("{} = [\n{}]", key.name, values.collect::<Result<String, CliError>>()?)
+            }
+            (Some(value), _) => format!("{} = {}", key.name, toml(key, value)?),
+            (None, Some(value)) => format!("{} = {}", key.name, toml(key, value)?),
+            (None, None) => format!("# {} = {}", key.name, key.sample()),
+        };
+        text += &line;
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+/// A value of the command line as TOML.
+fn toml(key: &Key, value: &OsStr) -> Result<String, CliError> {
+    let text = value.to_str().ok_or_else(|| {
+        CliError::new(format!("--{} {}: not UTF-8", key.name, value.display()), "a shot is text: give it another name")
+    })?;
+    Ok(match key.kind {
+        Kind::Flag => text.to_owned(),
+        Kind::Switch => (text == "on").to_string(),
+        Kind::Number => number(text),
+        Kind::Numbers => format!("[{}]", text.split(',').map(number).collect::<Vec<_>>().join(", ")),
+        Kind::Size => format!("[{}]", text.split(['x', 'X']).map(number).collect::<Vec<_>>().join(", ")),
+        Kind::Path | Kind::Text => quoted(text),
+    })
+}
+
+/// A number of the command line as TOML, which has fewer spellings: the same number when it is read.
+fn number(text: &str) -> String {
+    let text = text.trim();
+    let whole = text.parse::<i64>().map(|number| number.to_string());
+    whole.or_else(|_| text.parse::<f32>().map(|number| format!("{number:?}"))).unwrap_or_else(|_| text.to_owned())
+}
+
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => write!(quoted, "\\u{:04X}", u32::from(c)).expect("String"),
+            c => quoted.push(c),
+        }
+    }
+    quoted + "\""
+}
+
+/// Where the camera is, to start from.
+fn describe(camera: &Camera) -> String {
+    let eye = camera.eye();
+    let target = eye + camera.world_from_camera.transform_vector3(glam::Vec3::NEG_Z);
+    let fov_y = match camera.projection {
+        Projection::Perspective { fov_y, .. } => format!(", fov-y = {:.2}", fov_y.to_degrees()),
+        Projection::Orthographic { .. } => String::new(),
+    };
+    let list = |v: glam::Vec3| format!("[{:.3}, {:.3}, {:.3}]", v.x, v.y, v.z);
+    format!("# This camera, rounded: eye = {}, target = {}{fov_y}\n", list(eye), list(target))
+}
+
+fn keyframes(track: &Track) -> String {
+    let name = Interpolation::NAMES.iter().find(|(_, known)| *known == track.interpolation).expect("all are named").0;
+    let mut text = format!("interpolation = \"{name}\"\nkeyframes = [\n");
+    for frame in &track.keyframes {
+        let point = |name: &str, p: Option<glam::Vec3>| {
+            p.map(|p| format!(", {name} = [{:?}, {:?}, {:?}]", p.x, p.y, p.z)).unwrap_or_default()
+        };
+        let fov_y = frame.fov_y.map(|angle| format!(", fov-y = {:?}", angle.to_degrees())).unwrap_or_default();
+        let (eye, target) = (point("eye", frame.eye), point("target", frame.target));
+        writeln!(text, "    {{ time = {:?}{eye}{target}{fov_y} }},", frame.time).expect("String");
+    }
+    text + "]\n"
+}
+
+/// Adds lines of a comment, wrapped.
+fn comment(text: &mut String, words: &str) {
+    let mut width = usize::MAX;
+    for word in words.split_whitespace() {
+        let more = word.chars().count() + 1;
+        if width.saturating_add(more) > WIDTH {
+            if width != usize::MAX {
+                text.push('\n');
+            }
+            text.push('#');
+            width = 1;
+        }
+        text.push(' ');
+        text.push_str(word);
+        width += more;
+    }
+    if width != usize::MAX {
+        text.push('\n');
+    }
+}

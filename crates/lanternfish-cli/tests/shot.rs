@@ -1,0 +1,139 @@
+//! Shots from file to picture, on the software adapter.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+fn lanternfish(folder: &Path, words: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lanternfish"))
+        .current_dir(folder)
+        .env_remove("RUST_LOG")
+        .args(words.split_whitespace())
+        .output()
+        .unwrap()
+}
+
+/// Standard output of a run that succeeds.
+#[track_caller]
+fn run(folder: &Path, words: &str) -> String {
+    let output = lanternfish(folder, words);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Standard error of a run that fails and prints nothing.
+#[track_caller]
+fn refused(folder: &Path, words: &str) -> String {
+    let output = lanternfish(folder, words);
+    let error = String::from_utf8(output.stderr.clone()).unwrap();
+    assert!(!output.status.success() && output.stdout.is_empty(), "{output:?}");
+    assert_eq!(error.lines().filter(|line| line.starts_with("error")).count(), 1, "{error}");
+    error
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+const FLAGS: &str = "--adapter cpu --size 48x32 --lights rain:20 --seed 3 --point 0.3,1,0.1,20,1,.9,0.7 --sky 0,0.1,.2 \
+                     --eye 0.1,1,3.3 --fov-y 41.7 --exposure -.3 --tone-map aces --aabb off --attenuation smooth";
+
+#[test]
+fn gpu_a_written_shot_renders_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    run(folder.path(), &format!("render demo:cornell {FLAGS} -o flags.png"));
+    run(folder.path(), &format!("render demo:cornell {FLAGS} -o flags.exr"));
+    let shot = run(folder.path(), &format!("shot demo:cornell {FLAGS}"));
+    fs::write(folder.path().join("night.toml"), &shot).unwrap();
+
+    assert_eq!(run(folder.path(), "render night.toml"), "night.png\n");
+    assert_eq!(read("night.png"), read("flags.png"));
+    run(folder.path(), "render night.toml -o night.exr");
+    assert_eq!(read("night.exr"), read("flags.exr"));
+    // A shot of a shot is the shot, but for what flags say.
+    assert_eq!(run(folder.path(), "shot night.toml --seed 4").replace("seed = 4", "seed = 3"), shot);
+    // The comparison notices a seed.
+    run(folder.path(), "render night.toml --seed 4 -o other.exr");
+    assert_ne!(read("other.exr"), read("flags.exr"));
+}
+
+const TRACK: &str = "scene = \"demo:cornell\"
+[output]
+output = \"walk.png\"
+size = [24, 16]
+[track]
+frames = 3
+keyframes = [
+    { time = 0, eye = [0, 1, 3], target = [0, 1, 0], fov-y = 40 },
+    { time = 1, eye = [0.5, 1, 3], target = [0, 1, 0], fov-y = 50 },
+]
+[run]
+adapter = \"cpu\"
+";
+
+#[test]
+fn gpu_a_track_becomes_numbered_pictures_beside_the_shot() {
+    let folder = tempfile::tempdir().unwrap();
+    let inner = folder.path().join("inner");
+    fs::create_dir(&inner).unwrap();
+    fs::write(inner.join("walk.toml"), TRACK).unwrap();
+    let stdout = run(folder.path(), "render inner/walk.toml --report run.json");
+    let names = ["walk.0001.png", "walk.0002.png", "walk.0003.png"];
+    assert_eq!(stdout.lines().collect::<Vec<_>>(), names.map(|name| format!("inner/{name}")));
+    assert_eq!(files(&inner), [&names[..], &["walk.toml"]].concat());
+    let report: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
+    assert_eq!(report["frames"], 3);
+
+    // A still is the sequence's picture of that moment.
+    let still = |time: &str| {
+        run(&inner, &format!("render walk.toml --time {time} -o still.png"));
+        fs::read(inner.join("still.png")).unwrap()
+    };
+    for (name, time) in names.into_iter().zip(["0", "0.5", "1"]) {
+        assert_eq!(still(time), fs::read(inner.join(name)).unwrap(), "{name}");
+    }
+    assert_ne!(fs::read(inner.join(names[0])).unwrap(), fs::read(inner.join(names[1])).unwrap());
+}
+
+#[test]
+fn mistakes_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |text: &str| fs::write(folder.path().join("a.toml"), text).unwrap();
+    write("scene = \"demo:cornell\"\n\n[look]\nexposre = 1\n");
+    for command in ["render", "shot"] {
+        let error = refused(folder.path(), &format!("{command} a.toml"));
+        assert!(
+            error.starts_with("error: a.toml:4:1: unknown key `exposre`") && error.contains("`exposure`"),
+            "{error}"
+        );
+    }
+    write("scene = \"nowhere.glb\"");
+    assert!(refused(folder.path(), "render a.toml").contains("nowhere.glb"));
+    assert!(refused(folder.path(), "shot a.toml").contains("nowhere.glb"));
+    write("scene = \"demo:cornell\"\n[run]\nreport = \"a.toml\"");
+    assert!(refused(folder.path(), "render a.toml").contains("both the shot and --report"));
+    write(TRACK);
+    assert!(refused(folder.path(), "render a.toml --time 7").contains("from 0 to 1 s"));
+    assert!(refused(folder.path(), "render b.toml").contains("b.toml"));
+    assert!(refused(folder.path(), "render demo:cornell --frames 2").contains("no camera track"));
+    fs::create_dir(folder.path().join("c.toml")).unwrap();
+    assert!(refused(folder.path(), "render c.toml").contains("no shot"));
+    fs::write(folder.path().join("d.toml"), b"\xff\xfe").unwrap();
+    assert!(refused(folder.path(), "render d.toml").contains("d.toml"));
+    assert_eq!(files(folder.path()), ["a.toml", "c.toml", "d.toml"]);
+}
+
+#[test]
+fn help_names_every_demo() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = run(folder.path(), "help render");
+    for name in ["demo:atrium", "demo:cornell", ".toml"] {
+        assert!(help.contains(name), "{help}");
+    }
+}
