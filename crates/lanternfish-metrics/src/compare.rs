@@ -64,7 +64,7 @@ pub fn share_differing(a: &RgbImage, b: &RgbImage, tolerance: f32) -> Result<f32
     Ok(differing as f32 / a.pixels.len().max(1) as f32)
 }
 
-fn check_sizes(image: &RgbImage, reference: &RgbImage) -> Result<(), MetricsError> {
+pub(crate) fn check_sizes(image: &RgbImage, reference: &RgbImage) -> Result<(), MetricsError> {
     let (image, reference) = ((image.width, image.height), (reference.width, reference.height));
     if image == reference { Ok(()) } else { Err(MetricsError::SizeMismatch { image, reference }) }
 }

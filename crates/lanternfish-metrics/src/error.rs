@@ -54,4 +54,18 @@ pub enum MetricsError {
         /// Luminance above which a pixel counts as lit.
         threshold: f32,
     },
+    /// A value of an image to be compared is not a number.
+    #[error("pixel {x}, {y} is not a number (NaN): leave such pixels out or give them a colour")]
+    NotANumber {
+        /// Column, from the left.
+        x: usize,
+        /// Row, from the top.
+        y: usize,
+    },
+    /// The distance of the observer is out of range.
+    #[error("{got} pixels a degree: take 2 to 1000; 67 is a 4K display 0.7 m wide, from 0.7 m")]
+    PixelsPerDegree {
+        /// What was given.
+        got: f32,
+    },
 }

@@ -3,6 +3,8 @@
 use crate::MetricsError;
 
 /// A linear, scene-referred image, Rec. 709. `pixels` has `width * height` entries, rows from the top.
+///
+/// Only [`flip_ldr`](crate::flip_ldr) takes images of sRGB-encoded values instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RgbImage {
     /// Pixels across.

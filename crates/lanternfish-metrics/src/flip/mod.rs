@@ -1,0 +1,135 @@
+//! What an eye notices of the difference between two pictures: LDR-ꟻLIP [Andersson2020, algorithm].
+//!
+//! The measure models an observer who flips between two pictures on one display. Colour: each picture is blurred as
+//! far as the eye cannot resolve it (`filters`), and the distance of what is left is taken in a space where equal
+//! distances look equally different (`color`). Features: edges and points of either picture that the other lacks make
+//! a difference of colour count for more.
+
+mod color;
+mod filters;
+mod magma;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+
+use self::{
+    color::{ColorDifference, Opponent, lab_from_opponent},
+    filters::{Filters, Kernel, filtered_row},
+};
+use crate::{MetricsError, RgbImage, compare::check_sizes};
+
+/// Pixels a degree of the visual angle for a 3840-pixel display of 0.7 m seen from 0.7 m: 67.02.
+///
+/// 3840 px / 0.7 m × 0.7 m × π/180 [Andersson2020, viewing conditions].
+pub const PIXELS_PER_DEGREE: f32 = 3840.0 * std::f32::consts::PI / 180.0;
+
+/// Of the difference of features [Andersson2020, feature pipeline].
+const FEATURE_EXPONENT: f32 = 0.5;
+
+/// The noticeable difference of every pixel of two pictures, and of the pictures as wholes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlipMap {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// 0 (no difference) to 1 (the largest), `width * height` of them, rows from the top.
+    pub errors: Vec<f32>,
+}
+
+impl FlipMap {
+    /// The mean over all pixels, 0..=1; 0 for a map without pixels. Summed in 64 bits.
+    pub fn mean(&self) -> f32 {
+        let sum: f64 = self.errors.iter().map(|e| f64::from(*e)).sum();
+        (sum / self.errors.len().max(1) as f64) as f32
+    }
+
+    /// The map as an sRGB-encoded picture, three bytes a pixel: black 0, through purple and orange, pale yellow 1.
+    ///
+    /// The colour map is *magma*, as in the authors' pictures. For [`write_png`](crate::write_png).
+    pub fn magma(&self) -> Vec<u8> {
+        self.errors.iter().flat_map(|error| magma::srgb(*error)).collect()
+    }
+}
+
+/// LDR-ꟻLIP of `test` against `reference` [Andersson2020, algorithm].
+///
+/// Both hold **sRGB-encoded** values, not linear ones: what a display gets, bytes over 255. They are clamped to 0..=1.
+/// The two may be exchanged; the result is the same. Beyond its borders, a picture goes on with the pixels there.
+///
+/// `pixels_per_degree` (2..=1000) of the visual angle, [`PIXELS_PER_DEGREE`] by default. Higher: the observer stands
+/// further off, fine differences blur and the errors fall. Lower: single pixels are seen; below 2, all detail that
+/// the eye can find would be narrower than a pixel.
+///
+/// An error when sizes differ, when `pixels_per_degree` is out of range, or when a value is NaN. Work is proportional
+/// to pixels × `pixels_per_degree`; it runs on rayon's threads, and their number does not change the result.
+pub fn flip_ldr(reference: &RgbImage, test: &RgbImage, pixels_per_degree: f32) -> Result<FlipMap, MetricsError> {
+    check_sizes(test, reference)?;
+    if !(2.0..=1000.0).contains(&pixels_per_degree) {
+        return Err(MetricsError::PixelsPerDegree { got: pixels_per_degree });
+    }
+    check_numbers(reference)?;
+    check_numbers(test)?;
+    let (width, height) = (reference.width, reference.height);
+    let mut errors = vec![0.0; width * height];
+    if !errors.is_empty() {
+        let filters = Filters::new(pixels_per_degree);
+        let color_difference = ColorDifference::new();
+        let (reference, test) = (Opponent::new(reference), Opponent::new(test));
+        errors.par_chunks_mut(width).enumerate().for_each(|(y, errors)| {
+            let (reference, test) = (SeenRow::new(&reference, &filters, y), SeenRow::new(&test, &filters, y));
+            for (x, error) in errors.iter_mut().enumerate() {
+                let color = color_difference.between(reference.lab[x], test.lab[x]);
+                let edge = (reference.edges[x] - test.edges[x]).abs();
+                let point = (reference.points[x] - test.points[x]).abs();
+                // Each detector's response is at most 1 along an axis and √2 along both. Rounding must not take the
+                // exponent below 0, where equal colours would become an infinite error.
+                let feature = (edge.max(point) * std::f32::consts::FRAC_1_SQRT_2).min(1.0).powf(FEATURE_EXPONENT);
+                *error = color.powf(1.0 - feature);
+            }
+        });
+    }
+    Ok(FlipMap { width, height, errors })
+}
+
+fn check_numbers(image: &RgbImage) -> Result<(), MetricsError> {
+    match image.pixels.iter().position(|pixel| pixel.iter().any(|v| v.is_nan())) {
+        Some(i) => Err(MetricsError::NotANumber { x: i % image.width, y: i / image.width }),
+        None => Ok(()),
+    }
+}
+
+/// What an observer sees of a row of a picture.
+struct SeenRow {
+    /// Of the picture as far as the eye resolves it: see [`lab_from_opponent`].
+    lab: Vec<[f32; 3]>,
+    /// The length of the gradient of the luminance.
+    edges: Vec<f32>,
+    /// The length of its second derivatives along the axes.
+    points: Vec<f32>,
+}
+
+impl SeenRow {
+    fn new(picture: &Opponent, filters: &Filters, y: usize) -> Self {
+        let width = picture.width;
+        let seen = |plane: &[f32], parts: &[Kernel]| {
+            let mut sum = vec![0.0; width];
+            for part in parts {
+                sum.iter_mut().zip(filtered_row(plane, width, y, part, part)).for_each(|(sum, value)| *sum += value);
+            }
+            sum
+        };
+        let luminance = seen(&picture.luminance, &filters.luminance);
+        let red_green = seen(&picture.red_green, &filters.red_green);
+        let blue_yellow = seen(&picture.blue_yellow, &filters.blue_yellow);
+        let lab = (0..width).map(|x| lab_from_opponent([luminance[x], red_green[x], blue_yellow[x]])).collect();
+
+        let lengths = |detector: &Kernel| {
+            let across = filtered_row(&picture.luminance, width, y, &filters.smooth, detector);
+            let down = filtered_row(&picture.luminance, width, y, detector, &filters.smooth);
+            across.into_iter().zip(down).map(|(x, y)| x.hypot(y)).collect()
+        };
+        Self { lab, edges: lengths(&filters.edge), points: lengths(&filters.point) }
+    }
+}
