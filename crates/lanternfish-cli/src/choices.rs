@@ -51,7 +51,7 @@ meanings! {
         Bvh: "A bounding volume hierarchy in compute, on any adapter",
     }
     RayCulling {
-        None: "Every light in range gets a ray",
+        None: "Every listed light gets a ray, even from beyond its range",
         Naive: "Normals from depth, two samples an axis: wrong at edges",
         Improved: "Normals from depth, five samples an axis: wrong only on tiny triangles",
         Surface: "The surface's own normal: exact",

@@ -1,6 +1,7 @@
 //! The command line of Lanternfish: a glTF file in, a picture out.
 
 mod args;
+mod bench;
 mod camera;
 mod choices;
 mod error;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         Command::Render(args) => shot::resolve(*args).and_then(|shot| render::run(&shot, started)),
         Command::Shot(args) => shot::write(*args),
         Command::Info(args) => info::run(&args),
+        Command::Bench(args) => bench::run(&args),
     };
     match result {
         // Whoever read our output has seen enough (`lanternfish info … | head`).

@@ -21,9 +21,15 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let args = &shot.args;
     // Everything that can be refused without work is refused first.
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
+    let outputs = match args.track.frames {
+        Some(frames) => (1..=frames).map(|number| output.numbered(number)).collect::<Result<_, _>>()?,
+        None => vec![output],
+    };
+    let output = &outputs[0];
     if let Some(path) = &args.run.report {
         output::check_writable(path)?;
-        for (other, name) in [(output.path.as_path(), "picture"), (args.scene.as_ref(), "scene")] {
+        let pictures = outputs.iter().map(|output| (output.path.as_path(), "picture"));
+        for (other, name) in pictures.chain([(args.scene.as_ref(), "scene")]) {
             if output::same_file(path, other) {
                 let what = format!("{}: both the {name} and --report", path.display());
                 return Err(CliError::new(what, "give them different names"));
@@ -44,12 +50,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
             .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
     }
     let aspect = size.width as f32 / size.height as f32;
-    let cameras: Vec<_> =
-        shot.views().iter().map(|view| camera::choose(&scene, view, aspect)).collect::<Result<_, _>>()?;
-    let outputs: Vec<_> = match shot.is_sequence() {
-        true => (1..=cameras.len() as u32).map(|number| output.numbered(number)).collect(),
-        false => vec![output],
-    };
+    let cameras = camera::choose_each(&scene, &shot.views(), aspect)?;
 
     let choice = args.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
@@ -69,10 +70,10 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     seconds.push(("total", started.elapsed().as_secs_f64()));
     let run = Run {
         scene: &args.scene,
-        output: &outputs[0].path,
+        output: &output.path,
         adapter: &gpu.description,
         size,
-        frames: shot.is_sequence().then_some(outputs.len()),
+        frames: args.track.frames,
         settings: &settings,
         seed: args.run.seed,
         cost: &cost,

@@ -6,7 +6,7 @@ use crate::{
     debug_views::DebugViews,
     error::RenderError,
     gpu_scene::GpuScene,
-    light_culling::{LightCulling, Reach},
+    light_culling::{LightCulling, LightLists, Reach},
     output::Output,
     prepass::Prepass,
     shading::{Forward, Radiance},
@@ -31,8 +31,8 @@ pub(crate) struct FrameResult {
     pub radiance: Radiance,
     pub display: wgpu::TextureView,
     pub visibility: Option<VisibilityPlan>,
-    /// Entries of the opaque surfaces' light lists.
-    pub listed_lights: u64,
+    /// The opaque surfaces' light lists.
+    pub lights: LightLists,
 }
 
 impl Passes {
@@ -69,6 +69,6 @@ impl Passes {
                 debug_views.record(frame, view_buffer, surface, lights, &radiance, ray_counts, view.size)
             }
         };
-        Ok(FrameResult { radiance, display, visibility: plan, listed_lights: lights.listed })
+        Ok(FrameResult { radiance, display, visibility: plan, lights: lights.clone() })
     }
 }

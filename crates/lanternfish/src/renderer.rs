@@ -121,7 +121,8 @@ impl Renderer {
         let radiance = radiance.into_iter().map(|texel| texel.map(|bits| f16::from_bits(bits).to_f32())).collect();
 
         let mut counters = scene.counters().to_vec();
-        counters.push(("light_culling/listed_lights".to_owned(), result.listed_lights));
+        counters.push(("light_culling/light_tests".to_owned(), result.lights.tests));
+        counters.push(("light_culling/listed_lights".to_owned(), result.lights.listed));
         if let Some(plan) = &result.visibility {
             let (totals, bands) = plan.ray_totals();
             let rays = read_back::<u32>(&self.device, &self.queue, totals, bands)?;

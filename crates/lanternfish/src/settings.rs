@@ -151,7 +151,7 @@ named_enum! {
 named_enum! {
     /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].
     RayCulling {
-        /// Every listed light in range gets a ray.
+        /// Every listed light gets a ray, even from beyond its range: the yardstick.
         None = "none",
         /// Normals from depth, two samples an axis: wrong at edges.
         Naive = "naive",

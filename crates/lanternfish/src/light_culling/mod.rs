@@ -23,6 +23,8 @@ pub struct LightLists {
     pub grid: Option<(&'static str, wgpu::Buffer)>,
     /// Entries of all lists.
     pub listed: u64,
+    /// Pairs of a light and a cell that were tested to find them.
+    pub tests: u64,
 }
 
 impl LightLists {

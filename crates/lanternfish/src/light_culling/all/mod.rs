@@ -14,5 +14,6 @@ pub fn record(frame: &mut Frame<'_>, scene: &GpuScene) -> Result<LightLists, Ren
         indices: storage_buffer_of(frame.device, "light_culling/indices", &indices, none)?,
         grid: None,
         listed: u64::from(scene.light_count),
+        tests: 0,
     })
 }

@@ -141,7 +141,13 @@ impl TiledCulling {
         let bindings =
             shared.buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells).buffer("listed_lights", &indices);
         frame.dispatch(&self.write, &bindings, workgroups);
-        Ok(LightLists { cells, indices, grid: Some(("tile_grid", grid_buffer)), listed: listed.into() })
+        Ok(LightLists {
+            cells,
+            indices,
+            grid: Some(("tile_grid", grid_buffer)),
+            listed: listed.into(),
+            tests: u64::from(tile_count) * u64::from(scene.light_count),
+        })
     }
 }
 

@@ -1,0 +1,69 @@
+//! `lanternfish bench`: the papers' tables from one command.
+
+mod forward_plus;
+mod markdown;
+mod normals;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, builder::NonEmptyStringValueParser};
+use lanternfish::settings::{Settings, Shadows};
+use lanternfish_gpu::AdapterChoice;
+
+use crate::{
+    args::{LightArgs, ViewArgs, adapter},
+    choices::choice,
+    error::CliError,
+    parse::{self, Size},
+};
+
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    #[command(subcommand)]
+    pub paper: Paper,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Paper {
+    /// Tables 5.1 and 5.2, heat maps (fig. 5.2) and normals from depth (fig. 5.3) of Elagabani 2025.
+    ///
+    /// Renders one view under every configuration of the thesis and ours. Counts are exact; times are medians of one run
+    /// on this machine, to be compared with each other only. Exits with an error when configurations that must show the
+    /// same picture do not.
+    ForwardPlus(Box<ForwardPlusArgs>),
+}
+
+#[derive(Debug, Args)]
+pub struct ForwardPlusArgs {
+    /// A glTF 2.0 file (.gltf, .glb), or demo:NAME.
+    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
+    pub scene: String,
+    /// The folder for report.md, report.json and the pictures. It is made if it is not there.
+    #[arg(short, long, value_name = "FOLDER", default_value = "bench-forward-plus")]
+    pub output: PathBuf,
+    /// Width and height, pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    pub size: Size,
+    /// How often each configuration is timed, after one run that is not.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Which tracer answers.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
+    pub shadows: Shadows,
+    /// Where to render: a part of an adapter's name, or cpu for a software one.
+    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    /// Where the rain of --lights falls.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    #[command(flatten, next_help_heading = "View")]
+    pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
+    pub lights: LightArgs,
+}
+
+pub fn run(args: &BenchArgs) -> Result<(), CliError> {
+    match &args.paper {
+        Paper::ForwardPlus(args) => forward_plus::run(args),
+    }
+}
