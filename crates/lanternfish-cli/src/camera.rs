@@ -1,7 +1,9 @@
 //! From flags and a scene's cameras to one camera.
 
+use std::cell::LazyCell;
+
 use glam::Vec3;
-use lanternfish_scene::{Camera, Projection, Scene, near_plane};
+use lanternfish_scene::{Bounds, Camera, Projection, Scene, near_plane};
 
 use crate::{args::ViewArgs, error::CliError};
 
@@ -11,11 +13,27 @@ const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 /// The camera the flags ask for: `--camera`, else the file's first, else one that sees the whole scene; moved, turned
 /// and zoomed by `--eye`, `--target` and `--fov-y`. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
+    choose_within(scene, &LazyCell::new(|| scene.bounds()), flags, aspect)
+}
+
+/// As [`choose`], for every view of a sequence.
+pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<Vec<Camera>, CliError> {
+    // Every vertex is looked at for the box, so that is done once.
+    let bounds = LazyCell::new(|| scene.bounds());
+    views.iter().map(|flags| choose_within(scene, &bounds, flags, aspect)).collect()
+}
+
+fn choose_within<F: FnOnce() -> Bounds>(
+    scene: &Scene,
+    bounds: &LazyCell<Bounds, F>,
+    flags: &ViewArgs,
+    aspect: f32,
+) -> Result<Camera, CliError> {
     let mut camera = match &flags.camera {
         Some(wanted) => named(scene, wanted)?.clone(),
         None => match scene.cameras.first() {
             Some(camera) => camera.clone(),
-            None => Camera::framing(&scene.bounds(), flags.fov_y.unwrap_or(FOV_Y), aspect),
+            None => Camera::framing(bounds, flags.fov_y.unwrap_or(FOV_Y), aspect),
         },
     };
     if flags.eye.is_some() || flags.target.is_some() {
@@ -31,13 +49,13 @@ pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, Cl
         camera.world_from_camera = Camera::look_at(eye, target, camera.projection).world_from_camera;
         // The near plane of a file's camera belongs to where that camera stood.
         if let Projection::Perspective { near, .. } = &mut camera.projection {
-            *near = near.min(near_plane(&scene.bounds()));
+            *near = near.min(near_plane(bounds));
         }
     }
     if let Some(fov_y) = flags.fov_y {
         let near = match camera.projection {
             Projection::Perspective { near, .. } => near,
-            Projection::Orthographic { .. } => near_plane(&scene.bounds()),
+            Projection::Orthographic { .. } => near_plane(bounds),
         };
         camera.projection = Projection::Perspective { fov_y, near };
     }

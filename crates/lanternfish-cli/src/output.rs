@@ -46,11 +46,15 @@ impl Output {
     }
 
     /// The file of a sequence's picture, counted from 1: `name.0001.png`.
-    pub fn numbered(&self, number: u32) -> Self {
+    pub fn numbered(&self, number: u32) -> Result<Self, CliError> {
         let mut name = self.path.file_stem().unwrap_or_default().to_owned();
         name.push(format!(".{number:04}."));
         name.push(self.path.extension().unwrap_or_default());
-        Self { path: self.path.with_file_name(name), format: self.format }
+        let path = self.path.with_file_name(name);
+        if path.is_dir() {
+            return Err(CliError::new(format!("{}: this is a folder", path.display()), "choose another name"));
+        }
+        Ok(Self { path, format: self.format })
     }
 
     /// Whether the file holds the scene's radiance, not what a display shows.

@@ -26,7 +26,7 @@ struct RunReport<'r> {
     height: u32,
     /// Pictures of a sequence, whose costs are added up.
     #[serde(skip_serializing_if = "Option::is_none")]
-    frames: Option<usize>,
+    frames: Option<u32>,
     /// What was chosen, by the names of the command line.
     settings: BTreeMap<&'static str, String>,
     /// In the order in which they ran.
@@ -53,7 +53,7 @@ pub struct Run<'r> {
     pub adapter: &'r AdapterDescription,
     pub size: Size,
     /// Pictures of a sequence.
-    pub frames: Option<usize>,
+    pub frames: Option<u32>,
     pub settings: &'r Settings,
     /// Of the rain.
     pub seed: u32,

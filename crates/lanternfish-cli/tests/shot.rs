@@ -120,6 +120,10 @@ fn mistakes_leave_nothing() {
     assert!(refused(folder.path(), "render a.toml").contains("both the shot and --report"));
     write(TRACK);
     assert!(refused(folder.path(), "render a.toml --time 7").contains("from 0 to 1 s"));
+    assert!(refused(folder.path(), "render a.toml --report walk.0003.png").contains("both the picture and --report"));
+    fs::create_dir(folder.path().join("walk.0002.png")).unwrap();
+    assert!(refused(folder.path(), "render a.toml").contains("walk.0002.png: this is a folder"));
+    fs::remove_dir(folder.path().join("walk.0002.png")).unwrap();
     assert!(refused(folder.path(), "render b.toml").contains("b.toml"));
     assert!(refused(folder.path(), "render demo:cornell --frames 2").contains("no camera track"));
     fs::create_dir(folder.path().join("c.toml")).unwrap();
@@ -133,7 +137,7 @@ fn mistakes_leave_nothing() {
 fn help_names_every_demo() {
     let folder = tempfile::tempdir().unwrap();
     let help = run(folder.path(), "help render");
-    for name in ["demo:atrium", "demo:cornell", ".toml"] {
+    for name in ["demo:atrium", "demo:cornell", "demo:street", ".toml"] {
         assert!(help.contains(name), "{help}");
     }
 }

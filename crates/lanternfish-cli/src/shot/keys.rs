@@ -95,16 +95,24 @@ impl Key {
         Some(word)
     }
 
-    /// What the flag's parser has against a value.
-    pub fn refuses(&self, value: &OsStr) -> Option<String> {
-        let words = ["lanternfish".into(), "render".into(), "scene".into()].into_iter().chain(self.word(value));
+    /// The first of some values that the flag's parser refuses, and why.
+    pub fn refused(&self, values: &[OsString]) -> Option<(usize, String)> {
+        // One by one only where that is needed: a shot may have thousands of lights.
+        self.refuses(values)?;
+        (0..values.len()).find_map(|i| Some((i, self.refuses(&values[i..=i])?)))
+    }
+
+    fn refuses(&self, values: &[OsString]) -> Option<String> {
+        let words = ["lanternfish".into(), "render".into(), "scene".into()].into_iter();
+        let words = words.chain(values.iter().filter_map(|value| self.word(value)));
         let error = Cli::command().try_get_matches_from(words).err()?;
         if let Some(reason) = error.source() {
             return Some(reason.to_string());
         }
         match error.get(ContextKind::ValidValue) {
             Some(ContextValue::Strings(known)) if !known.is_empty() => {
-                let nearest = nearest(&value.to_string_lossy(), known.iter().map(String::as_str));
+                let value = values.last().map(|value| value.to_string_lossy()).unwrap_or_default();
+                let nearest = nearest(&value, known.iter().map(String::as_str));
                 Some(format!("expected one of {}; did you mean {nearest:?}?", known.join(", ")))
             }
             _ => Some(format!("expected {}", self.expected())),

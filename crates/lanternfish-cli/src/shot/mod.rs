@@ -1,23 +1,6 @@
 //! Shots: everything a picture or a sequence is made from, in one TOML file.
 //!
-//! ```toml
-//! scene = "court.glb"
-//!
-//! [output]
-//! size = [1920, 1080]
-//!
-//! [lights]
-//! sun = [0.3, -1, 0.2, 3]
-//! point = [[0, 2.5, 0, 100], [3, 2, 1, 80, 0.6, 0.8, 1]]
-//!
-//! [track]
-//! frames = 48
-//! interpolation = "catmull-rom"
-//! keyframes = [
-//!     { time = 0, eye = [6, 2, -1], target = [0, 2, 0], fov-y = 60 },
-//!     { time = 2, eye = [0, 2, 8], target = [0, 2, 0], fov-y = 45 },
-//! ]
-//! ```
+//! [`HELP`] has an example.
 //!
 //! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render`: both come from the
 //! flags themselves, so a new flag is a new key. Values are read by the flags' own parsers. Only `scene`, and
@@ -46,6 +29,31 @@ use crate::{
 };
 use keys::Key;
 use track::Track;
+
+/// What `lanternfish help shot` ends with.
+pub const HELP: &str = r#"A shot is TOML. A key is a flag's long name, in the table of the flag's heading above. Paths are relative to the
+shot's folder. A flag on the command line goes before the shot's key; --point adds to the shot's lights.
+
+  scene = "court.glb"
+
+  [output]
+  size = [1920, 1080]
+
+  [lights]
+  sun = [0.3, -1, 0.2, 3]
+  point = [[0, 2.5, 0, 100], [3, 2, 1, 80, 0.6, 0.8, 1]]
+
+  [track]
+  frames = 48
+  interpolation = "catmull-rom"
+  keyframes = [
+      { time = 0, eye = [6, 2, -1], target = [0, 2, 0], fov-y = 60 },
+      { time = 2, eye = [0, 2, 8], target = [0, 2, 0], fov-y = 45 },
+  ]
+
+Keyframes have seconds, and eye, target and fov-y or some of them: the same in all. What [view] or a flag says stays as
+it is said. Between them the camera moves linear or along a catmull-rom curve. Without frames, --time picks the moment.
+"#;
 
 /// Most bytes of a shot: what is larger is something else.
 const MOST_BYTES: u64 = 16 << 20;
@@ -153,11 +161,6 @@ impl Shot {
             )),
             _ => Ok(()),
         }
-    }
-
-    /// Whether the pictures are numbered.
-    pub fn is_sequence(&self) -> bool {
-        self.args.track.frames.is_some()
     }
 
     /// One view a picture. What flags say of the camera stays as said; the rest follows the track.

@@ -120,16 +120,15 @@ impl Reader<'_> {
             }
             _ => vec![value],
         };
-        let mut words = Vec::new();
-        for value in values {
+        let word = |value: &&Spanned<DeValue<'_>>| {
             let expected = || self.wrong(&key.name, value, &format!("expected {}", key.expected()));
-            let word = self.word(key.kind, value.get_ref()).ok_or_else(expected)?;
-            if let Some(reason) = key.refuses(&word) {
-                return Err(self.wrong(&key.name, value, &reason));
-            }
-            words.push(word);
+            self.word(key.kind, value.get_ref()).ok_or_else(expected)
+        };
+        let words: Vec<_> = values.iter().map(word).collect::<Result<_, _>>()?;
+        match key.refused(&words) {
+            Some((index, reason)) => Err(self.wrong(&key.name, values[index], &reason)),
+            None => Ok(words),
         }
-        Ok(words)
     }
 
     fn word(&self, kind: Kind, value: &DeValue<'_>) -> Option<OsString> {

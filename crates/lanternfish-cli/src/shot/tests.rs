@@ -146,6 +146,22 @@ fn mistakes_are_at_a_line_and_a_column() {
 }
 
 #[test]
+fn the_example_of_help_is_a_shot() {
+    let example: Vec<_> = HELP.lines().filter_map(|line| line.strip_prefix("  ")).collect();
+    let shot = shot(&example.join("\n"), "").unwrap();
+    assert_eq!((shot.views().len(), shot.args.lights.points.len()), (48, 2));
+}
+
+#[test]
+fn deep_and_many() {
+    let deep = format!("scene = {}1{}", "[".repeat(100_000), "]".repeat(100_000));
+    assert!(shot(&deep, "").unwrap_err().contains("shot.toml:1:"));
+    let points = "[0, 1, 2, 3],\n".repeat(5000);
+    let text = |last: &str| format!("scene = \"a.glb\"\n[lights]\npoint = [\n{points}{last}]");
+    assert_eq!(shot(&text(""), "").unwrap().args.lights.points.len(), 5000);
+}
+
+#[test]
 fn names_are_relative_to_the_shot() {
     let folder = Path::new("some/folder");
     let text = "scene = \"../court.glb\"\n[output]\noutput = \"a.png\"\n[run]\nreport = \"/r.json\"\nadapter = \"cpu\"";
@@ -208,7 +224,8 @@ fn views_follow_the_track_unless_flags_say_otherwise() {
 
     // A moment on the command line takes the place of the shot's sequence.
     let text = TRACK.replace("[track]", "[track]\nframes = 3");
-    assert!(shot(&text, "").unwrap().is_sequence() && !shot(&text, "--time 1").unwrap().is_sequence());
+    let count = |flags: &str| shot(&text, flags).unwrap().views().len();
+    assert_eq!((count(""), count("--frames 2"), count("--time 1")), (3, 2, 1));
     for (text, flags, word) in [
         (TRACK, "--time 2.5", "from 0 to 2 s"),
         (TRACK, "--time 1 --frames 2", "both --time and --frames"),

@@ -1,0 +1,91 @@
+use clap::CommandFactory;
+
+use super::*;
+
+fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
+    match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {
+        Command::Render(args) => Ok(*args),
+        _ => unreachable!("the words start with render"),
+    }
+}
+
+#[test]
+fn the_flags_are_consistent() {
+    Cli::command().debug_assert();
+}
+
+#[test]
+fn without_flags_the_settings_are_the_librarys_defaults() {
+    assert_eq!(parsed(&[]).unwrap().settings(), Settings::default());
+}
+
+#[test]
+fn every_flag_reaches_its_setting() {
+    let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
+                 --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none \
+                 --debug-view light-count";
+    let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
+    let expected = Settings {
+        culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
+        shadows: Shadows::Bvh,
+        ray_culling: RayCulling::Naive,
+        attenuation: Attenuation::Physical,
+        range_threshold: 0.5,
+        materials: Materials::Lambert,
+        exposure: -2.0,
+        tone_map: ToneMap::None,
+        debug_view: Some(DebugView::LightCount),
+        textures: TextureBinding::PerMaterial,
+    };
+    assert_eq!(args.settings(), expected);
+    assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
+}
+
+#[test]
+fn negative_numbers_are_values_and_lights_add_up() {
+    let words = "--eye -1,-2,-3 --target -4,0,0 --point -1,2,3,4 --point -5,6,7,8 --sun -1,-1,0,2 --sky 0,0,1";
+    let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
+    assert_eq!(args.view.eye, Some(Vec3::new(-1.0, -2.0, -3.0)));
+    assert_eq!(args.lights.points.len(), 2);
+    assert!(args.lights.sun.is_some());
+    assert_eq!(args.lights.sky, Some(Vec3::Z));
+}
+
+#[test]
+fn what_is_said_last_counts_but_points_add_up() {
+    let words = "--lights rain:1000 --seed 1 --timings -o a.png --point 0,0,0,1 \
+                 --lights rain:5 --seed 2 --timings --output b.png --point 1,1,1,1 --quiet -q";
+    let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
+    assert_eq!((args.lights.lights.unwrap().count, args.run.seed), (5, 2));
+    assert_eq!(args.output.output, Some("b.png".into()));
+    assert_eq!(args.lights.points.len(), 2);
+    assert!(args.run.timings && args.run.quiet);
+    assert!(parsed(&["other.glb"]).is_err(), "of two scenes, which one?");
+}
+
+#[test]
+fn unknown_values_are_refused_with_the_known_ones() {
+    for (flag, known) in [
+        ("--shadows", "ray-query"),
+        ("--culling", "tiled"),
+        ("--tile-size", "16"),
+        ("--tone-map", "neutral"),
+        ("--attenuation", "physical_smooth_2"),
+        ("--materials", "lambert"),
+        ("--debug-view", "light-count"),
+        ("--textures", "per-material"),
+        ("--ray-culling", "improved"),
+        ("--aabb", "off"),
+    ] {
+        let error = parsed(&[flag, "nonsense"]).unwrap_err().to_string();
+        assert!(error.contains(flag) && error.contains("nonsense") && error.contains(known), "{error}");
+    }
+}
+
+#[test]
+fn adapters_are_named_or_cpu() {
+    assert_eq!(parsed(&["--adapter", "cpu"]).unwrap().run.adapter, Some(AdapterChoice::Cpu));
+    let named = parsed(&["--adapter", "llvmpipe"]).unwrap().run.adapter;
+    assert_eq!(named, Some(AdapterChoice::Name("llvmpipe".to_owned())));
+    assert_eq!(parsed(&[]).unwrap().run.adapter, None);
+}
