@@ -36,6 +36,16 @@ pub enum SceneError {
         /// The feature's or extension's name.
         what: String,
     },
+    /// The file has no such scene.
+    #[error("{path}: no scene {scene:?}; there are: {known}", path = path.display())]
+    NoSuchScene {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for.
+        scene: String,
+        /// What there is: indices and names.
+        known: String,
+    },
     /// No generated scene has that name.
     #[error("demo:{name}: no such scene; there are {known}")]
     UnknownDemo {

@@ -17,7 +17,7 @@ mod validate;
 
 pub use camera::{Camera, Projection, near_plane};
 pub use error::SceneError;
-pub use import::load;
+pub use import::{load, load_scene};
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};

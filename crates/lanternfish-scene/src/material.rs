@@ -33,6 +33,16 @@ pub struct Material {
     pub alpha_mode: AlphaMode,
     /// Whether back faces are drawn, with the normal turned to the viewer.
     pub double_sided: bool,
+    /// Index of refraction of what is not metal: at least 1, or 0 for a mirror. At 1.5, the default, it reflects 0.04
+    /// of the light that falls on it from the front.
+    pub ior: f32,
+    /// Multiplies what is reflected where the surface is no metal, in 0..=1.
+    pub specular: f32,
+    /// Linear; multiplies the reflectance from the front where the surface is no metal. Not negative; may exceed 1,
+    /// where the product with the reflectance is to be cut at 1.
+    pub specular_color: Vec3,
+    /// Share of light that passes through what is not metal, in 0..=1. Importers have put it into alpha already.
+    pub transmission: f32,
     /// `KHR_materials_unlit`: the base colour is the radiance.
     pub unlit: bool,
 }
@@ -55,6 +65,10 @@ impl Default for Material {
             emissive_texture: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
+            ior: 1.5,
+            specular: 1.0,
+            specular_color: Vec3::ONE,
+            transmission: 0.0,
             unlit: false,
         }
     }

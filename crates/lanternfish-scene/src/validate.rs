@@ -174,6 +174,15 @@ impl Material {
         if ![self.metallic, self.perceptual_roughness, self.occlusion_strength].into_iter().all(in_unit) {
             return Err("metallic, roughness or occlusion strength outside 0..=1".to_owned());
         }
+        if !in_unit(self.specular) || !in_unit(self.transmission) {
+            return Err("specular or transmission outside 0..=1".to_owned());
+        }
+        if !(self.ior == 0.0 || (self.ior >= 1.0 && self.ior.is_finite())) {
+            return Err(format!("index of refraction {}, neither 0 nor at least 1", self.ior));
+        }
+        if !(self.specular_color.is_finite() && self.specular_color.min_element() >= 0.0) {
+            return Err(format!("specular colour {} is not finite, or negative", self.specular_color));
+        }
         if !self.normal_scale.is_finite() || !self.emissive.is_finite() || self.emissive.min_element() < 0.0 {
             return Err("normal scale or emission is not finite, or negative".to_owned());
         }
@@ -232,6 +241,9 @@ mod tests {
         assert!(fault(|s| primitive(s, &|p| p.material = 1)).contains("material 1 of 1"));
         assert!(fault(|s| s.instances[0].mesh = 4).contains("mesh 4 of 1"));
         assert!(fault(|s| s.materials[0].normal_texture = Some(TextureRef::new(0))).contains("material 0"));
+        assert!(fault(|s| s.materials[0].ior = 0.5).contains("refraction 0.5"));
+        assert!(fault(|s| s.materials[0].specular = 1.5).contains("specular"));
+        assert!(fault(|s| s.materials[0].specular_color.y = -1.0).contains("specular colour"));
         assert!(fault(|s| s.images[0].height = 2).contains("4 bytes"));
         assert!(fault(|s| s.lights[0].range = Some(0.0)).contains("range"));
         assert!(fault(|s| s.lights[0].direction = Vec3::ZERO).contains("direction"));

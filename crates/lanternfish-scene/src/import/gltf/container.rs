@@ -13,7 +13,16 @@ pub(super) struct Parts<'a> {
 
 /// Takes a file apart; its first bytes say which form it has.
 pub(super) fn split(file: &[u8]) -> Result<Parts<'_>> {
-    if file.starts_with(b"glTF") { split_glb(file) } else { Ok(Parts { json: file, bin: None }) }
+    if file.starts_with(b"glTF") {
+        return split_glb(file);
+    }
+    // A byte order mark is not allowed, and harmless.
+    let json = file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file);
+    match json.trim_ascii_start().first() {
+        Some(b'{') => Ok(Parts { json, bin: None }),
+        Some(_) => Err(invalid("not glTF: starts like neither GLB (\"glTF\") nor JSON (\"{\")")),
+        None => Err(invalid("the file is empty")),
+    }
 }
 
 fn split_glb(file: &[u8]) -> Result<Parts<'_>> {

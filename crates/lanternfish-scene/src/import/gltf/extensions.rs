@@ -5,22 +5,46 @@ use std::path::Path;
 use super::fault::{Fault, Result};
 use super::schema::Root;
 
-/// Extensions that are read in full.
+/// Compressed primitives, which are not read.
+pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
+
+/// Extensions that are read; of some, only a part, and what is left out is noted where it is found.
 const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
 
+/// The extension's name, and what to do about a file that needs it.
+pub(super) fn with_remedy(name: &str) -> String {
+    match name {
+        DRACO => format!("{name} (export it without, or with EXT_meshopt_compression)"),
+        "KHR_texture_basisu" => format!("{name} (export its textures as PNG, JPEG or WebP)"),
+        _ => name.to_owned(),
+    }
+}
+
 /// Refuses a file that requires an extension that is not understood; warns, once, of those that it only uses.
 pub(super) fn check(root: &Root, file: &Path) -> Result<()> {
     let unknown = |name: &&String| !SUPPORTED.contains(&name.as_str());
-    let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(String::as_str).collect();
+    let required: Vec<_> = root.extensions_required.iter().filter(unknown).map(|name| with_remedy(name)).collect();
     if !required.is_empty() {
         return Err(Fault::Unsupported(required.join(", ")));
     }
@@ -31,6 +55,9 @@ pub(super) fn check(root: &Root, file: &Path) -> Result<()> {
             file.display(),
             used.join(", ")
         );
+    }
+    if let Some(version) = root.asset.min_version.as_ref().filter(|version| *version != "2.0") {
+        tracing::warn!("{}: asks for glTF {version}, and is read as 2.0", file.display());
     }
     Ok(())
 }

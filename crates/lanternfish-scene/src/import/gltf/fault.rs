@@ -11,6 +11,8 @@ pub(super) enum Fault {
     Invalid(String),
     /// The file requires this, which is not supported.
     Unsupported(String),
+    /// The file has no such scene.
+    NoSuchScene { scene: String, known: String },
     /// A file that it refers to cannot be read.
     Io { path: PathBuf, source: std::io::Error },
 }
@@ -28,6 +30,7 @@ impl Fault {
         match self {
             Self::Invalid(what) => Self::Invalid(what.clone()),
             Self::Unsupported(what) => Self::Unsupported(what.clone()),
+            Self::NoSuchScene { scene, known } => Self::NoSuchScene { scene: scene.clone(), known: known.clone() },
             Self::Io { path, source } => {
                 Self::Io { path: path.clone(), source: std::io::Error::new(source.kind(), source.to_string()) }
             }
@@ -39,6 +42,7 @@ impl Fault {
         match self {
             Self::Invalid(what) => SceneError::Invalid { path: path.to_owned(), what },
             Self::Unsupported(what) => SceneError::Unsupported { path: path.to_owned(), what },
+            Self::NoSuchScene { scene, known } => SceneError::NoSuchScene { path: path.to_owned(), scene, known },
             Self::Io { path, source } => SceneError::Io { path, source },
         }
     }
@@ -55,7 +59,7 @@ impl<T> Place for Result<T> {
         self.map_err(|fault| match fault {
             Fault::Invalid(what) => Fault::Invalid(format!("{}: {what}", place())),
             Fault::Unsupported(what) => Fault::Unsupported(format!("{what} (at {})", place())),
-            io => io,
+            other => other,
         })
     }
 }

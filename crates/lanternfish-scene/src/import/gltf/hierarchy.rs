@@ -13,15 +13,14 @@ pub(super) struct Placed<'a> {
     pub world_from_node: Affine3A,
 }
 
-/// The nodes of the default scene (else of the first; else all), parents before children, in the file's order.
+/// The nodes of that scene (all nodes for none), parents before children, in the file's order.
 ///
 /// An error where the nodes of the file are not a set of trees.
-pub(super) fn resolve<'a>(root: &'a Root) -> Result<Vec<Placed<'a>>> {
+pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Placed<'a>>> {
     let has_parent = check_trees(root)?;
-    let roots = match (root.scene, root.scenes.first()) {
-        (Some(scene), _) => item(&root.scenes, scene, "scenes")?.nodes.clone(),
-        (None, Some(scene)) => scene.nodes.clone(),
-        (None, None) => (0..root.nodes.len()).filter(|i| !has_parent[*i]).collect(),
+    let roots = match scene {
+        Some(scene) => item(&root.scenes, scene, "scenes")?.nodes.clone(),
+        None => (0..root.nodes.len()).filter(|i| !has_parent[*i]).collect(),
     };
     let mut is_placed = vec![false; root.nodes.len()];
     for index in &roots {

@@ -1,4 +1,4 @@
-//! Images: PNG and JPEG, told apart by their content.
+//! Images: PNG, JPEG and WebP, told apart by their content.
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -46,7 +46,7 @@ fn decode(image: &schema::Image, buffers: &Buffers, folder: &Path) -> Result<Ima
     reader.limits(limits);
     let reader = reader.with_guessed_format().expect("a cursor can be read");
     if reader.format().is_none() {
-        return Err(invalid("neither PNG nor JPEG"));
+        return Err(invalid("neither PNG, JPEG nor WebP"));
     }
     let pixels = reader.decode().map_err(|error| invalid(error.to_string()))?.into_rgba8();
     Ok(Image { name: image.name.clone(), width: pixels.width(), height: pixels.height(), rgba: pixels.into_raw() })

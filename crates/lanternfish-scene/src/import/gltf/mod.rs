@@ -2,8 +2,8 @@
 //!
 //! 1. `container`: JSON and BIN chunk; `schema`: the JSON as structs; `extensions`: what is required
 //! 2. `buffers`, `uri`: the bytes; `meshopt`: compressed ones, when they are asked for
-//! 3. `hierarchy`: nodes in world space; `meshes::Used`: what they use
-//! 4. `materials`, `textures`
+//! 3. `scenes`: the one asked for; `hierarchy`: its nodes in world space; `meshes::Used`: what they use
+//! 4. `materials` (`surface`: their extensions), `textures`
 //! 5. `images` are decoded while `meshes` are read: `primitive` (`accessor`, `topology`, `normals`, `tangents`)
 //! 6. `lights`, `cameras` and instances (`instancing`) are placed
 //!
@@ -26,7 +26,9 @@ mod meshopt;
 mod normals;
 mod notes;
 mod primitive;
+mod scenes;
 mod schema;
+mod surface;
 mod tangents;
 #[cfg(test)]
 mod tests;
@@ -48,22 +50,24 @@ use notes::Notes;
 use schema::Root;
 use textures::Textures;
 
+use super::files;
 use crate::{Instance, Material, Scene, SceneError};
 
-/// Reads the file at `path`; see [`crate::import::load`] for what of it.
-pub(super) fn load(path: &Path) -> std::result::Result<Scene, SceneError> {
-    let file = std::fs::read(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
-    read(&file, path).map_err(|fault| fault.at(path))
+/// Reads the file at `path`; see [`crate::import::load_scene`] for what of it.
+pub(super) fn load(path: &Path, scene: Option<&str>) -> std::result::Result<Scene, SceneError> {
+    let file = files::read(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
+    read(&file, path, scene).map_err(|fault| fault.at(path))
 }
 
 /// Reads the content of a file. `path` is where other files are looked for, and names the scene.
-fn read(file: &[u8], path: &Path) -> Result<Scene> {
+fn read(file: &[u8], path: &Path, scene: Option<&str>) -> Result<Scene> {
     let parts = container::split(file)?;
     let root = parse(parts.json)?;
     extensions::check(&root, path)?;
+    let scene = scenes::select(&root, scene)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let buffers = Buffers::load(&root, parts.bin, folder)?;
-    let nodes = hierarchy::resolve(&root)?;
+    let nodes = hierarchy::resolve(&root, scene)?;
     let used = Used::find(&root, &nodes)?;
 
     let mut notes = Notes::default();
@@ -99,11 +103,8 @@ fn read(file: &[u8], path: &Path) -> Result<Scene> {
 fn parse(json: &[u8]) -> Result<Root<'_>> {
     let root: Root = serde_json::from_slice(json).map_err(|error| invalid(format!("JSON: {error}")))?;
     let required = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
-    let is_supported = match &root.asset.min_version {
-        Some(version) => version == "2.0",
-        None => root.asset.version.starts_with("2."),
-    };
-    if is_supported { Ok(root) } else { Err(Fault::Unsupported(format!("glTF {required}"))) }
+    // Minor versions add to the format. There is none beyond 2.0 yet; one to come is tried, and warned about.
+    if required.starts_with("2.") { Ok(root) } else { Err(Fault::Unsupported(format!("glTF {required}"))) }
 }
 
 /// Adds what is at a node: an instance, a light, a camera.

@@ -3,9 +3,9 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::Accessors;
-use super::fault::{Place, Result, invalid};
+use super::fault::{Fault, Place, Result, invalid};
 use super::topology::Topology;
-use super::{normals, schema, tangents, vertices};
+use super::{extensions, normals, schema, tangents, vertices};
 use crate::Primitive;
 
 /// What came of a primitive of the file.
@@ -31,6 +31,7 @@ pub(super) fn read(
     let Some(positions) = source.attributes.get("POSITION") else {
         return Ok(Outcome::LeftOut("primitives without positions"));
     };
+    refuse_draco(accessors, source)?;
     let mut primitive = Primitive { positions: read_positions(accessors, *positions)?, ..Default::default() };
     let vertex_count = primitive.positions.len();
     primitive.indices = topology.triangles(match source.indices {
@@ -61,6 +62,18 @@ pub(super) fn read(
         }
     }
     Ok(Outcome::Read(primitive))
+}
+
+/// A primitive that is compressed may have an uncompressed form beside it; without that there is nothing to read.
+fn refuse_draco(accessors: &Accessors, source: &schema::Primitive) -> Result<()> {
+    let is_empty = |index: &usize| {
+        let accessor = accessors.root.accessors.get(*index);
+        accessor.is_some_and(|accessor| accessor.buffer_view.is_none() && accessor.sparse.is_none())
+    };
+    if source.extensions.draco.is_some() && source.attributes.values().chain(&source.indices).any(is_empty) {
+        return Err(Fault::Unsupported(extensions::with_remedy(extensions::DRACO)));
+    }
+    Ok(())
 }
 
 fn read_positions(accessors: &Accessors, accessor: usize) -> Result<Vec<Vec3>> {

@@ -204,7 +204,7 @@ pub(super) struct Image<'a> {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Material {
     pub name: String,
-    pub pbr_metallic_roughness: MetallicRoughness,
+    pub pbr_metallic_roughness: Option<MetallicRoughness>,
     pub normal_texture: Option<NormalTexture>,
     pub occlusion_texture: Option<OcclusionTexture>,
     pub emissive_texture: Option<TextureInfo>,
@@ -232,6 +232,94 @@ pub(super) struct MaterialExtensions {
     pub emissive_strength: Option<EmissiveStrength>,
     #[serde(rename = "KHR_materials_unlit")]
     pub unlit: Option<Empty>,
+    #[serde(rename = "KHR_materials_anisotropy")]
+    pub anisotropy: Option<Anisotropy>,
+    #[serde(rename = "KHR_materials_clearcoat")]
+    pub clearcoat: Option<Clearcoat>,
+    #[serde(rename = "KHR_materials_dispersion")]
+    pub dispersion: Option<Dispersion>,
+    #[serde(rename = "KHR_materials_ior")]
+    pub ior: Option<Ior>,
+    #[serde(rename = "KHR_materials_iridescence")]
+    pub iridescence: Option<Iridescence>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub specular_glossiness: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_sheen")]
+    pub sheen: Option<Sheen>,
+    #[serde(rename = "KHR_materials_specular")]
+    pub specular: Option<Specular>,
+    #[serde(rename = "KHR_materials_transmission")]
+    pub transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_volume")]
+    pub volume: Option<Volume>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Anisotropy {
+    pub anisotropy_strength: f32,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Clearcoat {
+    pub clearcoat_factor: f32,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Dispersion {
+    pub dispersion: f32,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Ior {
+    pub ior: Option<f32>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Iridescence {
+    pub iridescence_factor: f32,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Sheen {
+    pub sheen_color_factor: [f32; 3],
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Specular {
+    pub specular_factor: Option<f32>,
+    pub specular_texture: Option<TextureInfo>,
+    pub specular_color_factor: Option<[f32; 3]>,
+    pub specular_color_texture: Option<TextureInfo>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: Option<[f32; 4]>,
+    pub diffuse_texture: Option<TextureInfo>,
+    pub specular_factor: Option<[f32; 3]>,
+    pub glossiness_factor: Option<f32>,
+    pub specular_glossiness_texture: Option<TextureInfo>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Transmission {
+    pub transmission_factor: f32,
+    pub transmission_texture: Option<TextureInfo>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Volume {
+    pub thickness_factor: f32,
 }
 
 #[derive(Deserialize)]
@@ -303,6 +391,15 @@ pub(super) struct Primitive {
     pub indices: Option<usize>,
     pub material: Option<usize>,
     pub mode: Option<u32>,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<Empty>,
 }
 
 #[derive(Default, Deserialize)]
@@ -376,11 +473,27 @@ pub(super) struct Sampler {
 #[derive(Deserialize)]
 pub(super) struct Scene {
     #[serde(default)]
+    pub name: String,
+    #[serde(default)]
     pub nodes: Vec<usize>,
 }
 
 #[derive(Deserialize)]
 pub(super) struct Texture {
     pub sampler: Option<usize>,
+    pub source: Option<usize>,
+    #[serde(default)]
+    pub extensions: TextureExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    pub webp: Option<TextureSource>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct TextureSource {
     pub source: Option<usize>,
 }

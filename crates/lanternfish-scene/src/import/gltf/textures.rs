@@ -29,7 +29,8 @@ impl Textures {
             notes.add("textures of a third or further set of texture coordinates");
             return Ok(None);
         }
-        let Some(source) = texture.source else {
+        let webp = texture.extensions.webp.as_ref().and_then(|webp| webp.source);
+        let Some(source) = webp.or(texture.source) else {
             notes.add("textures without an image in a format that is supported");
             return Ok(None);
         };

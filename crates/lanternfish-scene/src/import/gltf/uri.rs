@@ -7,6 +7,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
 use super::fault::{Fault, Result, invalid};
+use crate::import::files;
 
 /// Padding is optional: exporters disagree.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -16,7 +17,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 
 /// The bytes that `uri` holds (`data:`) or names (a path relative to `folder`, percent-encoded).
 ///
-/// Nothing is fetched from a network, and absolute paths are refused.
+/// Nothing is fetched from a network; absolute paths, and what is no regular file, are refused.
 pub(super) fn read(uri: &str, folder: &Path) -> Result<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
         return read_data(data);
@@ -30,7 +31,7 @@ pub(super) fn read(uri: &str, folder: &Path) -> Result<Vec<u8>> {
         return Err(invalid(format!("uri {uri:?}: not a path relative to the scene's")));
     }
     let path = folder.join(name);
-    std::fs::read(&path).map_err(|source| Fault::Io { path, source })
+    files::read(&path).map_err(|source| Fault::Io { path, source })
 }
 
 fn read_data(data: &str) -> Result<Vec<u8>> {

@@ -141,7 +141,9 @@ fn versions_are_checked() {
         (json!({ "version": "2.0" }), true),
         (json!({ "version": "2.7" }), true),
         (json!({ "version": "2.7", "minVersion": "2.0" }), true),
-        (json!({ "version": "2.7", "minVersion": "2.1" }), false),
+        (json!({ "version": "2.7", "minVersion": "2.1" }), true),
+        (json!({ "version": "3.0", "minVersion": "2.0" }), true),
+        (json!({ "version": "2.0", "minVersion": "3.0" }), false),
         (json!({ "version": "1.0" }), false),
     ] {
         file.json["asset"] = asset.clone();

@@ -199,7 +199,9 @@ fn images_are_told_apart_by_content_and_become_rgba8() {
 #[test]
 fn corrupt_images_are_refused_by_name() {
     let png = encode(ImageFormat::Png, image::RgbImage::new(8, 8).into());
-    for (bytes, message) in [(&png[..40], ""), (&b"not an image"[..], "neither PNG nor JPEG"), (&[][..], "neither")] {
+    for (bytes, message) in
+        [(&png[..40], ""), (&b"not an image"[..], "neither PNG, JPEG nor WebP"), (&[][..], "neither")]
+    {
         let mut file = with_material(json!({ "emissiveTexture": { "index": 0 } }));
         let view = file.view(bytes);
         file.json["images"][0] = json!({ "bufferView": view, "name": "picture" });
@@ -227,7 +229,7 @@ fn textures_that_cannot_be_read_are_left_out_or_refused() {
     let mut file = with_material(json!({ "emissiveTexture": { "index": 0, "texCoord": 2 } }));
     assert_eq!(file.scene().materials[0].emissive_texture, None, "a third set of coordinates");
     file.json["materials"][0]["emissiveTexture"] = json!({ "index": 0 });
-    file.json["textures"][0] = json!({ "extensions": { "EXT_texture_webp": { "source": 0 } } });
+    file.json["textures"][0] = json!({ "extensions": { "MSFT_texture_dds": { "source": 0 } } });
     assert_eq!(file.scene().materials[0].emissive_texture, None, "only an extension's image");
     file.json["textures"][0] = json!({ "source": 1 });
     assert_contains(&file.fault(), "materials[0]: textures[0]: images[1]");

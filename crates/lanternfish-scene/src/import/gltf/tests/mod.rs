@@ -2,11 +2,14 @@
 
 mod accessors;
 mod compression;
+mod conformance;
 mod container;
 mod geometry;
 mod materials;
 mod nodes;
 mod samples;
+mod scenes;
+mod surface;
 mod warnings;
 
 use std::path::Path;
@@ -144,7 +147,7 @@ impl File {
 
 pub fn load_bytes(bytes: &[u8]) -> Result<Scene, SceneError> {
     let path = Path::new("folder/test.glb");
-    super::read(bytes, path).map_err(|fault| fault.at(path))
+    super::read(bytes, path, None).map_err(|fault| fault.at(path))
 }
 
 pub fn bytes_of(values: &[f32]) -> Vec<u8> {

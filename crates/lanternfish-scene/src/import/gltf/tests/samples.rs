@@ -7,16 +7,22 @@ use crate::{LightKind, Scene};
 
 /// A scene from the folder of assets, validated; `None`, and says so, where there is none.
 fn sample(name: &str) -> Option<Scene> {
+    let path = asset(name, "scene samples")?;
+    let scene = load(path.to_str().expect("UTF-8")).unwrap_or_else(|error| panic!("{error}"));
+    scene.validate().unwrap_or_else(|fault| panic!("{}: {fault}", path.display()));
+    Some(scene)
+}
+
+/// A path below the folder of assets; `None`, and says so for `test`, where it is missing.
+pub fn asset(name: &str, test: &str) -> Option<PathBuf> {
     let beside_the_workspace = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared").into();
     let folder = std::env::var_os("LANTERNFISH_SHARED").map_or_else(beside_the_workspace, PathBuf::from);
     let path = folder.join("assets").join(name);
     if !path.exists() {
-        left_out(&format!("LEFT OUT (shared): scene samples: no {}", path.display()));
+        left_out(&format!("LEFT OUT (shared): {test}: no {}", path.display()));
         return None;
     }
-    let scene = load(path.to_str().expect("UTF-8")).unwrap_or_else(|error| panic!("{error}"));
-    scene.validate().unwrap_or_else(|fault| panic!("{}: {fault}", path.display()));
-    Some(scene)
+    Some(path)
 }
 
 #[test]

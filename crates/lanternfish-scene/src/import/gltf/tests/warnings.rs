@@ -42,7 +42,7 @@ impl Subscriber for Warnings {
 }
 
 /// The warnings while the file is loaded.
-fn warnings(file: &File) -> Vec<String> {
+pub fn warnings(file: &File) -> Vec<String> {
     let warnings = Warnings::default();
     tracing::subscriber::with_default(warnings.clone(), || file.scene());
     let messages = warnings.0.lock().expect("nothing else holds the lock");

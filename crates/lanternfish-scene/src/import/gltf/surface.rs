@@ -1,0 +1,105 @@
+//! Extensions of materials beyond metal, roughness and emission.
+
+use glam::{Vec3, Vec4};
+
+use super::fault::Result;
+use super::notes::Notes;
+use super::schema::{MaterialExtensions, Root, SpecularGlossiness, TextureInfo};
+use super::textures::Textures;
+use crate::{AlphaMode, Material};
+
+/// Least alpha of a material that transmits all light. Blending weighs highlights by alpha too: with a tenth, those
+/// of lights are seen in clear glass, and nine tenths of what is behind it.
+const MIN_TRANSMISSIVE_ALPHA: f32 = 0.1;
+
+/// Reflectance of a dielectric of index 1.5 seen from the front, which `specular_color` multiplies.
+const DIELECTRIC_REFLECTANCE: f32 = 0.04;
+
+/// Applies what is read of a material's extensions to what is read of its core; notes what is not.
+pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, notes: &mut Notes) {
+    if let Some(ior) = extensions.ior.as_ref().and_then(|extension| extension.ior) {
+        // 0 is allowed, and stands for a mirror; between 0 and 1 there is nothing.
+        material.ior = if ior == 0.0 { 0.0 } else { ior.clamp(1.0, f32::MAX) };
+    }
+    if let Some(specular) = &extensions.specular {
+        material.specular = specular.specular_factor.unwrap_or(1.0).clamp(0.0, 1.0);
+        material.specular_color =
+            specular.specular_color_factor.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::MAX);
+        if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
+            notes.add("textures of KHR_materials_specular");
+        }
+    }
+    if let Some(transmission) = &extensions.transmission
+        && let factor = transmission.transmission_factor.clamp(0.0, 1.0)
+        && factor > 0.0
+    {
+        notes.add("refraction of KHR_materials_transmission, whose materials are blended instead");
+        if transmission.transmission_texture.is_some() {
+            notes.add("textures of KHR_materials_transmission");
+        }
+        transmit(material, factor);
+    }
+    for (name, has_effect) in [
+        ("KHR_materials_anisotropy", extensions.anisotropy.as_ref().is_some_and(|e| e.anisotropy_strength != 0.0)),
+        ("KHR_materials_clearcoat", extensions.clearcoat.as_ref().is_some_and(|e| e.clearcoat_factor != 0.0)),
+        ("KHR_materials_dispersion", extensions.dispersion.as_ref().is_some_and(|e| e.dispersion != 0.0)),
+        ("KHR_materials_iridescence", extensions.iridescence.as_ref().is_some_and(|e| e.iridescence_factor != 0.0)),
+        ("KHR_materials_sheen", extensions.sheen.as_ref().is_some_and(|e| e.sheen_color_factor != [0.0; 3])),
+        ("KHR_materials_volume", extensions.volume.as_ref().is_some_and(|e| e.thickness_factor != 0.0)),
+    ] {
+        if has_effect {
+            notes.add(name);
+        }
+    }
+}
+
+/// Makes a material let through light as far as blending can: as a thin sheet that bends nothing.
+///
+/// Metal transmits nothing; where a texture says what is metal, all of it is taken for none.
+fn transmit(material: &mut Material, factor: f32) {
+    material.transmission = factor;
+    let is_metal_known = material.metallic_roughness_texture.is_none();
+    let transmitted = if is_metal_known { factor * (1.0 - material.metallic) } else { factor };
+    if transmitted == 0.0 {
+        return;
+    }
+    if material.alpha_mode == AlphaMode::Opaque {
+        material.base_color.w = 1.0;
+    }
+    material.alpha_mode = AlphaMode::Blend;
+    material.base_color.w *= (1.0 - transmitted).max(MIN_TRANSMISSIVE_ALPHA);
+}
+
+/// Replaces the core's surface by that of `KHR_materials_pbrSpecularGlossiness`, as a dielectric: diffuse is its
+/// base colour, and specular what it reflects seen from the front.
+///
+/// Its texture of specular and glossiness is not read. Where there is one, the factors mean nothing without it: the
+/// reflectance stays that of glass, and half the glossiness is taken.
+pub(super) fn convert(
+    root: &Root,
+    source: &SpecularGlossiness,
+    material: &mut Material,
+    textures: &mut Textures,
+    notes: &mut Notes,
+) -> Result<()> {
+    let mut texture = |info: Option<&TextureInfo>| match info {
+        Some(info) => textures.add(root, info, notes),
+        None => Ok(None),
+    };
+    material.base_color = source.diffuse_factor.map_or(Vec4::ONE, Vec4::from).clamp(Vec4::ZERO, Vec4::ONE);
+    material.base_color_texture = texture(source.diffuse_texture.as_ref())?;
+    material.metallic = 0.0;
+    material.metallic_roughness_texture = None;
+    let glossiness = source.glossiness_factor.unwrap_or(1.0).clamp(0.0, 1.0);
+    if source.specular_glossiness_texture.is_some() {
+        notes.add("specular-glossiness textures");
+        material.perceptual_roughness = 1.0 - 0.5 * glossiness;
+        return Ok(());
+    }
+    let specular = source.specular_factor.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE);
+    material.perceptual_roughness = 1.0 - glossiness;
+    material.specular_color = specular / DIELECTRIC_REFLECTANCE;
+    // The extension's own: what is reflected is not scattered.
+    material.base_color *= (Vec3::ONE - specular.max_element()).extend(1.0);
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! Files of several scenes, and files by odd names.
+
+use serde_json::json;
+
+use super::{File, TRIANGLE, assert_contains, bytes_of};
+use crate::SceneError;
+use crate::import::{load, load_scene};
+
+/// Writes the file, and loads its scene of that name or index.
+fn load_one(file: &File, scene: Option<&str>) -> Result<usize, SceneError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scenes.glb");
+    std::fs::write(&path, file.glb()).expect("written");
+    load_scene(path.to_str().expect("UTF-8"), scene).map(|scene| scene.instances.len())
+}
+
+#[test]
+fn scenes_are_told_by_name_and_index() {
+    let mut file = File::with_triangle();
+    for _ in 1..6 {
+        file.push("nodes", json!({ "mesh": 0 }));
+    }
+    file.json["scenes"] =
+        json!([{ "name": "one", "nodes": [0] }, { "nodes": [1, 2] }, { "name": "1", "nodes": [3, 4, 5] }]);
+    file.json["scene"] = json!(1);
+    for (scene, count) in [(None, 2), (Some("one"), 1), (Some("0"), 1), (Some("2"), 3), (Some("1"), 3)] {
+        assert_eq!(load_one(&file, scene).expect("there is one"), count, "{scene:?}: names go before indices");
+    }
+    for scene in ["3", "-1", "One", ""] {
+        let error = load_one(&file, Some(scene)).expect_err("there is none").to_string();
+        assert_contains(&error, &format!("scenes.glb: no scene {scene:?}; there are: 0 \"one\", 1, 2 \"1\""));
+    }
+    let error = load_one(&File::with_triangle(), Some("0")).expect_err("nodes without a scene");
+    assert_contains(&error.to_string(), "only one, which has neither name nor index");
+    assert!(load_scene("demo:cornell", Some("0")).is_ok());
+    let error = load_scene("demo:cornell", Some("x")).expect_err("generated scenes are alone");
+    assert_contains(&error.to_string(), "demo:cornell: no scene \"x\"");
+}
+
+#[test]
+fn names_may_be_of_any_script_and_percent_encoded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let inner = folder.path().join("Straße 東京");
+    std::fs::create_dir(&inner).expect("a folder");
+    std::fs::create_dir(inner.join("ü#&+ 100%")).expect("a folder");
+    std::fs::write(inner.join("ü#&+ 100%/ñ [1].bin"), bytes_of(&TRIANGLE)).expect("written");
+    let mut file = File::with_triangle();
+    let path = inner.join("Lichtfänger 灯.gltf");
+    // Encoded in full, in part, and not at all.
+    for uri in [
+        "%C3%BC%23%26%2B%20100%25/%C3%B1%20%5B1%5D.bin",
+        "ü%23&+ 100%25/ñ%20[1].bin",
+        "ü#&+ 100%/ñ [1].bin",
+        "./ü#&+ 100%/../ü#&+ 100%/ñ [1].bin",
+    ] {
+        file.json["buffers"] = json!([{ "byteLength": 36, "uri": uri }]);
+        std::fs::write(&path, file.json.to_string()).expect("written");
+        let scene = load(path.to_str().expect("UTF-8")).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((scene.triangle_counts().0, scene.name.as_str()), (1, "Lichtfänger 灯"), "{uri}");
+    }
+    for uri in ["%FF.bin", "%00.bin", "missing%20file.bin"] {
+        file.json["buffers"][0]["uri"] = json!(uri);
+        std::fs::write(&path, file.json.to_string()).expect("written");
+        load(path.to_str().expect("UTF-8")).expect_err(uri);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_not_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.gltf");
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("endless.bin")).expect("a link");
+    let status = std::process::Command::new("mkfifo").arg(folder.path().join("silent.bin")).status();
+    assert!(status.expect("mkfifo runs").success());
+    std::fs::create_dir(folder.path().join("folder.bin")).expect("a folder");
+    let mut file = File::with_triangle();
+    for uri in ["endless.bin", "silent.bin", "folder.bin"] {
+        file.json["buffers"] = json!([{ "byteLength": 36, "uri": uri }]);
+        std::fs::write(&path, file.json.to_string()).expect("written");
+        let error = load(path.to_str().expect("UTF-8")).expect_err("it has no end").to_string();
+        assert_contains(&error, &format!("{uri}: not a regular file"));
+    }
+    // A link to a regular file is one.
+    std::fs::write(folder.path().join("real"), bytes_of(&TRIANGLE)).expect("written");
+    std::os::unix::fs::symlink("real", folder.path().join("link.bin")).expect("a link");
+    file.json["buffers"][0]["uri"] = json!("link.bin");
+    std::fs::write(&path, file.json.to_string()).expect("written");
+    assert!(load(path.to_str().expect("UTF-8")).is_ok());
+}
+
+#[test]
+fn what_is_no_scene_at_all_says_so() {
+    let fault = |bytes: &[u8]| super::load_bytes(bytes).expect_err("no scene").to_string();
+    assert_contains(&fault(b""), "the file is empty");
+    assert_contains(&fault(b" \n"), "the file is empty");
+    assert_contains(&fault(b"\x89PNG\r\n"), "not glTF: starts like neither GLB");
+    assert_contains(&fault(b"[]"), "not glTF");
+    assert_contains(&fault(b"glT"), "not glTF");
+    assert_contains(&fault(b"glTF\x02\0"), "GLB: ends within the header");
+}

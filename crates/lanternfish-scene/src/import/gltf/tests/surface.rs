@@ -1,0 +1,158 @@
+//! Extensions of materials and textures.
+
+use std::io::Cursor;
+
+use glam::{Vec3, Vec4};
+use serde_json::{Value, json};
+
+use super::warnings::warnings;
+use super::{File, assert_contains};
+use crate::{AlphaMode, Material, SceneError};
+
+/// A triangle with this material; all its extensions are required.
+fn with_material(material: Value) -> File {
+    let mut file = File::with_triangle();
+    let names: Vec<_> = material["extensions"].as_object().into_iter().flat_map(|map| map.keys().cloned()).collect();
+    file.json["extensionsRequired"] = json!(names);
+    file.json["extensionsUsed"] = json!(names);
+    file.push("materials", material);
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    file
+}
+
+fn material(material: Value) -> Material {
+    with_material(material).scene().materials.remove(0)
+}
+
+#[test]
+fn refraction_and_specular_are_read_and_clamped() {
+    let default = Material::default();
+    assert_eq!((default.ior, default.specular, default.specular_color), (1.5, 1.0, Vec3::ONE));
+    for (stored, read) in [(1.33, 1.33), (0.0, 0.0), (0.7, 1.0), (-2.0, 1.0), (2.42, 2.42), (1e300, f32::MAX)] {
+        assert_eq!(material(json!({ "extensions": { "KHR_materials_ior": { "ior": stored } } })).ior, read);
+    }
+    let extension = json!({ "specularFactor": 0.25, "specularColorFactor": [2, 0.5, -1] });
+    let read = material(json!({ "extensions": { "KHR_materials_specular": extension, "KHR_materials_ior": {} } }));
+    assert_eq!((read.ior, read.specular, read.specular_color), (1.5, 0.25, Vec3::new(2.0, 0.5, 0.0)));
+}
+
+#[test]
+fn transmission_becomes_blending() {
+    let read = |mut source: Value, factor: f32| {
+        source["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": factor } });
+        material(source)
+    };
+    let glass = json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorFactor": [1, 0, 0, 0.5] } });
+    let none = read(glass.clone(), 0.0);
+    assert_eq!((none.alpha_mode, none.transmission), (AlphaMode::Opaque, 0.0));
+    let half = read(glass.clone(), 0.5);
+    assert_eq!((half.alpha_mode, half.base_color), (AlphaMode::Blend, Vec4::new(1.0, 0.0, 0.0, 0.5)));
+    // Alpha of an opaque material means nothing; that of a blended one is kept.
+    assert_eq!(read(glass.clone(), 1.0).base_color.w, 0.1);
+    let mut blended = glass.clone();
+    blended["alphaMode"] = json!("BLEND");
+    assert_eq!(read(blended, 0.5).base_color.w, 0.25);
+    let metal = read(json!({}), 1.0);
+    assert_eq!((metal.alpha_mode, metal.transmission), (AlphaMode::Opaque, 1.0), "metal transmits nothing");
+}
+
+#[test]
+fn what_is_left_out_of_a_surface_is_said_by_name() {
+    let file = with_material(json!({ "extensions": {
+        "KHR_materials_clearcoat": { "clearcoatFactor": 1 },
+        "KHR_materials_sheen": { "sheenColorFactor": [1, 0, 0] },
+        "KHR_materials_volume": { "thicknessFactor": 1 },
+        "KHR_materials_iridescence": { "iridescenceFactor": 1 },
+        "KHR_materials_anisotropy": { "anisotropyStrength": 1 },
+        "KHR_materials_dispersion": { "dispersion": 1 },
+    } }));
+    let names = ["anisotropy", "clearcoat", "dispersion", "iridescence", "sheen", "volume"];
+    let expected = names.map(|name| format!("folder/test.glb: left out: KHR_materials_{name} (1)"));
+    assert_eq!(warnings(&file), expected);
+    let file = with_material(json!({ "extensions": {
+        "KHR_materials_clearcoat": {}, "KHR_materials_sheen": {}, "KHR_materials_volume": {},
+        "KHR_materials_iridescence": {}, "KHR_materials_anisotropy": {}, "KHR_materials_dispersion": {},
+        "KHR_materials_ior": {}, "KHR_materials_variants": {},
+    } }));
+    assert!(warnings(&file).is_empty(), "without effect there is nothing to leave out");
+    let mut file = File::with_triangle();
+    file.json["asset"]["minVersion"] = json!("2.1");
+    assert_eq!(warnings(&file), ["folder/test.glb: asks for glTF 2.1, and is read as 2.0"]);
+}
+
+#[test]
+fn specular_and_glossiness_are_converted() {
+    let extension = json!({
+        "diffuseFactor": [0.5, 1, 0.25, 0.75], "specularFactor": [0.04, 0.2, 0.08], "glossinessFactor": 0.75,
+    });
+    let mut file = with_material(json!({
+        "pbrMetallicRoughness": { "baseColorFactor": [1, 0, 0, 1], "roughnessFactor": 0.5 },
+        "extensions": { "KHR_materials_pbrSpecularGlossiness": extension },
+    }));
+    let read = file.scene().materials.remove(0);
+    assert_eq!((read.metallic, read.perceptual_roughness), (0.0, 0.25));
+    assert!(read.base_color.abs_diff_eq(Vec4::new(0.4, 0.8, 0.2, 0.75), 1e-6), "{}", read.base_color);
+    assert!(read.specular_color.abs_diff_eq(Vec3::new(1.0, 5.0, 2.0), 1e-5), "{}", read.specular_color);
+    // Not required: the core is the author's own conversion.
+    file.json["extensionsRequired"] = json!([]);
+    let read = file.scene().materials.remove(0);
+    assert_eq!((read.base_color, read.specular_color), (Vec4::new(1.0, 0.0, 0.0, 1.0), Vec3::ONE));
+}
+
+/// A triangle whose base colour is texture 0, over these textures.
+fn textured(textures: Value) -> File {
+    let mut file = with_material(json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
+    for (format, color) in [(image::ImageFormat::Png, [255, 0, 0, 255]), (image::ImageFormat::WebP, [0, 255, 0, 128])] {
+        let mut bytes = Cursor::new(Vec::new());
+        let image = image::RgbaImage::from_pixel(2, 2, image::Rgba(color));
+        image.write_to(&mut bytes, format).expect("encoded");
+        let view = file.view(&bytes.into_inner());
+        file.push("images", json!({ "bufferView": view }));
+    }
+    file.json["textures"] = textures;
+    file
+}
+
+#[test]
+fn webp_goes_before_its_fallback() {
+    for source in [json!({}), json!({ "source": 0 })] {
+        let mut texture = source;
+        texture["extensions"] = json!({ "EXT_texture_webp": { "source": 1 } });
+        let mut file = textured(json!([texture]));
+        file.json["extensionsRequired"] = json!(["EXT_texture_webp"]);
+        let scene = file.scene();
+        assert_eq!((scene.images.len(), &scene.images[0].rgba[..4]), (1, &[0, 255, 0, 128][..]));
+    }
+}
+
+#[test]
+fn supercompressed_textures_are_left_out_or_refused() {
+    let mut file = textured(json!([{ "extensions": { "KHR_texture_basisu": { "source": 1 } } }]));
+    file.json["extensionsUsed"] = json!(["KHR_texture_basisu"]);
+    assert_eq!(
+        warnings(&file),
+        [
+            "folder/test.glb: read without these extensions, which are not supported: KHR_texture_basisu",
+            "folder/test.glb: left out: textures without an image in a format that is supported (1)",
+        ]
+    );
+    file.json["textures"][0]["source"] = json!(0);
+    assert_eq!(file.scene().images[0].rgba[..4], [255, 0, 0, 255], "the fallback");
+    file.json["extensionsRequired"] = json!(["KHR_texture_basisu"]);
+    let error = file.load().expect_err("it is required").to_string();
+    assert_contains(&error, "requires KHR_texture_basisu (export its textures as PNG, JPEG or WebP)");
+}
+
+#[test]
+fn draco_is_refused_where_there_is_nothing_else() {
+    let mut file = File::with_triangle();
+    file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression"]);
+    file.json["meshes"][0]["primitives"][0]["extensions"] =
+        json!({ "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } });
+    assert_eq!(file.scene().triangle_counts(), (1, 1), "the uncompressed form");
+    file.json["accessors"][0].as_object_mut().expect("an accessor").remove("bufferView");
+    let is_named = |error: &SceneError| error.to_string().contains("requires KHR_draco_mesh_compression (export it");
+    assert!(file.load().is_err_and(|error| is_named(&error)));
+    file.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
+    assert!(file.load().is_err_and(|error| is_named(&error)));
+}
