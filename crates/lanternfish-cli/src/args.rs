@@ -76,6 +76,8 @@ pub struct InfoArgs {
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), or a built-in scene: {}", demos()))]
     #[arg(required_unless_present = "adapters", value_parser = NonEmptyStringValueParser::new())]
     pub scene: Option<String>,
+    #[command(flatten)]
+    pub part: PartArgs,
     /// Lists the adapters of this machine: name, driver, and which optional features they have.
     #[arg(long)]
     pub adapters: bool,
@@ -89,6 +91,8 @@ pub struct RenderArgs {
 
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub part: PartArgs,
     #[command(flatten, next_help_heading = "View")]
     pub view: ViewArgs,
     #[command(flatten, next_help_heading = "Track (of a shot)")]
@@ -113,6 +117,14 @@ pub struct OutputArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
+}
+
+#[derive(Debug, Args)]
+pub struct PartArgs {
+    /// A scene of the file, by name or by its number. Without it: the one that the file opens with.
+    #[arg(long = "scene", value_name = "NAME|INDEX", value_parser = NonEmptyStringValueParser::new())]
+    #[arg(allow_hyphen_values = true)]
+    pub scene_of_file: Option<String>,
 }
 
 #[derive(Clone, Debug, Args)]

@@ -9,7 +9,7 @@ use crate::{args::InfoArgs, error::CliError, report::grouped, scene};
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();
     if let Some(source) = &args.scene {
-        text += &describe(&scene::load(source)?);
+        text += &describe(&scene::load_part(source, args.part.scene_of_file.as_deref())?);
     }
     if args.adapters {
         text += &adapters()?;

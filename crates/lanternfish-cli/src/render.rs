@@ -43,7 +43,9 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     }
     let mut progress = Progress::start(args.run.quiet);
 
-    let mut scene = progress.step("load", &format!("Loading {}", args.scene), || scene::load(&args.scene))?;
+    let part = args.part.scene_of_file.as_deref();
+    let mut scene =
+        progress.step("load", &format!("Loading {}", args.scene), || scene::load_part(&args.scene, part))?;
     apply_lights(&mut scene, &args.lights, args.run.seed);
     if scene.lights.is_empty() && settings.debug_view.is_none() {
         progress

@@ -134,6 +134,26 @@ fn mistakes_leave_nothing() {
 }
 
 #[test]
+fn a_scene_of_a_file_is_chosen_by_name_or_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"{ "asset": { "version": "2.0" }, "scene": 0,
+        "scenes": [ { "name": "day", "nodes": [] }, { "name": "night", "nodes": [ 0 ] } ],
+        "cameras": [ { "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } } ],
+        "nodes": [ { "name": "door", "camera": 0 } ] }"#;
+    fs::write(folder.path().join("two.gltf"), text).unwrap();
+    for (flags, cameras) in [("", "0"), ("--scene night", "1"), ("--scene 1", "1"), ("--scene day", "0")] {
+        let info = run(folder.path(), &format!("info two.gltf {flags}"));
+        assert!(info.contains(&format!("cameras      {cameras}")), "{flags}: {info}");
+    }
+    let shot = run(folder.path(), "shot two.gltf --scene night");
+    assert!(shot.contains("[view]\n") && shot.contains("\nscene = \"night\"\n"), "{shot}");
+    for command in ["render", "info", "shot"] {
+        let error = refused(folder.path(), &format!("{command} two.gltf --scene dusk"));
+        assert!(error.contains("\"dusk\"") && error.contains("night") && error.contains("--scene"), "{error}");
+    }
+}
+
+#[test]
 fn help_names_every_demo() {
     let folder = tempfile::tempdir().unwrap();
     let help = run(folder.path(), "help render");

@@ -63,6 +63,7 @@ fn every_kind_of_value_reaches_its_flag() {
         eye = [1, -2.5, 3e0]
         target = "0,1,0"
         camera = "court"
+        scene = "1"
         [lights]
         point = [[0, 1, 2, 3], "4,5,6,7,1,0.5,0,8"]
         sun = [0, -1, 0, 3]
@@ -83,7 +84,7 @@ fn every_kind_of_value_reaches_its_flag() {
     assert_eq!(args.scene, "demo:atrium");
     assert_eq!((args.output.size.width, args.output.size.height), (64, 48));
     assert_eq!((args.view.eye, args.view.target), (Some(Vec3::new(1.0, -2.5, 3.0)), Some(Vec3::Y)));
-    assert_eq!(args.view.camera.as_deref(), Some("court"));
+    assert_eq!((args.view.camera.as_deref(), args.part.scene_of_file.as_deref()), (Some("court"), Some("1")));
     assert_eq!((args.lights.points.len(), args.lights.points[1].range), (2, Some(8.0)));
     assert_eq!(args.lights.sun.as_ref().unwrap().direction, Vec3::NEG_Y);
     assert_eq!(args.lights.lights.unwrap().radius, Some(0.5));

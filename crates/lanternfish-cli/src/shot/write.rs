@@ -39,7 +39,7 @@ const WIDTH: usize = 118;
 pub fn write(args: RenderArgs) -> Result<(), CliError> {
     let shot = super::resolve(args)?;
     let (args, size) = (&shot.args, shot.args.output.size);
-    let scene = scene::load(&args.scene)?;
+    let scene = scene::load_part(&args.scene, args.part.scene_of_file.as_deref())?;
     let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;
     let text = text(&shot, Some(&camera))?;
     std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
