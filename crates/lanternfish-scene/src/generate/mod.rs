@@ -10,7 +10,9 @@ mod street;
 mod surface;
 mod texture;
 
+pub(crate) use build::Shape;
 pub use rain::light_rain;
+pub(crate) use surface::Surface;
 
 use crate::{Scene, SceneError};
 

@@ -2,12 +2,13 @@
 
 mod files;
 mod gltf;
+mod obj;
 
 use std::path::Path;
 
 use crate::{Scene, SceneError};
 
-/// Reads a scene: a glTF 2.0 file (`.gltf`, `.glb`), or `demo:NAME` for a generated one.
+/// Reads a scene: a glTF 2.0 file (`.gltf`, `.glb`), a Wavefront file (`.obj`), or `demo:NAME` for a generated one.
 ///
 /// What is read of a glTF file:
 ///
@@ -27,6 +28,11 @@ use crate::{Scene, SceneError};
 ///   that it only uses is a warning.
 /// * Not read: animations, morph targets and skins. A skinned mesh is placed by its own node, undeformed.
 ///
+/// Of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as fans of triangles,
+/// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,
+/// `map_d`, `norm` and, where it is a normal map, `map_Bump`). Missing normals become flat ones. A missing MTL file or
+/// texture is a warning. Not read: smoothing groups, vertex colours, points, lines, curves.
+///
 /// Files are checked while they are read: offsets, counts and indices out of range, node cycles, and attributes of
 /// unequal length are [`SceneError::Invalid`]. Rules of the format that do no harm when broken are not checked.
 pub fn load(source: &str) -> Result<Scene, SceneError> {
@@ -44,6 +50,9 @@ pub fn load_scene(source: &str, scene: Option<&str>) -> Result<Scene, SceneError
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if ending.eq_ignore_ascii_case("gltf") || ending.eq_ignore_ascii_case("glb") {
         return gltf::load(path, scene);
+    }
+    if ending.eq_ignore_ascii_case("obj") {
+        return obj::load(path);
     }
     Err(SceneError::UnknownFormat { path: path.to_owned() })
 }

@@ -278,7 +278,7 @@ fn roof() -> [Shape; 2] {
     }
     for side in [1.0f32, -1.0] {
         let mut gable = profile.map(|(z, y)| Vec3::new(side * half, y, z));
-        if side < 0.0 {
+        if side > 0.0 {
             gable.reverse();
         }
         slate.polygon(&gable);

@@ -58,7 +58,7 @@ pub(super) fn street() -> Scene {
     // A clouded sky over a town.
     scene.sky = Vec3::new(0.006, 0.007, 0.012);
     scene.cameras = vec![
-        camera("pavement", Vec3::new(-66.0, 1.75, 3.3), Vec3::new(0.0, 4.2, -1.6)),
+        camera("road", Vec3::new(-66.0, 1.75, 0.6), Vec3::new(0.0, 4.2, -1.6)),
         camera("balcony", Vec3::new(-81.0, 8.6, -6.4), Vec3::new(-30.0, 3.0, 3.0)),
         camera("roofs", Vec3::new(-112.0, 19.5, 7.0), Vec3::new(0.0, 2.0, -1.0)),
     ];

@@ -1,0 +1,171 @@
+//! MTL materials as metallic-roughness ones.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::Notes;
+use super::clean::split_key;
+use super::textures::{Map, Textures};
+use crate::{AlphaMode, Image, Material, Scene};
+
+/// The text of an MTL file without the lines that `tobj` 4 would panic or give up on. A colour of one number is grey.
+pub(super) fn clean(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for line in text.lines() {
+        let (key, rest) = split_key(line);
+        let numbers = || rest.split_whitespace().map_while(|word| word.parse::<f32>().ok());
+        let rest = match key {
+            "newmtl" if rest.is_empty() => "unnamed".to_owned(),
+            "Ka" | "Kd" | "Ks" | "Ke" => match numbers().collect::<Vec<_>>()[..] {
+                [grey] => format!("{grey} {grey} {grey}"),
+                [r, g, b, ..] => format!("{r} {g} {b}"),
+                _ => continue,
+            },
+            "Ns" | "Ni" | "d" => match numbers().next() {
+                Some(number) => number.to_string(),
+                None => continue,
+            },
+            "illum" => match rest.split_whitespace().next().and_then(|word| word.parse::<u8>().ok()) {
+                Some(model) => model.to_string(),
+                None => continue,
+            },
+            _ if rest.is_empty() || key.starts_with('#') => continue,
+            _ => rest.to_owned(),
+        };
+        out.extend([key, " ", &rest, "\n"]);
+    }
+    out
+}
+
+/// The scene's materials as they are asked for.
+pub(super) struct Materials {
+    pub list: Vec<Material>,
+    /// By name in the library; the default material's is `None`.
+    known: BTreeMap<Option<String>, usize>,
+    textures: Textures,
+}
+
+impl Materials {
+    /// Decodes the textures of all `used` materials.
+    pub fn new<'a>(used: impl Iterator<Item = &'a tobj::Material>, folder: &Path, notes: &mut Notes) -> Self {
+        let files: BTreeSet<String> = used.flat_map(|m| Maps::of(m).all().map(|map| map.file)).collect();
+        Self { list: Vec::new(), known: BTreeMap::new(), textures: Textures::decode(&files, folder, notes) }
+    }
+
+    /// The index of a material; `None` is the default one.
+    pub fn index(&mut self, source: Option<&tobj::Material>, notes: &mut Notes) -> usize {
+        let key = source.map(|material| material.name.clone());
+        if let Some(index) = self.known.get(&key) {
+            return *index;
+        }
+        let material = match source {
+            Some(source) => convert(source, &mut self.textures, notes),
+            None => Material { base_color: Vec3::splat(0.8).extend(1.0), metallic: 0.0, ..Material::default() },
+        };
+        self.list.push(material);
+        self.known.insert(key, self.list.len() - 1);
+        self.list.len() - 1
+    }
+
+    /// Moves materials and textures into the scene.
+    pub fn finish(self, scene: &mut Scene) {
+        scene.materials = self.list;
+        self.textures.finish(scene);
+    }
+}
+
+/// The maps that are read of a material.
+struct Maps {
+    color: Option<Map>,
+    opacity: Option<Map>,
+    emission: Option<Map>,
+    normal: Option<Map>,
+}
+
+impl Maps {
+    fn of(source: &tobj::Material) -> Self {
+        let parse = |text: Option<&String>| text.and_then(|text| Map::parse(text));
+        let other = |key: &str| source.unknown_param.get(key);
+        Self {
+            color: parse(source.diffuse_texture.as_ref()),
+            opacity: parse(source.dissolve_texture.as_ref()),
+            emission: parse(other("map_Ke")),
+            normal: parse(other("norm").or(source.normal_texture.as_ref())),
+        }
+    }
+
+    fn all(self) -> impl Iterator<Item = Map> {
+        [self.color, self.opacity, self.emission, self.normal].into_iter().flatten()
+    }
+}
+
+/// The mapping; numbers that are not finite count as absent.
+///
+/// - base colour: `Kd` (0.8 without; 1 under a `map_Kd`) × `map_Kd`, taken as linear and sRGB-encoded;
+/// - metallic: `Pm`, else 0;
+/// - roughness: `Pr`; else 1 where there is no highlight (`illum` 0 or 1, `Ks` black, no `Ns`); else the one whose
+///   microfacets are as wide as Blinn's lobe of exponent `Ns`, alpha² = 2 / (Ns + 2) [Walter2007, §5.2];
+/// - emission: `Ke` (1 under a `map_Ke`) × `map_Ke`, nits;
+/// - alpha: `d`, else 1 − `Tr`; less than 1 blends. `map_d` is a mask at 0.5, or blends where `d` does;
+/// - normal map: `norm`, else `map_Bump` or `bump` where its pixels are those of a tangent-space map; a height map is
+///   left out with a warning.
+fn convert(source: &tobj::Material, textures: &mut Textures, notes: &mut Notes) -> Material {
+    let maps = Maps::of(source);
+    let color = |value: Option<[f32; 3]>| value.map(Vec3::from).filter(|c| c.is_finite()).map(|c| c.max(Vec3::ZERO));
+    let finite = |value: &f32| value.is_finite();
+    let other = |key: &str| source.unknown_param.get(key)?.split_whitespace().next()?.parse().ok().filter(finite);
+    let unit = |value: f32| value.clamp(0.0, 1.0);
+
+    let base_texture = match (&maps.color, &maps.opacity) {
+        (color, Some(opacity)) if textures.image(opacity).is_some() => textures.with_opacity(color.as_ref(), opacity),
+        (Some(color), _) => textures.texture(color),
+        (None, _) => None,
+    };
+    let has_mask = maps.opacity.as_ref().is_some_and(|map| textures.image(map).is_some());
+    let diffuse = color(source.diffuse).unwrap_or(Vec3::splat(if base_texture.is_some() { 1.0 } else { 0.8 }));
+    let alpha = unit(source.dissolve.filter(finite).or(other("Tr").map(|tr: f32| 1.0 - tr)).unwrap_or(1.0));
+    let alpha_mode = match (alpha < 1.0, has_mask) {
+        (true, _) => AlphaMode::Blend,
+        (false, true) => AlphaMode::Mask { cutoff: 0.5 },
+        (false, false) => AlphaMode::Opaque,
+    };
+    let is_dull = matches!(source.illumination_model, Some(0 | 1)) || color(source.specular) == Some(Vec3::ZERO);
+    let roughness = match (other("Pr"), source.shininess.filter(finite)) {
+        (Some(roughness), _) => roughness,
+        (None, Some(exponent)) if !is_dull => (2.0 / (exponent.max(0.0) + 2.0)).powf(0.25),
+        _ => 1.0,
+    };
+    let emissive_texture = maps.emission.as_ref().and_then(|map| textures.texture(map));
+    let no_emission = if emissive_texture.is_some() { Vec3::ONE } else { Vec3::ZERO };
+    let normal_map = maps.normal.filter(|map| match textures.image(map) {
+        Some(image) if is_normal_map(image) => true,
+        Some(_) => {
+            notes.insert("bump maps of heights are left out; normal maps are read".to_owned());
+            false
+        }
+        None => false,
+    });
+    Material {
+        name: source.name.clone(),
+        base_color: diffuse.min(Vec3::ONE).extend(alpha),
+        base_color_texture: base_texture,
+        metallic: unit(other("Pm").unwrap_or(0.0)),
+        perceptual_roughness: unit(roughness),
+        normal_scale: normal_map.as_ref().map_or(1.0, |map| map.strength),
+        normal_texture: normal_map.and_then(|map| textures.texture(&map)),
+        emissive: color(source.emissive).unwrap_or(no_emission),
+        emissive_texture,
+        alpha_mode,
+        ..Material::default()
+    }
+}
+
+/// Whether the pixels are tangent-space normals: on average they look out of the surface, and a height map is grey.
+fn is_normal_map(image: &Image) -> bool {
+    let pixels = image.rgba.as_chunks::<4>().0;
+    let mean = |channel: usize| pixels.iter().map(|p| f64::from(p[channel])).sum::<f64>() / pixels.len() as f64;
+    // Blue over three quarters is a mean tilt of less than 60°; red and green are even, within a fifth of the range.
+    mean(2) > 191.0 && (mean(0) - 127.5).abs() < 51.0 && (mean(1) - 127.5).abs() < 51.0
+}

@@ -1,0 +1,151 @@
+//! Wavefront OBJ with MTL. The steps, each a module:
+//!
+//! 1. `clean`: the text checked and made plain, so that faults have line numbers
+//! 2. `tobj` reads it; `materials::clean` does the same for the MTL files it names
+//! 3. `textures` are decoded on all cores; `materials` are mapped
+//! 4. here: shapes become meshes
+
+mod clean;
+mod materials;
+#[cfg(test)]
+mod tests;
+mod textures;
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::io;
+use std::path::Path;
+
+use glam::{Affine3A, Vec2, Vec3};
+
+use crate::generate::{Shape, Surface};
+use crate::{Instance, Mesh, Primitive, Scene, SceneError};
+use materials::Materials;
+
+/// What is said once about a file, however often it is found.
+pub(super) type Notes = BTreeSet<String>;
+
+/// Reads the file at `path`; see [`crate::import::load`] for what of it.
+pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
+    let file = read_regular(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
+    read(&file, path)
+}
+
+/// Reads the content of a file. `path` is where other files are looked for, and names the scene.
+pub(super) fn read(file: &[u8], path: &Path) -> Result<Scene, SceneError> {
+    let invalid = |what: String| SceneError::Invalid { path: path.to_owned(), what };
+    let mut notes = Notes::new();
+    let text = clean::clean(&String::from_utf8_lossy(file), &mut notes).map_err(invalid)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let options = tobj::LoadOptions { single_index: true, triangulate: true, ..Default::default() };
+    let missing = RefCell::new(Notes::new());
+    let (models, library) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |name| {
+        let name = name.to_string_lossy().replace('\\', "/");
+        match read_beside(folder, &name) {
+            Ok(bytes) => tobj::load_mtl_buf(&mut materials::clean(&String::from_utf8_lossy(&bytes)).as_bytes()),
+            Err(error) => {
+                missing.borrow_mut().insert(format!("{name}: {error}; its materials become grey"));
+                Err(tobj::LoadError::OpenFileFailed)
+            }
+        }
+    })
+    .map_err(|error| invalid(error.to_string()))?;
+    notes.append(&mut missing.into_inner());
+
+    let models: Vec<_> = models.into_iter().filter(|model| !model.mesh.indices.is_empty()).collect();
+    let library = library.unwrap_or_default();
+    let used = models.iter().map(|model| model.mesh.material_id.and_then(|id| library.get(id)));
+    let mut materials = Materials::new(used.flatten(), folder, &mut notes);
+    let mut scene =
+        Scene { name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), ..Scene::default() };
+    for model in models {
+        let material = materials.index(model.mesh.material_id.and_then(|id| library.get(id)), &mut notes);
+        let normal_mapped = materials.list[material].normal_texture.is_some();
+        let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped });
+        // One object with several materials comes as several models of its name.
+        match scene.meshes.last_mut().filter(|mesh| mesh.name == model.name) {
+            Some(mesh) => mesh.primitives.push(primitive),
+            None => scene.meshes.push(Mesh { name: model.name, primitives: vec![primitive] }),
+        }
+    }
+    scene.instances = (0..scene.meshes.len())
+        .map(|mesh| {
+            let name = scene.meshes[mesh].name.clone();
+            Instance { name, mesh, world_from_object: Affine3A::IDENTITY }
+        })
+        .collect();
+    materials.finish(&mut scene);
+    for note in notes {
+        tracing::warn!("{}: {note}", path.display());
+    }
+    Ok(scene)
+}
+
+/// The content of a file that the scene names. Absolute paths are refused.
+fn read_beside(folder: &Path, name: &str) -> io::Result<Vec<u8>> {
+    if Path::new(name).has_root() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a path relative to the scene's"));
+    }
+    read_regular(&folder.join(name))
+}
+
+/// The content of a regular file: devices and pipes may have no end.
+fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
+    }
+    std::fs::read(path)
+}
+
+/// The mesh as a primitive: v turned, missing normals flat. Tangents are averaged over the triangles of each vertex.
+fn primitive(mesh: &tobj::Mesh, surface: Surface) -> Primitive {
+    let vectors = |list: &[f32]| list.as_chunks::<3>().0.iter().copied().map(Vec3::from).collect::<Vec<_>>();
+    let mut shape = Shape {
+        positions: vectors(&mesh.positions),
+        normals: vectors(&mesh.normals),
+        // The format's origin is the bottom left, ours the top left.
+        uv: mesh.texcoords.as_chunks::<2>().0.iter().map(|[u, v]| Vec2::new(*u, 1.0 - v)).collect(),
+        indices: mesh.indices.clone(),
+    };
+    let has_uv = !shape.uv.is_empty();
+    shape.uv.resize(shape.positions.len(), Vec2::ZERO);
+    if shape.normals.is_empty() {
+        make_flat(&mut shape);
+    } else {
+        repair(&mut shape);
+    }
+    let mut primitive = surface.primitive(shape);
+    if !has_uv {
+        primitive.uv0.clear();
+    }
+    primitive
+}
+
+/// Gives every corner a vertex of its own with the normal of its triangle.
+fn make_flat(shape: &mut Shape) {
+    let corners = std::mem::take(&mut shape.indices);
+    shape.positions = corners.iter().map(|i| shape.positions[*i as usize]).collect();
+    shape.uv = corners.iter().map(|i| shape.uv[*i as usize]).collect();
+    shape.normals = shape.positions.as_chunks::<3>().0.iter().flat_map(|t| [triangle_normal(t); 3]).collect();
+    shape.indices = (0..corners.len() as u32).collect();
+}
+
+/// Makes the normals unit length; one without a direction becomes that of a triangle of its vertex.
+fn repair(shape: &mut Shape) {
+    let directions: Vec<_> = shape.normals.iter().map(|normal| direction(*normal)).collect();
+    for triangle in shape.indices.as_chunks::<3>().0 {
+        for index in triangle.map(|i| i as usize) {
+            let flat = || triangle_normal(&triangle.map(|i| shape.positions[i as usize]));
+            shape.normals[index] = directions[index].unwrap_or_else(flat);
+        }
+    }
+}
+
+fn triangle_normal([a, b, c]: &[Vec3; 3]) -> Vec3 {
+    direction((*b - *a).cross(*c - *a)).unwrap_or(Vec3::Y)
+}
+
+/// Unit length, or `None` for what has no direction.
+fn direction(v: Vec3) -> Option<Vec3> {
+    v.try_normalize().filter(|unit| unit.is_normalized())
+}

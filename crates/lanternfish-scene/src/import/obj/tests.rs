@@ -1,0 +1,175 @@
+//! Small files, written to a folder of their own.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::{AlphaMode, Primitive, Scene, SceneError, Wrap, load};
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
+
+/// What becomes of `files`, the first of which is the scene.
+fn read(files: &[(&str, &[u8])]) -> Result<Scene, SceneError> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, content) in files {
+        std::fs::write(folder.path().join(name), content).unwrap();
+    }
+    let scene = load(folder.path().join(files[0].0).to_str().unwrap())?;
+    assert_eq!(scene.validate(), Ok(()));
+    Ok(scene)
+}
+
+fn obj(text: &str) -> Scene {
+    read(&[("test.obj", text.as_bytes())]).unwrap()
+}
+
+fn fault(text: &str) -> String {
+    match read(&[("test.obj", text.as_bytes())]) {
+        Err(SceneError::Invalid { what, .. }) => what,
+        other => panic!("not refused as invalid: {other:?}"),
+    }
+}
+
+/// A square with the material `a` of `mtl`, and images.
+fn with_material(mtl: &str, images: &[(&str, &[u8])]) -> Scene {
+    let text = format!("mtllib a library.mtl\n{SQUARE}usemtl a\nf 1/1/1 2/2/1 3/3/1 4/4/1\n");
+    let mut files = vec![("test.obj", text.as_bytes()), ("a library.mtl", mtl.as_bytes())];
+    files.extend(images);
+    read(&files).unwrap()
+}
+
+fn png(width: u32, height: u32, color: impl Fn(u32, u32) -> [u8; 4]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let image = image::RgbaImage::from_fn(width, height, |x, y| image::Rgba(color(x, y)));
+    image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}
+
+fn only(scene: &Scene) -> &Primitive {
+    assert_eq!((scene.meshes.len(), scene.meshes[0].primitives.len(), scene.instances.len()), (1, 1, 1));
+    &scene.meshes[0].primitives[0]
+}
+
+#[test]
+fn polygons_become_triangles_and_v_turns() {
+    let scene = obj(&format!("{SQUARE}f 1/1/1 2/2/1 3/3/1 4/4/1\n"));
+    let square = only(&scene);
+    assert_eq!(square.indices, [0, 1, 2, 0, 2, 3]);
+    assert_eq!(square.uv0, [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]].map(Vec2::from));
+    assert_eq!((square.normals[3], square.winding_faults(), square.tangents.len()), (Vec3::Z, 0, 0));
+    assert_eq!(scene.name, "test");
+}
+
+#[test]
+fn negative_indices_count_back() {
+    let absolute = obj(&format!("{SQUARE}f 1/1/1 2/2/1 3/3/1\n"));
+    let relative = obj(&format!("{SQUARE}f -4/-4/-1 -3/-3/-1 \\\n -2/-2/-1\nv 9 9 9\n"));
+    assert_eq!(format!("{:?}", only(&absolute)), format!("{:?}", only(&relative)));
+}
+
+#[test]
+fn missing_normals_are_flat_and_zero_ones_repaired() {
+    let scene = obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\n");
+    let corner = only(&scene);
+    assert_eq!((corner.positions.len(), corner.uv0.len(), corner.winding_faults()), (6, 0, 0));
+    assert_eq!((corner.normals[0], corner.normals[3]), (Vec3::Z, Vec3::Y));
+    let scene = obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nf 1//1 2//1 3//1\n");
+    assert_eq!(only(&scene).normals, [Vec3::Z; 3]);
+}
+
+#[test]
+fn objects_groups_and_materials_divide() {
+    let mtl = b"newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 1 0\n";
+    let text = format!(
+        "mtllib m.mtl\n{SQUARE}o first one\nusemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\ng second\nusemtl a\nf 1 2 4\n\
+         usemtl none\nf 2 3 4\nl 1 2\n"
+    );
+    let scene = read(&[("test.obj", text.as_bytes()), ("m.mtl", mtl)]).unwrap();
+    let names: Vec<_> = scene.meshes.iter().map(|m| (m.name.as_str(), m.primitives.len())).collect();
+    assert_eq!(names, [("first one", 2), ("second", 2)]);
+    let colors: Vec<_> = scene.materials.iter().map(|m| m.base_color).collect();
+    assert_eq!(colors, [Vec4::new(1., 0., 0., 1.), Vec4::new(0., 1., 0., 1.), Vec4::new(0.8, 0.8, 0.8, 1.0)]);
+    assert_eq!(scene.meshes[1].primitives.iter().map(|p| p.material).collect::<Vec<_>>(), [0, 2]);
+}
+
+/// Attributes stay with their corners where only some faces have them.
+#[test]
+fn faces_of_different_attributes_are_kept_apart() {
+    let scene = obj(&format!("{SQUARE}o s\nf 1 2 3\nf 1/4/1 3/3/1 4/2/1\nf 1/1 2/2 3\n"));
+    let parts = &scene.meshes[0].primitives;
+    assert_eq!(parts.iter().map(|p| p.uv0.len()).collect::<Vec<_>>(), [0, 3, 0]);
+    assert_eq!(parts[1].uv0[0], Vec2::ZERO);
+}
+
+#[test]
+fn material_values_are_mapped() {
+    let material = |mtl: &str| with_material(&format!("newmtl a\n{mtl}\n"), &[]).materials.remove(0);
+    let glossy = material("Kd 0.5 0.25 2\nKs 1 1 1\nNs 30\nKe 3 2 1\nillum 2");
+    assert_eq!(glossy.base_color, Vec4::new(0.5, 0.25, 1.0, 1.0));
+    // alpha² = 2 / 32, alpha = 1/4, roughness 1/2.
+    assert_eq!((glossy.perceptual_roughness, glossy.metallic, glossy.emissive), (0.5, 0.0, Vec3::new(3., 2., 1.)));
+    assert_eq!(material("Ks 1 1 1\nNs 30\nillum 1").perceptual_roughness, 1.0);
+    assert_eq!(material("Ks 0 0 0\nNs 30\nillum 2").perceptual_roughness, 1.0);
+    let pbr = material("Pr 0.3\nPm 0.9\nNs 500");
+    assert_eq!((pbr.perceptual_roughness, pbr.metallic, pbr.alpha_mode), (0.3, 0.9, AlphaMode::Opaque));
+    for mtl in ["d 0.25", "Tr 0.75", "d 0.25\nTr 0.1"] {
+        let glass = material(mtl);
+        assert_eq!((glass.base_color.w, glass.alpha_mode), (0.25, AlphaMode::Blend), "{mtl}");
+    }
+    // What would make the reader behind panic or give up.
+    let broken = material("Kd 0.5\nKs 1 2\nKe spectral x.rfl\nNs\nd -halo 0.5\nillum 900\nmap_Kd\nPr nan\nTr x");
+    assert_eq!((broken.base_color, broken.perceptual_roughness), (Vec4::new(0.5, 0.5, 0.5, 1.0), 1.0));
+}
+
+#[test]
+fn maps_are_read() {
+    let color = png(2, 2, |x, _| [200, x as u8, 0, 255]);
+    let opacity = png(4, 1, |x, _| if x < 2 { [0, 0, 0, 255] } else { [255, 255, 255, 255] });
+    let normals = png(2, 2, |_, _| [128, 128, 255, 255]);
+    let heights = png(2, 2, |x, _| [128 * x as u8; 4]);
+    let files = [("c o.png", &color[..]), ("d.png", &opacity), ("n.png", &normals), ("h.png", &heights)];
+
+    let mtl = "newmtl a\nmap_Kd -clamp on -s 1 1 1 .\\c o.png\nmap_Ke c o.png\nmap_Bump -bm 0.5 n.png\n";
+    let scene = with_material(mtl, &files);
+    let material = &scene.materials[0];
+    assert_eq!((material.base_color, material.emissive), (Vec4::ONE, Vec3::ONE));
+    let texture = scene.textures[material.base_color_texture.unwrap().texture];
+    assert_eq!(scene.images[texture.image].rgba[..4], [200, 0, 0, 255]);
+    assert_eq!(scene.samplers[texture.sampler].wrap_u, Wrap::ClampToEdge);
+    assert!(material.normal_texture.is_some() && material.normal_scale == 0.5);
+    // u runs along +x, v up in the image along +y.
+    assert!(only(&scene).tangents.iter().all(|t| t.abs_diff_eq(Vec3::X.extend(1.0), 1e-6)));
+
+    let masked = with_material("newmtl a\nmap_Kd c o.png\nmap_d d.png\nbump h.png\n", &files);
+    assert_eq!(masked.materials[0].alpha_mode, AlphaMode::Mask { cutoff: 0.5 });
+    assert!(masked.materials[0].normal_texture.is_none(), "a height map is no normal map");
+    assert_eq!(masked.images.len(), 1, "what is not used is not kept");
+    assert_eq!(masked.images[0].rgba[..8], [200, 0, 0, 0, 200, 1, 0, 255]);
+}
+
+#[test]
+fn what_is_missing_is_left_out() {
+    let scene = with_material("newmtl a\nmap_Kd none.png\nmap_d broken.png\n", &[("broken.png", b"no image")]);
+    assert!(scene.textures.is_empty() && scene.materials[0].alpha_mode == AlphaMode::Opaque);
+    let scene = obj(&format!("mtllib none.mtl\n{SQUARE}usemtl a\nf 1 2 3\n"));
+    assert_eq!(scene.materials[0].metallic, 0.0);
+    assert!(obj("").meshes.is_empty() && obj("# nothing\nv 0 0 0\n").instances.is_empty());
+}
+
+#[test]
+fn broken_files_are_refused_with_the_line() {
+    for (text, part) in [
+        ("v 0 0\n", "line 1: v: 2 numbers"),
+        ("v 0 0 x\n", "\"x\" is no number"),
+        ("\nv 0 0 nan\n", "line 2"),
+        ("v 0 0 1e39\n", "is no number"),
+        ("v 0 0 1 0\n", "infinity"),
+        ("v 0 0 0\nf 1 2 1\n", "line 2: f: 2 is referred to, but there are 1 vertices"),
+        ("v 0 0 0\nf 1 -2 1\n", "-2 is referred to"),
+        ("v 0 0 0\nf 1/9223372036854775807 1 1\n", "0 texture coordinates"),
+        ("v 0 0 0\nf 1 0 1\n", "0 is referred to"),
+        ("v 0 0 0\nf 1///1 1 1\n", "is no corner"),
+        ("v 0 0 0\nf a b c\n", "is no corner"),
+    ] {
+        let what = fault(text);
+        assert!(what.contains(part), "{text:?}: {what}");
+    }
+}

@@ -1,0 +1,152 @@
+//! Texture maps of an MTL file.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{ImageReader, Limits};
+use rayon::prelude::*;
+
+use super::Notes;
+use crate::{Image, Sampler, Scene, Texture, TextureRef, Wrap};
+
+/// Most pixels a side.
+const MAX_SIDE: u32 = 16_384;
+/// Most bytes that decoding one image may take.
+const MAX_BYTES: u64 = 1 << 30;
+
+/// A map as a material states it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Map {
+    /// Relative to the OBJ's folder.
+    pub file: String,
+    /// `-bm`: how strong a bump is.
+    pub strength: f32,
+    /// `-clamp on`
+    pub clamps: bool,
+}
+
+impl Map {
+    /// Takes `[-option arguments …] file name` apart; `None` without a file. Options not in [`Map`] are ignored.
+    pub fn parse(text: &str) -> Option<Self> {
+        let mut map = Self { file: String::new(), strength: 1.0, clamps: false };
+        let mut words = text.split_whitespace().peekable();
+        while let Some(option) = words.next_if(|word| word.starts_with('-')) {
+            match option {
+                "-bm" => map.strength = words.next()?.parse().ok().filter(|s: &f32| s.is_finite()).unwrap_or(1.0),
+                "-clamp" => map.clamps = words.next()? == "on",
+                "-mm" => drop((words.next(), words.next())),
+                // One to three numbers.
+                "-o" | "-s" | "-t" => {
+                    for _ in 0..3 {
+                        words.next_if(|word| word.parse::<f32>().is_ok());
+                    }
+                }
+                _ => drop(words.next()),
+            }
+        }
+        map.file = words.collect::<Vec<_>>().join(" ").replace('\\', "/");
+        (!map.file.is_empty()).then_some(map)
+    }
+}
+
+/// Decoded images, and what is made of them.
+#[derive(Default)]
+pub(super) struct Textures {
+    images: Vec<Image>,
+    /// Indices into `images` by file; missing ones are not in it.
+    by_file: BTreeMap<String, usize>,
+    textures: Vec<Texture>,
+}
+
+impl Textures {
+    /// Decodes `files` on all cores. One that cannot be read is noted and left out.
+    pub fn decode(files: &BTreeSet<String>, folder: &Path, notes: &mut Notes) -> Self {
+        let decoded: Vec<_> = files.par_iter().map(|file| (file, decode(file, folder))).collect();
+        let mut textures = Self::default();
+        for (file, image) in decoded {
+            match image {
+                Ok(image) => {
+                    textures.by_file.insert(file.clone(), textures.images.len());
+                    textures.images.push(image);
+                }
+                Err(what) => drop(notes.insert(format!("{file}: {what}; the texture is left out"))),
+            }
+        }
+        textures
+    }
+
+    /// The map's image, if it could be read.
+    pub fn image(&self, map: &Map) -> Option<&Image> {
+        self.by_file.get(&map.file).map(|index| &self.images[*index])
+    }
+
+    /// The map as a material's texture, if it could be read.
+    pub fn texture(&mut self, map: &Map) -> Option<TextureRef> {
+        let image = *self.by_file.get(&map.file)?;
+        Some(self.add(image, map.clamps))
+    }
+
+    /// A texture of colours with the opacity of another map: its alpha, or its red where it has none. White where
+    /// there are no colours. Opacity is resampled to the colours' size (nearest texel).
+    pub fn with_opacity(&mut self, color: Option<&Map>, opacity: &Map) -> Option<TextureRef> {
+        let clamps = color.unwrap_or(opacity).clamps;
+        let source = self.image(opacity)?;
+        let channel = if source.rgba.as_chunks::<4>().0.iter().any(|p| p[3] < 255) { 3 } else { 0 };
+        let mut image = match color.and_then(|map| self.image(map)) {
+            Some(image) => image.clone(),
+            None => Image { rgba: vec![255; source.rgba.len()], ..source.clone() },
+        };
+        let (width, height) = (image.width as usize, image.height as usize);
+        for (i, pixel) in image.rgba.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            let x = i % width * source.width as usize / width;
+            let y = i / width * source.height as usize / height;
+            pixel[3] = source.rgba[4 * (y * source.width as usize + x) + channel];
+        }
+        self.images.push(image);
+        Some(self.add(self.images.len() - 1, clamps))
+    }
+
+    fn add(&mut self, image: usize, clamps: bool) -> TextureRef {
+        let texture = Texture { image, sampler: usize::from(clamps) };
+        let index = self.textures.iter().position(|known| *known == texture).unwrap_or_else(|| {
+            self.textures.push(texture);
+            self.textures.len() - 1
+        });
+        TextureRef::new(index)
+    }
+
+    /// Moves what is used into the scene.
+    pub fn finish(mut self, scene: &mut Scene) {
+        let mut moved: BTreeMap<usize, usize> = BTreeMap::new();
+        for texture in &mut self.textures {
+            let next = moved.len();
+            texture.image = *moved.entry(texture.image).or_insert(next);
+        }
+        let mut used: Vec<_> = moved.into_iter().collect();
+        used.sort_by_key(|(_, new)| *new);
+        scene.images = used.into_iter().map(|(old, _)| std::mem::take(&mut self.images[old])).collect();
+        if !self.textures.is_empty() {
+            let clamped = Sampler { wrap_u: Wrap::ClampToEdge, wrap_v: Wrap::ClampToEdge, ..Sampler::default() };
+            scene.samplers = vec![Sampler::default(), clamped];
+        }
+        scene.textures = self.textures;
+    }
+}
+
+fn decode(file: &str, folder: &Path) -> Result<Image, String> {
+    let bytes = super::read_beside(folder, file).map_err(|error| error.to_string())?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_BYTES);
+    let mut reader = ImageReader::new(Cursor::new(bytes));
+    reader.limits(limits);
+    let reader = reader.with_guessed_format().map_err(|error| error.to_string())?;
+    let pixels = reader.decode().map_err(|error| error.to_string())?.into_rgba8();
+    let (width, height) = pixels.dimensions();
+    if width == 0 || height == 0 {
+        return Err("no pixels".to_owned());
+    }
+    Ok(Image { name: file.to_owned(), width, height, rgba: pixels.into_raw() })
+}
