@@ -107,7 +107,12 @@ impl Key {
         let words = words.chain(values.iter().filter_map(|value| self.word(value)));
         let error = Cli::command().try_get_matches_from(words).err()?;
         if let Some(reason) = error.source() {
-            return Some(reason.to_string());
+            let reason = reason.to_string();
+            // The standard library's reasons say nothing of what is expected.
+            return Some(match reason.contains("expected") {
+                true => reason,
+                false => format!("expected {}: {reason}", self.expected()),
+            });
         }
         match error.get(ContextKind::ValidValue) {
             Some(ContextValue::Strings(known)) if !known.is_empty() => {

@@ -31,8 +31,9 @@ use keys::Key;
 use track::Track;
 
 /// What `lanternfish help shot` ends with.
-pub const HELP: &str = r#"A shot is TOML. A key is a flag's long name, in the table of the flag's heading above. Paths are relative to the
-shot's folder. A flag on the command line goes before the shot's key; --point adds to the shot's lights.
+pub const HELP: &str = r#"A shot is TOML. A key is a flag's long name, in the table of the flag's heading above.
+Paths are relative to the shot's folder. A flag on the command line goes before the shot's key;
+--point adds to the shot's lights.
 
   scene = "court.glb"
 
@@ -51,8 +52,9 @@ shot's folder. A flag on the command line goes before the shot's key; --point ad
       { time = 2, eye = [0, 2, 8], target = [0, 2, 0], fov-y = 45 },
   ]
 
-Keyframes have seconds, and eye, target and fov-y or some of them: the same in all. What [view] or a flag says stays as
-it is said. Between them the camera moves linear or along a catmull-rom curve. Without frames, --time picks the moment.
+Keyframes have a time in seconds, and eye, target and fov-y, or some of them: the same in all.
+What [view] or a flag says of the camera stays as it is said. Between keyframes the camera moves
+"linear" or along a "catmull-rom" curve. Without frames, time picks the moment.
 "#;
 
 /// Most bytes of a shot: what is larger is something else.
@@ -82,13 +84,13 @@ pub fn resolve(args: RenderArgs) -> Result<Shot, CliError> {
 }
 
 /// Whether a source is a shot, not a scene.
-fn is_shot(source: &str) -> bool {
+pub fn is_shot(source: &str) -> bool {
     let ending = Path::new(source).extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     !source.starts_with("demo:") && ending.eq_ignore_ascii_case("toml")
 }
 
 /// Reads a shot; `flags` (id and value) go before its keys.
-fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliError> {
+pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliError> {
     let keys = keys::keys();
     let failed = |what: &dyn std::fmt::Display, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
     let size = fs::metadata(path).map_err(|error| failed(&error, "check the path"))?;

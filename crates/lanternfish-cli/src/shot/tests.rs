@@ -123,6 +123,7 @@ fn mistakes_are_at_a_line_and_a_column() {
         ("[lights]\nlights = \"rain:4000000000\"", &["shot.toml:2:10", "at most 2097152"]),
         ("[run]\ntimings = \"yes\"", &["shot.toml:2:11", "true or false"]),
         ("[run]\nseed = -1", &["shot.toml:2:8: seed = -1"]),
+        ("[run]\nseed = 1.5", &["shot.toml:2:8: seed = 1.5", "expected a number, N"]),
         ("[track]\nframes = 0", &["shot.toml:2:10: frames = 0"]),
         ("[track]\nkeyframes = []", &["shot.toml:2:13", "at least one"]),
         ("[track]\ninterpolation = \"cubic\"", &["shot.toml:2:17", "linear, catmull-rom"]),
