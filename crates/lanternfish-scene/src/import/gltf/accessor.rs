@@ -1,16 +1,27 @@
 //! Accessors: typed arrays within buffers, in all of the format's forms.
 
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
+
 use super::buffers::Buffers;
 use super::fault::{Place, Result, invalid, item};
 use super::schema::{Accessor, Root};
 
-/// Most elements of an accessor without data (all zero), which costs nothing in the file: 16 Mi.
+/// Most elements without data (all zero), which cost nothing in the file, of all accessors as often as they are
+/// read: 16 Mi.
 const MAX_ZERO_COUNT: usize = 1 << 24;
+
+/// Most vertices and indices of a scene together: 256 Mi, about 6 GB. Many primitives may use the same few accessors.
+const MAX_KEPT_COUNT: usize = 1 << 28;
 
 /// Reads accessors.
 pub(super) struct Accessors<'a> {
     pub root: &'a Root<'a>,
     pub buffers: &'a Buffers<'a>,
+    /// Elements without data that have been read.
+    zero_count: AtomicUsize,
+    /// Vertices and indices that the scene has.
+    kept_count: AtomicUsize,
 }
 
 /// How one number is stored.
@@ -57,7 +68,19 @@ struct Elements<'a> {
     normalized: bool,
 }
 
-impl Accessors<'_> {
+impl<'a> Accessors<'a> {
+    pub fn new(root: &'a Root<'a>, buffers: &'a Buffers<'a>) -> Self {
+        Self { root, buffers, zero_count: AtomicUsize::new(0), kept_count: AtomicUsize::new(0) }
+    }
+
+    /// Counts so many vertices and indices as the scene's; an error when there are too many.
+    pub fn keep(&self, count: usize) -> Result<()> {
+        if self.kept_count.fetch_add(count, Relaxed).saturating_add(count) <= MAX_KEPT_COUNT {
+            return Ok(());
+        }
+        Err(invalid(format!("with it there are more than {MAX_KEPT_COUNT} vertices and indices")))
+    }
+
     /// Elements of `N` numbers as floats; integers are scaled to 0..=1 or -1..=1 where the accessor is normalised.
     pub fn vectors<const N: usize>(&self, index: usize) -> Result<Vec<[f32; N]>> {
         self.read(index, N, [0.0; N], |elements, out| elements.copy_floats(out))
@@ -116,10 +139,15 @@ impl Accessors<'_> {
             let stored = self.locate(view, accessor.byte_offset, accessor.count, size, component, true)?;
             elements.resize(accessor.count, zero.clone());
             copy(&Elements { normalized, ..stored }, &mut elements);
-        } else if accessor.count <= MAX_ZERO_COUNT {
+        } else if accessor.count <= MAX_ZERO_COUNT
+            && self.zero_count.fetch_add(accessor.count, Relaxed) + accessor.count <= MAX_ZERO_COUNT
+        {
             elements.resize(accessor.count, zero.clone());
         } else {
-            return Err(invalid(format!("{} elements without a bufferView", accessor.count)));
+            let count = accessor.count;
+            return Err(invalid(format!(
+                "{count} elements without a bufferView, or more than {MAX_ZERO_COUNT} in all"
+            )));
         }
         if let Some(sparse) = &accessor.sparse {
             if sparse.count > accessor.count {

@@ -79,7 +79,7 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>) -> Result<Scene> {
             None => Material::default(),
         });
     }
-    let accessors = Accessors { root: &root, buffers: &buffers };
+    let accessors = Accessors::new(&root, &buffers);
     let (images, meshes) = rayon::join(
         || images::decode_all(&root, &textures.images, &buffers, folder),
         || meshes::read_all(&accessors, &used, &materials, &mut notes),

@@ -43,6 +43,7 @@ pub(super) fn read(
     }
     read_attributes(accessors, source, &mut primitive, normal_map_uv_set.is_some())?;
     vertices::drop_unused(&mut primitive);
+    accessors.keep(primitive.positions.len() + primitive.indices.len())?;
     if primitive.indices.is_empty() {
         return Ok(Outcome::LeftOut("primitives without triangles"));
     }

@@ -3,6 +3,8 @@
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
 
+use super::super::accessor::Accessors;
+use super::super::buffers::Buffers;
 use super::{F32, File, I16, U8, U16, U32, assert_contains, bytes_of};
 
 #[test]
@@ -165,4 +167,28 @@ fn positions_that_are_not_finite_are_refused() {
     let mut file = File::with_triangle();
     file.bin[16..20].copy_from_slice(&f32::NAN.to_le_bytes());
     assert_contains(&file.fault(), "POSITION: accessors[0]: element 1 is not finite");
+}
+
+#[test]
+fn zeros_that_cost_nothing_are_counted_over_all_primitives() {
+    let build = |count: usize| {
+        let mut file = File::with_primitive(|file| {
+            let zeros = json!({ "componentType": F32, "type": "VEC3", "count": 1 << 20 });
+            json!({ "attributes": { "POSITION": file.push("accessors", zeros) }, "indices": file.u16_indices(&[0, 1, 2]) })
+        });
+        let primitive = file.json["meshes"][0]["primitives"][0].clone();
+        file.json["meshes"][0]["primitives"] = vec![primitive; count].into();
+        file
+    };
+    assert_eq!(build(16).scene().triangle_counts().0, 16);
+    assert_contains(&build(17).fault(), "more than 16777216 in all");
+}
+
+#[test]
+fn a_scene_has_a_largest_size() {
+    let root = serde_json::from_str(r#"{ "asset": { "version": "2.0" } }"#).expect("a file");
+    let buffers = Buffers::load(&root, None, std::path::Path::new("")).expect("no buffers");
+    let accessors = Accessors::new(&root, &buffers);
+    assert!(accessors.keep(1 << 27).is_ok() && accessors.keep(1 << 27).is_ok());
+    assert!(accessors.keep(1).is_err());
 }
