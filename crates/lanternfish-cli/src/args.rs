@@ -73,7 +73,7 @@ pub enum Command {
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), or a built-in scene: {}", demos()))]
+    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, or a built-in scene: {}", demos()))]
     #[arg(required_unless_present = "adapters", value_parser = NonEmptyStringValueParser::new())]
     pub scene: Option<String>,
     #[command(flatten)]
@@ -85,7 +85,7 @@ pub struct InfoArgs {
 
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), a shot (.toml), or a built-in scene: {}", demos()))]
+    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
     #[arg(value_parser = NonEmptyStringValueParser::new())]
     pub scene: String,
 
