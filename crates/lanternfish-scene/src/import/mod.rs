@@ -34,7 +34,8 @@ use crate::{Scene, SceneError};
 /// texture is a warning. Not read: smoothing groups, vertex colours, points, lines, curves.
 ///
 /// Files are checked while they are read: offsets, counts and indices out of range, node cycles, and attributes of
-/// unequal length are [`SceneError::Invalid`]. Rules of the format that do no harm when broken are not checked.
+/// unequal length are [`SceneError::Invalid`], and so are more than 256 Mi vertices and indices together, or 4 Mi
+/// instances. Devices and pipes are not read. Rules of the format that do no harm when broken are not checked.
 pub fn load(source: &str) -> Result<Scene, SceneError> {
     load_scene(source, None)
 }
@@ -52,6 +53,7 @@ pub fn load_scene(source: &str, scene: Option<&str>) -> Result<Scene, SceneError
         return gltf::load(path, scene);
     }
     if ending.eq_ignore_ascii_case("obj") {
+        only_scene(source, scene)?;
         return obj::load(path);
     }
     Err(SceneError::UnknownFormat { path: path.to_owned() })

@@ -101,7 +101,7 @@ fn a_missing_or_unknown_file_is_named() {
         Err(SceneError::Io { path, .. }) => assert_eq!(path, Path::new("no such folder/scene.glb")),
         other => panic!("{other:?}"),
     }
-    assert!(matches!(load("scene.obj"), Err(SceneError::UnknownFormat { .. })));
+    assert!(matches!(load("scene.fbx"), Err(SceneError::UnknownFormat { .. })));
     assert!(matches!(load("demo:no such demo"), Err(SceneError::UnknownDemo { .. })));
 }
 

@@ -33,8 +33,10 @@ fn scenes_are_told_by_name_and_index() {
     let error = load_one(&File::with_triangle(), Some("0")).expect_err("nodes without a scene");
     assert_contains(&error.to_string(), "only one, which has neither name nor index");
     assert!(load_scene("demo:cornell", Some("0")).is_ok());
-    let error = load_scene("demo:cornell", Some("x")).expect_err("generated scenes are alone");
-    assert_contains(&error.to_string(), "demo:cornell: no scene \"x\"");
+    for source in ["demo:cornell", "some.obj"] {
+        let error = load_scene(source, Some("x")).expect_err("there is only one").to_string();
+        assert_contains(&error, &format!("{source}: no scene \"x\"; there are: only one, 0"));
+    }
 }
 
 #[test]
