@@ -15,7 +15,7 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// The file's ending names no format that is read.
-    #[error("{path}: not a scene file (expected .gltf or .glb, or demo:NAME)", path = path.display())]
+    #[error("{path}: not a scene file (expected .gltf, .glb or .obj, or demo:NAME)", path = path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,

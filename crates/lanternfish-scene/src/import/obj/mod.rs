@@ -18,6 +18,7 @@ use std::path::Path;
 
 use glam::{Affine3A, Vec2, Vec3};
 
+use super::files;
 use crate::generate::{Shape, Surface};
 use crate::{Instance, Mesh, Primitive, Scene, SceneError};
 use materials::Materials;
@@ -27,7 +28,7 @@ pub(super) type Notes = BTreeSet<String>;
 
 /// Reads the file at `path`; see [`crate::import::load`] for what of it.
 pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
-    let file = read_regular(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
+    let file = files::read(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
     read(&file, path)
 }
 
@@ -86,15 +87,7 @@ fn read_beside(folder: &Path, name: &str) -> io::Result<Vec<u8>> {
     if Path::new(name).has_root() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a path relative to the scene's"));
     }
-    read_regular(&folder.join(name))
-}
-
-/// The content of a regular file: devices and pipes may have no end.
-fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
-    }
-    std::fs::read(path)
+    files::read(&folder.join(name))
 }
 
 /// The mesh as a primitive: v turned, missing normals flat. Tangents are averaged over the triangles of each vertex.
