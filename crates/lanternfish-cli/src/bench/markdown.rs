@@ -48,13 +48,13 @@ pub fn to_markdown(results: &Results) -> String {
     }
 
     line("\n## Normals from depth (fig. 5.3)\n".to_owned());
-    line("| | mean difference | mean angle | over 10° | thesis: mean FLIP |".to_owned());
+    line("| | mean FLIP | mean angle | over 10° | thesis: mean FLIP |".to_owned());
     line("|---|---:|---:|---:|---:|".to_owned());
     for normals in &results.normals {
         line(format!(
             "| {} | {:.5} | {:.2}° | {:.2} % | {:.5} |",
             normals.name,
-            normals.mean_difference,
+            normals.mean_flip,
             normals.mean_degrees,
             100.0 * normals.share_over_ten_degrees,
             normals.paper_flip

@@ -41,6 +41,10 @@ gpu_struct! {
         alpha_cutoff: f32,
         /// Sum of the constants in `material.wesl`.
         flags: u32,
+        /// Reflectance of the dielectric part at normal incidence (`KHR_materials_ior`, `KHR_materials_specular`).
+        dielectric_f0: Vec3,
+        /// And at grazing incidence.
+        dielectric_f90: f32,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -72,6 +76,12 @@ impl Materials {
     }
 }
 
+/// Reflectance at normal incidence of a dielectric, tinted and weighted as `KHR_materials_specular` says.
+fn dielectric_f0(material: &lanternfish_scene::Material) -> Vec3 {
+    let r = (material.ior - 1.0) / (material.ior + 1.0);
+    (r * r * material.specular_color).min(Vec3::ONE) * material.specular
+}
+
 fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Textures) -> Material {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
     let file = shading == Shading::File;
@@ -101,6 +111,8 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
             | flag(file && material.metallic_roughness_texture.is_some(), METALLIC_ROUGHNESS_MAPPED)
             | flag(material.emissive_texture.is_some(), EMISSIVE_MAPPED)
             | flag(material.base_color_texture.is_some(), BASE_COLOR_MAPPED),
+        dielectric_f0: dielectric_f0(material),
+        dielectric_f90: material.specular,
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),
@@ -111,6 +123,20 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn dielectrics_reflect_what_index_and_specular_say() {
+        let f0 = |ior, specular, specular_color| {
+            let material = lanternfish_scene::Material { ior, specular, specular_color, ..Default::default() };
+            dielectric_f0(&material)
+        };
+        // ((n − 1) / (n + 1))²: 0.04 for glass, 0.02 for water, 1 for the mirror that KHR_materials_ior writes as 0.
+        assert!((f0(1.5, 1.0, Vec3::ONE) - 0.04).abs().max_element() < 1e-6);
+        assert!((f0(1.333, 1.0, Vec3::ONE) - 0.0204).abs().max_element() < 1e-4);
+        assert_eq!(f0(0.0, 1.0, Vec3::ONE), Vec3::ONE);
+        // The colour is cut at one before the weight applies.
+        assert!((f0(1.5, 0.5, Vec3::new(0.5, 1.0, 100.0)) - Vec3::new(0.01, 0.02, 0.5)).abs().max_element() < 1e-6);
+    }
 
     #[test]
     fn flags_are_the_shaders() {

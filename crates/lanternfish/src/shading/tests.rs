@@ -123,6 +123,5 @@ fn the_brdf_is_reciprocal() {
 #[test]
 fn constants_are_the_shaders() {
     let file = "shading/brdf";
-    assert_eq!(crate::shaders::constant(file, "DIELECTRIC_F0"), super::twin::DIELECTRIC_F0);
     assert_eq!(crate::shaders::constant(file, "LEAST_ROUGHNESS"), super::twin::LEAST_ROUGHNESS);
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// `DIELECTRIC_F0` and `LEAST_ROUGHNESS`.
+/// Of an index of refraction of 1.5, glTF's default; and the shader's `LEAST_ROUGHNESS`.
 pub(crate) const DIELECTRIC_F0: f64 = 0.04;
 pub(crate) const LEAST_ROUGHNESS: f64 = 0.03;
 
