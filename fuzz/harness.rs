@@ -4,10 +4,6 @@ use std::path::{Path, PathBuf};
 
 use lanternfish_scene::{SceneError, load};
 
-/// Part of what is said of scenes that are loaded but not valid for a reason that is known: glTF texture transforms
-/// that are not finite, see `known_fault_texture_transforms_may_be_infinite`. Goes with that test.
-const KNOWN_FAULT: &str = "texture_from_uv";
-
 /// Runs inputs through files of a folder, which is otherwise empty.
 pub struct Harness {
     folder: PathBuf,
@@ -27,7 +23,6 @@ impl Harness {
         match load(path.to_str().expect("a plain name")) {
             Ok(scene) => match scene.validate() {
                 Ok(()) => true,
-                Err(what) if what.contains(KNOWN_FAULT) => false,
                 Err(what) => panic!("loaded, but is no valid scene: {what}"),
             },
             Err(error) => {

@@ -6,11 +6,6 @@ use lanternfish_scene::Scene;
 
 use crate::error::CliError;
 
-/// Reads a file's own first choice of scene, or makes a built-in one.
-pub fn load(source: &str) -> Result<Scene, CliError> {
-    load_part(source, None)
-}
-
 /// Reads a scene of a file, by name or by number, or makes a built-in one.
 ///
 /// Devices and pipes are refused: they may have no end, and reading them may never return.

@@ -2,6 +2,8 @@
 //!
 //! Every test that needs an adapter is called `gpu_…`; they run one at a time on the software adapter.
 
+#[path = "pictures/conformance.rs"]
+mod conformance;
 #[path = "pictures/corners.rs"]
 mod corners;
 #[path = "pictures/ground_truth.rs"]

@@ -16,7 +16,15 @@ use super::{
     markdown::to_markdown,
     normals::{self, NormalErrors},
 };
-use crate::{camera, error::CliError, output, render::apply_lights, scene};
+use crate::{
+    args::LightArgs,
+    camera,
+    error::CliError,
+    output,
+    render::apply_lights,
+    scene,
+    shot::{self, Shot},
+};
 
 /// One way to render the view.
 struct Configuration {
@@ -124,6 +132,7 @@ pub struct Bench<'a> {
     gpu: Gpu,
     scene: Scene,
     camera: Camera,
+    lights: &'a LightArgs,
     args: &'a ForwardPlusArgs,
 }
 
@@ -133,8 +142,8 @@ impl Bench<'_> {
             culling: configuration.culling,
             ray_culling: configuration.ray_culling,
             shadows: self.args.shadows,
-            attenuation: self.args.lights.attenuation,
-            range_threshold: self.args.lights.range_threshold,
+            attenuation: self.lights.attenuation,
+            range_threshold: self.lights.range_threshold,
             ..Default::default()
         }
     }
@@ -214,15 +223,23 @@ fn differing(a: &Picture, b: &Picture) -> usize {
 }
 
 pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
-    let mut scene = scene::load(&args.scene)?;
-    apply_lights(&mut scene, &args.lights, args.seed);
+    let shot = shot::is_shot(&args.scene).then(|| shot::read(Path::new(&args.scene), Vec::new())).transpose()?;
+    let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
+    let (source, part, lights, view, seed) = match (&shot, &shot_view) {
+        (Some(Shot { args: shot, .. }), Some(view)) => {
+            (&shot.scene, shot.part.scene_of_file.as_deref(), &shot.lights, view, shot.run.seed)
+        }
+        _ => (&args.scene, None, &args.lights, &args.view, args.seed),
+    };
+    let mut scene = scene::load_part(source, part)?;
+    apply_lights(&mut scene, lights, seed);
     if scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
-    let camera = camera::choose(&scene, &args.view, args.size.width as f32 / args.size.height as f32)?;
+    let camera = camera::choose(&scene, view, args.size.width as f32 / args.size.height as f32)?;
     make_folder(&args.output)?;
     let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
-    let bench = Bench { gpu, scene, camera, args };
+    let bench = Bench { gpu, scene, camera, lights, args };
 
     let mut rows = Vec::new();
     let mut first: Option<Picture> = None;
@@ -247,7 +264,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
         width: args.size.width,
         height: args.size.height,
         light_count: bench.scene.lights.len(),
-        range_threshold: args.lights.range_threshold,
+        range_threshold: lights.range_threshold,
         runs: args.runs,
         surface_pixels: first.radiance.iter().filter(|texel| texel[3] > 0.0).count(),
         configurations: rows,

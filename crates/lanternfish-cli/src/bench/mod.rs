@@ -35,7 +35,7 @@ pub enum Paper {
 
 #[derive(Debug, Args)]
 pub struct ForwardPlusArgs {
-    /// A glTF 2.0 file (.gltf, .glb), or demo:NAME.
+    /// A shot (.toml), which then says the view and the lights; a glTF or OBJ file, or demo:NAME.
     #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
     pub scene: String,
     /// The folder for report.md, report.json and the pictures. It is made if it is not there.

@@ -2,7 +2,7 @@
 
 use glam::{Affine2, Mat2, Vec2};
 
-use super::fault::{Place, Result, item};
+use super::fault::{Place, Result, invalid, item};
 use super::notes::Notes;
 use super::schema::{self, Root, TextureInfo, TextureTransform};
 use crate::{Filter, MipFilter, Sampler, Texture, TextureRef, Wrap};
@@ -39,6 +39,10 @@ impl Textures {
         let image = index_of(&mut self.images, source);
         let texture = index_of(&mut self.textures, Texture { image, sampler });
         let texture_from_uv = transform.map_or(Affine2::IDENTITY, texture_from_uv);
+        if !texture_from_uv.is_finite() {
+            return Err(invalid("its KHR_texture_transform is not finite"))
+                .place(|| format!("textures[{}]", info.index));
+        }
         Ok(Some(TextureRef { texture, uv_set, texture_from_uv }))
     }
 
