@@ -49,7 +49,7 @@ pub fn run() -> Result<(), String> {
 /// so, the plain harness is told so.
 fn test_commands() -> Vec<Command> {
     if succeeds(&mut cargo(["nextest", "--version"])) {
-        return vec![cargo(["nextest", "run", "--workspace"]), cargo(["test", "--workspace", "--doc"])];
+        return vec![cargo(["test", "--workspace", "--doc"]), cargo(["nextest", "run", "--workspace"])];
     }
     eprintln!("cargo-nextest is not installed: using cargo test, which is slower");
     vec![
