@@ -70,7 +70,9 @@ mod tests {
                 CULLING,
                 &[
                     "",
+                    "masked",
                     "shadow_bits",
+                    "shadow_bits+masked",
                     "transparent",
                     "transparent+shadow_rays",
                     "transparent+shadow_rays+tracer_ray_query",

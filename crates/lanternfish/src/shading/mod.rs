@@ -65,7 +65,7 @@ impl Forward {
         let nearer = depth(wgpu::CompareFunction::GreaterEqual);
         let module = "shading/forward";
         Self {
-            opaque: SceneRaster::new("shading/forward", module, &opaque, false, equal, RADIANCE_FORMAT.into()),
+            opaque: SceneRaster::new("shading/forward", module, &opaque, true, equal, RADIANCE_FORMAT.into()),
             blended: SceneRaster::new("shading/transparent", module, &blended, false, nearer, over),
             radiance: None,
         }

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish::{
     Settings,
-    settings::{DebugView, RayCulling, ToneMap},
+    settings::{DebugView, RayCulling, Shadows, ToneMap},
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Scene, Texture, TextureRef};
@@ -124,5 +124,26 @@ fn gpu_base_color_is_shown_as_it_is() {
     for (tone_map, exposure) in [(ToneMap::Neutral, 0.0), (ToneMap::Reinhard, 2.0)] {
         let settings = Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Default::default() };
         assert_eq!(Front::render(gpu, &scene, settings).0.display[0], [255; 4]);
+    }
+}
+
+#[test]
+fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
+    let Some(gpu) = testing::gpu("gpu_a_hole_at_the_depth_of_a_surface_shades_nothing") else { return };
+    let red = Vec3::new(0.8, 0.1, 0.1);
+    let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(red)]);
+    scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
+    let alone = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    // The same pane again, drawn later, green, and all of it a hole.
+    let hole = Material {
+        base_color: Vec4::new(0.1, 0.8, 0.1, 0.0),
+        alpha_mode: lanternfish_scene::AlphaMode::Mask { cutoff: 0.5 },
+        ..matt(red)
+    };
+    scene.materials.push(hole);
+    scene.meshes[0].primitives.push(pane(1, 0.0, 2.0));
+    for shadows in [Shadows::Bvh, Shadows::None] {
+        let settings = Settings { shadows, ..Default::default() };
+        assert_eq!(Front::render(gpu, &scene, settings).at(0.0, 0.0), alone, "{shadows}");
     }
 }
