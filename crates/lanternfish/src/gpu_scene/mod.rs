@@ -22,6 +22,7 @@ pub use bvh::BvhTriangle;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
 pub use materials::{Material, TextureSlot};
 pub(crate) use raster::SceneRaster;
+pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 

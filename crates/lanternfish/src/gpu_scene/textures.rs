@@ -202,11 +202,11 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
 }
 
 /// [`ANISOTROPY`], or 1 on a software driver that is known to stall on it.
-fn anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
+pub fn anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
     let mesa = adapter.driver_info.strip_prefix("Mesa ").and_then(|version| version.split('.').next()?.parse().ok());
     let stalls = adapter.device_type == wgpu::DeviceType::Cpu && mesa.is_some_and(|m: u32| m < FIRST_ANISOTROPIC_MESA);
     if stalls {
-        tracing::warn!(
+        tracing::info!(
             driver = adapter.driver_info,
             "textures are not filtered anisotropically: this driver stalls on it"
         );

@@ -10,7 +10,7 @@ use lanternfish_gpu::{Gpu, testing};
 use lanternfish_metrics::{RelativeError, RgbImage, read_exr};
 use lanternfish_scene::{AlphaMode, Camera, Light, Projection, Scene};
 
-use crate::support::{linear, render};
+use crate::support::{left_out_on_old_software, linear, render};
 
 /// A reference: its picture, and the scene, camera and lights it was made of.
 struct Reference {
@@ -131,6 +131,9 @@ fn gpu_cornell_direct_light_is_the_reference() {
 fn gpu_sponza_direct_light_is_the_reference() {
     let name = "gpu_sponza_direct_light_is_the_reference";
     let Some(gpu) = testing::gpu(name) else { return };
+    if left_out_on_old_software(name, gpu, "without anisotropic filtering textures are blurred, median error 5.3 %") {
+        return;
+    }
     let Some(reference) = Reference::load(name, "sponza-ten-direct") else { return };
     // The reference picks one of ten lights a sample: its own 256 samples are 10.3 % (median) from the mean of 640, and
     // ours is no farther. Over blocks of 10 x 10 pixels its noise is 1.3 %, and what is left is ours.

@@ -6,6 +6,16 @@ use lanternfish_gpu::Gpu;
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
 
+/// Whether the driver is an old software one, without anisotropic filtering (Debian 12's own, Mesa 22.3.6); the test is
+/// then left out and says so, with what was measured there.
+pub fn left_out_on_old_software(test: &str, gpu: &Gpu, measured: &str) -> bool {
+    let old = lanternfish::gpu_scene::anisotropy(&gpu.device.adapter_info()) == 1;
+    if old {
+        lanternfish_gpu::testing::left_out(test, &format!("{}: {measured}", gpu.description.driver));
+    }
+    old
+}
+
 /// Uploads and renders.
 pub fn render(gpu: &Gpu, scene: &Scene, camera: &Camera, (width, height): (u32, u32), settings: Settings) -> Picture {
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).expect("the settings fit the device");
