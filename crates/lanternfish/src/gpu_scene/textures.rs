@@ -201,7 +201,7 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
     queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }
 
-/// [`ANISOTROPY`], or 1 on a software driver that is known to stall on it.
+/// Samples along the long axis of a footprint: 16, or 1 on a software driver that is known to stall on more.
 pub fn anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
     let mesa = adapter.driver_info.strip_prefix("Mesa ").and_then(|version| version.split('.').next()?.parse().ok());
     let stalls = adapter.device_type == wgpu::DeviceType::Cpu && mesa.is_some_and(|m: u32| m < FIRST_ANISOTROPIC_MESA);
