@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Why a scene could not be read. Messages say what, where, and what to do.
+/// Why a scene, or an environment, could not be read. Messages say what, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -17,6 +17,12 @@ pub enum SceneError {
     /// The file's ending names no format that is read.
     #[error("{path}: not a scene file (expected .gltf, .glb or .obj, or demo:NAME)", path = path.display())]
     UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file's ending names no format of environments that is read.
+    #[error("{path}: not an environment (expected .hdr or .exr)", path = path.display())]
+    UnknownEnvironmentFormat {
         /// The file.
         path: PathBuf,
     },

@@ -5,6 +5,7 @@
 //! is resolved when it is read.
 
 mod camera;
+mod environment;
 mod error;
 pub mod generate;
 pub mod import;
@@ -16,6 +17,7 @@ mod texture;
 mod validate;
 
 pub use camera::{Camera, Projection, near_plane};
+pub use environment::Environment;
 pub use error::SceneError;
 pub use import::{load, load_scene};
 pub use light::{Light, LightKind};

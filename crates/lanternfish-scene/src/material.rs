@@ -43,6 +43,14 @@ pub struct Material {
     pub specular_color: Vec3,
     /// Share of light that passes through what is not metal, in 0..=1. Importers have put it into alpha already.
     pub transmission: f32,
+    /// `KHR_materials_volume`: how thick the body below the surface is, in object space, m, not negative. 0: the surface
+    /// is a thin sheet. For a renderer that traces through closed surfaces, only whether it is 0 matters.
+    pub thickness: f32,
+    /// What white light becomes after [`Material::attenuation_distance`] in the body, linear, in 0..=1.
+    pub attenuation_color: Vec3,
+    /// Distance after which light in the body has become [`Material::attenuation_color`], world space, m, > 0; infinite
+    /// where the body absorbs nothing.
+    pub attenuation_distance: f32,
     /// `KHR_materials_unlit`: the base colour is the radiance.
     pub unlit: bool,
 }
@@ -69,6 +77,9 @@ impl Default for Material {
             specular: 1.0,
             specular_color: Vec3::ONE,
             transmission: 0.0,
+            thickness: 0.0,
+            attenuation_color: Vec3::ONE,
+            attenuation_distance: f32::INFINITY,
             unlit: false,
         }
     }

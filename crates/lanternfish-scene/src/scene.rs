@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, Vec3};
 
-use crate::{Bounds, Camera, Image, Light, Material, Mesh, Sampler, Texture};
+use crate::{Bounds, Camera, Environment, Image, Light, Material, Mesh, Sampler, Texture};
 
 /// Everything a frame needs. Indices refer into the lists of the same scene.
 #[derive(Clone, Debug, Default)]
@@ -25,8 +25,11 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Cameras, in world space.
     pub cameras: Vec<Camera>,
-    /// Radiance of everything that no surface covers, nits, linear Rec. 709.
+    /// Radiance from every direction that no surface covers, nits, linear Rec. 709; nothing where there is an
+    /// [`Scene::environment`].
     pub sky: Vec3,
+    /// The same as an image; replaces [`Scene::sky`].
+    pub environment: Option<Environment>,
 }
 
 /// A mesh placed in the world.
@@ -41,6 +44,12 @@ pub struct Instance {
 }
 
 impl Scene {
+    /// Radiance that arrives from `direction` (unit length, world space) where no surface is in its way, nits: of the
+    /// environment, or where there is none, the sky.
+    pub fn background(&self, direction: Vec3) -> Vec3 {
+        self.environment.as_ref().map_or(self.sky, |environment| environment.radiance(direction))
+    }
+
     /// World-space box of all instances; [`Bounds::EMPTY`] for a scene without geometry. Conservative: the boxes of
     /// the primitives are transformed, not their vertices.
     pub fn bounds(&self) -> Bounds {

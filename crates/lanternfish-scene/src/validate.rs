@@ -38,6 +38,9 @@ impl Scene {
         if !self.sky.is_finite() || self.sky.min_element() < 0.0 {
             return Err(format!("sky: {} is not a radiance", self.sky));
         }
+        if let Some(environment) = &self.environment {
+            environment.validate().map_err(|what| format!("environment: {what}"))?;
+        }
         Ok(())
     }
 
@@ -183,6 +186,12 @@ impl Material {
         if !(self.specular_color.is_finite() && self.specular_color.min_element() >= 0.0) {
             return Err(format!("specular colour {} is not finite, or negative", self.specular_color));
         }
+        if !(self.thickness >= 0.0 && self.thickness.is_finite() && self.attenuation_distance > 0.0) {
+            return Err("thickness is negative or not finite, or attenuation distance is not positive".to_owned());
+        }
+        if !self.attenuation_color.to_array().into_iter().all(in_unit) {
+            return Err(format!("attenuation colour {}, outside 0..=1", self.attenuation_color));
+        }
         if !self.normal_scale.is_finite() || !self.emissive.is_finite() || self.emissive.min_element() < 0.0 {
             return Err("normal scale or emission is not finite, or negative".to_owned());
         }
@@ -197,7 +206,7 @@ fn is_unit(v: Vec3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, Image, Instance, Light, Mesh, TextureRef};
+    use crate::{Camera, Environment, Image, Instance, Light, Mesh, TextureRef};
 
     fn triangle() -> Scene {
         let primitive = Primitive {
@@ -244,11 +253,25 @@ mod tests {
         assert!(fault(|s| s.materials[0].ior = 0.5).contains("refraction 0.5"));
         assert!(fault(|s| s.materials[0].specular = 1.5).contains("specular"));
         assert!(fault(|s| s.materials[0].specular_color.y = -1.0).contains("specular colour"));
+        assert!(fault(|s| s.materials[0].thickness = -1.0).contains("thickness"));
+        assert!(fault(|s| s.materials[0].thickness = f32::INFINITY).contains("thickness"));
+        assert!(fault(|s| s.materials[0].attenuation_distance = 0.0).contains("attenuation distance"));
+        assert!(fault(|s| s.materials[0].attenuation_distance = f32::NAN).contains("attenuation distance"));
+        assert!(fault(|s| s.materials[0].attenuation_color.z = 1.5).contains("attenuation colour"));
         assert!(fault(|s| s.images[0].height = 2).contains("4 bytes"));
         assert!(fault(|s| s.lights[0].range = Some(0.0)).contains("range"));
         assert!(fault(|s| s.lights[0].direction = Vec3::ZERO).contains("direction"));
         assert!(fault(|s| s.cameras[0].world_from_camera.matrix3 *= 2.0).contains("camera 0"));
         assert!(fault(|s| s.sky.x = -1.0).contains("sky"));
+        let pixels = |pixels: Vec<Vec3>| Some(Environment { width: 2, height: 1, pixels, rotation: 0.0 });
+        assert!(fault(|s| s.environment = pixels(vec![Vec3::ONE])).contains("environment: 1 pixels for 2 × 1"));
+        assert!(fault(|s| s.environment = pixels(vec![Vec3::ONE, Vec3::NAN])).contains("environment: pixel 1, 0"));
+        assert!(fault(|s| s.environment = pixels(vec![Vec3::NEG_X; 2])).contains("environment: pixel 0, 0"));
+        let turned = |s: &mut Scene| {
+            s.environment = pixels(vec![Vec3::ONE; 2]);
+            s.environment.as_mut().expect("set above").rotation = f32::INFINITY;
+        };
+        assert!(fault(turned).contains("environment: its rotation is inf"));
     }
 
     #[test]

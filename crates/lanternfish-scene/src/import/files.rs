@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 /// The content of a regular file. Devices, pipes and folders are refused: they may have no end, or never answer.
-pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
+pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
     // Asked before it is opened: opening a pipe waits for who writes to it.
     if !std::fs::metadata(path)?.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));

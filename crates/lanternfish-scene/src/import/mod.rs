@@ -6,6 +6,8 @@ mod obj;
 
 use std::path::Path;
 
+pub(crate) use files::read as read_file;
+
 use crate::{Scene, SceneError};
 
 /// Reads a scene: a glTF 2.0 file (`.gltf`, `.glb`), a Wavefront file (`.obj`), or `demo:NAME` for a generated one.
@@ -23,7 +25,8 @@ use crate::{Scene, SceneError};
 /// * In part, with a warning of what is left out: `KHR_materials_specular` without its textures;
 ///   `KHR_materials_transmission` as blending, alpha being what is not transmitted, and at least a tenth so that
 ///   highlights are seen; `KHR_materials_pbrSpecularGlossiness` without its texture;
-///   `KHR_materials_{anisotropy, clearcoat, dispersion, iridescence, sheen, volume}` not at all.
+///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, clearcoat, dispersion,
+///   iridescence, sheen}` not at all.
 /// * Of `KHR_materials_variants` the default materials. Any other extension that the file requires is an error; one
 ///   that it only uses is a warning.
 /// * Not read: animations, morph targets and skins. A skinned mesh is placed by its own node, undeformed.

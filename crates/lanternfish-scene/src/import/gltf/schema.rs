@@ -320,6 +320,9 @@ pub(super) struct Transmission {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Volume {
     pub thickness_factor: f32,
+    pub thickness_texture: Option<TextureInfo>,
+    pub attenuation_color: Option<[f32; 3]>,
+    pub attenuation_distance: Option<f32>,
 }
 
 #[derive(Deserialize)]

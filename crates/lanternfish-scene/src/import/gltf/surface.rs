@@ -39,13 +39,25 @@ pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, no
         }
         transmit(material, factor);
     }
+    if let Some(volume) = &extensions.volume
+        && let thickness = volume.thickness_factor.clamp(0.0, f32::MAX)
+        && thickness > 0.0
+    {
+        notes.add("absorption of KHR_materials_volume, whose materials are drawn as thin sheets");
+        if volume.thickness_texture.is_some() {
+            notes.add("textures of KHR_materials_volume");
+        }
+        material.thickness = thickness;
+        material.attenuation_color =
+            volume.attenuation_color.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::ONE);
+        material.attenuation_distance = volume.attenuation_distance.unwrap_or(f32::INFINITY).max(f32::MIN_POSITIVE);
+    }
     for (name, has_effect) in [
         ("KHR_materials_anisotropy", extensions.anisotropy.as_ref().is_some_and(|e| e.anisotropy_strength != 0.0)),
         ("KHR_materials_clearcoat", extensions.clearcoat.as_ref().is_some_and(|e| e.clearcoat_factor != 0.0)),
         ("KHR_materials_dispersion", extensions.dispersion.as_ref().is_some_and(|e| e.dispersion != 0.0)),
         ("KHR_materials_iridescence", extensions.iridescence.as_ref().is_some_and(|e| e.iridescence_factor != 0.0)),
         ("KHR_materials_sheen", extensions.sheen.as_ref().is_some_and(|e| e.sheen_color_factor != [0.0; 3])),
-        ("KHR_materials_volume", extensions.volume.as_ref().is_some_and(|e| e.thickness_factor != 0.0)),
     ] {
         if has_effect {
             notes.add(name);

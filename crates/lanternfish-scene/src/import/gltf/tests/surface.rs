@@ -57,16 +57,40 @@ fn transmission_becomes_blending() {
 }
 
 #[test]
+fn volumes_are_read_and_clamped() {
+    let default = Material::default();
+    let parts = |m: &Material| (m.thickness, m.attenuation_color, m.attenuation_distance);
+    assert_eq!(parts(&default), (0.0, Vec3::ONE, f32::INFINITY));
+    let read = |volume: Value| parts(&material(json!({ "extensions": { "KHR_materials_volume": volume } })));
+    let jade = json!({ "thicknessFactor": 0.25, "attenuationColor": [0.1, 0.5, 0.2], "attenuationDistance": 0.5 });
+    assert_eq!(read(jade), (0.25, Vec3::new(0.1, 0.5, 0.2), 0.5));
+    assert_eq!(read(json!({ "thicknessFactor": 2 })), (2.0, Vec3::ONE, f32::INFINITY));
+    // Without thickness there is no body.
+    assert_eq!(read(json!({ "attenuationColor": [0, 0, 0], "attenuationDistance": 1 })), parts(&default));
+    assert_eq!(read(json!({ "thicknessFactor": -1, "attenuationDistance": 1 })), parts(&default));
+    let hostile = json!({ "thicknessFactor": 1e300, "attenuationColor": [-1, 2, 1e300], "attenuationDistance": -1 });
+    assert_eq!(read(hostile), (f32::MAX, Vec3::new(0.0, 1.0, 1.0), f32::MIN_POSITIVE));
+    let endless = json!({ "thicknessFactor": 1, "attenuationDistance": 1e300 });
+    assert_eq!(read(endless), (1.0, Vec3::ONE, f32::INFINITY));
+    let textured = json!({ "thicknessFactor": 1, "thicknessTexture": { "index": 0 } });
+    let file = with_material(json!({ "extensions": { "KHR_materials_volume": textured } }));
+    let expected = [
+        "folder/test.glb: left out: absorption of KHR_materials_volume, whose materials are drawn as thin sheets (1)",
+        "folder/test.glb: left out: textures of KHR_materials_volume (1)",
+    ];
+    assert_eq!(warnings(&file), expected);
+}
+
+#[test]
 fn what_is_left_out_of_a_surface_is_said_by_name() {
     let file = with_material(json!({ "extensions": {
         "KHR_materials_clearcoat": { "clearcoatFactor": 1 },
         "KHR_materials_sheen": { "sheenColorFactor": [1, 0, 0] },
-        "KHR_materials_volume": { "thicknessFactor": 1 },
         "KHR_materials_iridescence": { "iridescenceFactor": 1 },
         "KHR_materials_anisotropy": { "anisotropyStrength": 1 },
         "KHR_materials_dispersion": { "dispersion": 1 },
     } }));
-    let names = ["anisotropy", "clearcoat", "dispersion", "iridescence", "sheen", "volume"];
+    let names = ["anisotropy", "clearcoat", "dispersion", "iridescence", "sheen"];
     let expected = names.map(|name| format!("folder/test.glb: left out: KHR_materials_{name} (1)"));
     assert_eq!(warnings(&file), expected);
     let file = with_material(json!({ "extensions": {

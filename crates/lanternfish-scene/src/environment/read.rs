@@ -1,0 +1,123 @@
+//! Environments from files.
+
+use std::io::{Cursor, Read};
+use std::path::Path;
+
+use exr::image::read::read;
+use exr::meta::MetaData;
+use exr::prelude::{ReadChannels, ReadLayers};
+use glam::Vec3;
+use image::ImageDecoder;
+use image::codecs::hdr::{HdrDecoder, SIGNATURE};
+
+use super::Environment;
+use crate::{SceneError, import};
+
+/// Most pixels: a panorama of the largest width. They take 1.5 GiB.
+const MAX_PIXELS: usize = Environment::MAX_SIDE * Environment::MAX_SIDE / 2;
+
+/// What Radiance files may begin with instead of the decoder's [`SIGNATURE`].
+const RGBE_SIGNATURE: &[u8] = b"#?RGBE";
+
+/// Rows of pixels as they are stored.
+struct Stored {
+    width: usize,
+    height: usize,
+    pixels: Vec<[f32; 3]>,
+    /// What was read and is not applied.
+    note: Option<String>,
+}
+
+pub(super) fn load(path: &Path) -> Result<Environment, SceneError> {
+    let is = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    if !is("hdr") && !is("exr") {
+        return Err(SceneError::UnknownEnvironmentFormat { path: path.to_owned() });
+    }
+    let bytes = import::read_file(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
+    let stored = if is("hdr") { read_radiance(&bytes) } else { read_open_exr(&bytes) };
+    let (environment, notes) =
+        stored.and_then(checked).map_err(|what| SceneError::Invalid { path: path.to_owned(), what })?;
+    for note in notes {
+        tracing::warn!("{}: {note}", path.display());
+    }
+    Ok(environment)
+}
+
+/// Refuses what is no number, and cuts what is negative.
+fn checked(stored: Stored) -> Result<(Environment, Vec<String>), String> {
+    let Stored { width, height, pixels, note } = stored;
+    let mut notes: Vec<_> = note.into_iter().collect();
+    let count = |is: fn(&f32) -> bool| pixels.iter().filter(|pixel| pixel.iter().any(is)).count();
+    let (unusable, negative) = (count(|value| !value.is_finite()), count(|value| *value < 0.0));
+    if unusable > 0 {
+        let all = pixels.len();
+        return Err(format!("{unusable} of {all} pixels are infinite or not a number (replace them by finite values)"));
+    }
+    if negative > 0 {
+        notes.push(format!("{negative} of {} pixels have negative values, which are taken for 0", pixels.len()));
+    }
+    let pixels = pixels.into_iter().map(|pixel| Vec3::from(pixel).max(Vec3::ZERO)).collect();
+    Ok((Environment { width, height, pixels, rotation: 0.0 }, notes))
+}
+
+fn check_size(width: usize, height: usize) -> Result<(), String> {
+    let sides = 1..=Environment::MAX_SIDE;
+    if !sides.contains(&width) || !sides.contains(&height) || width * height > MAX_PIXELS {
+        let most = Environment::MAX_SIDE;
+        return Err(format!("{width} × {height} pixels: expected 1 to {most} a side, and at most {MAX_PIXELS} in all"));
+    }
+    Ok(())
+}
+
+fn read_radiance(bytes: &[u8]) -> Result<Stored, String> {
+    let fault = |error: image::ImageError| format!("not a Radiance image that can be read ({error})");
+    // The decoder knows one of the two signatures.
+    let rest = bytes.strip_prefix(RGBE_SIGNATURE);
+    let (signature, rest) = rest.map_or((&[][..], bytes), |rest| (SIGNATURE, rest));
+    let decoder = HdrDecoder::new(signature.chain(rest)).map_err(fault)?;
+    let header = decoder.metadata();
+    let (width, height) = (header.width as usize, header.height as usize);
+    check_size(width, height)?;
+    // A row takes at least the four bytes of its first pixel.
+    if bytes.len() < 4 * height {
+        return Err(format!("{} bytes hold no {height} rows", bytes.len()));
+    }
+    if let Some((_, format)) = header.custom_attributes.iter().find(|(key, _)| key == "FORMAT")
+        && format != "32-bit_rle_rgbe"
+    {
+        return Err(format!("its format is {format} (expected 32-bit_rle_rgbe)"));
+    }
+    let exposure = header.exposure.filter(|exposure| *exposure != 1.0);
+    // Zeros that are never written cost no memory: a broken file ends the reading before they are.
+    let mut pixels = vec![[0.0f32; 3]; width * height];
+    decoder.read_image(bytemuck::cast_slice_mut(&mut pixels)).map_err(fault)?;
+    let note = exposure.map(|exposure| format!("states an exposure of {exposure}, by which nothing is divided"));
+    Ok(Stored { width, height, pixels, note })
+}
+
+fn read_open_exr(bytes: &[u8]) -> Result<Stored, String> {
+    let fault = |error: exr::error::Error| format!("not an OpenEXR image that can be read ({error})");
+    // Before the reader makes room for them.
+    for header in MetaData::read_from_buffered(bytes, false).map_err(fault)?.headers {
+        check_size(header.layer_size.width(), header.layer_size.height())?;
+    }
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| Stored {
+                width: size.width(),
+                height: size.height(),
+                pixels: vec![[0.0; 3]; size.area()],
+                note: None,
+            },
+            |stored: &mut Stored, position, (red, green, blue): (f32, f32, f32)| {
+                stored.pixels[position.y() * stored.width + position.x()] = [red, green, blue];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(fault)?;
+    Ok(image.layer_data.channel_data.pixels)
+}
