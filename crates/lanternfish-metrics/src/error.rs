@@ -22,6 +22,16 @@ pub enum MetricsError {
         /// What is wrong.
         what: String,
     },
+    /// An OpenEXR file has no image of this name.
+    #[error("{path}: no channels {}; there are: {found}", wanted_channels(.layer), path = path.display())]
+    MissingChannels {
+        /// The file.
+        path: PathBuf,
+        /// The layer that was asked for; empty for the picture itself.
+        layer: String,
+        /// The channels that are there.
+        found: String,
+    },
     /// A list of pixels is not as long as its width and height say.
     #[error("{got} values for an image that needs {expected}")]
     PixelCount {
@@ -68,4 +78,8 @@ pub enum MetricsError {
         /// What was given.
         got: f32,
     },
+}
+
+fn wanted_channels(layer: &str) -> String {
+    if layer.is_empty() { "R, G and B, nor Y alone".to_owned() } else { format!("{layer}.R, {layer}.G and {layer}.B") }
 }

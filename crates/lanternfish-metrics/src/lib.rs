@@ -14,7 +14,7 @@ mod write_aside;
 
 pub use compare::{RelativeError, share_differing};
 pub use error::MetricsError;
-pub use exr_file::{read_exr, write_exr};
+pub use exr_file::{exr_layers, read_exr, read_exr_attributes, read_exr_layer, write_exr, write_exr_layers};
 pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip_ldr};
 pub use image::RgbImage;
 pub use png_file::{ColorType, write_png};

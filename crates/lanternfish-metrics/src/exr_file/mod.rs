@@ -1,0 +1,10 @@
+//! OpenEXR: linear images on disk.
+
+mod read;
+mod write;
+
+pub use read::{exr_layers, read_exr, read_exr_attributes, read_exr_layer};
+pub use write::{write_exr, write_exr_layers};
+
+#[cfg(test)]
+mod tests;

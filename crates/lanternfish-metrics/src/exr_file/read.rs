@@ -1,0 +1,221 @@
+//! From OpenEXR: which part and which channels are meant is decided by the headers, before pixels are read.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{self, BufReader},
+    path::Path,
+};
+
+use exr::{
+    image::read::{layers::ReadChannels, specific_channels::ReadSpecificChannel},
+    meta::{MetaData, attribute::AttributeValue, header::Header},
+    prelude::{Error, ReadLayers, Text, Vec2},
+};
+
+use crate::{MetricsError, RgbImage};
+
+/// Reads the channels R, G and B of the first part that has them, stored as half, float or 32-bit integer. Others are
+/// ignored. A file without them that has Y is read as grey.
+pub fn read_exr(path: &Path) -> Result<RgbImage, MetricsError> {
+    read_exr_layer(path, "")
+}
+
+/// Reads the layer `name`: its channels `name.R`, `name.G` and `name.B`, or R, G and B of the part that is called so.
+///
+/// The empty name is the picture itself, as [`read_exr`] has it. A layer that has only Y is grey. Which layers a file
+/// has is told by [`exr_layers`].
+pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError> {
+    let headers = headers(path)?;
+    let Some(layer) = Selection::find(&headers, name) else {
+        return Err(MetricsError::MissingChannels {
+            path: path.to_owned(),
+            layer: name.to_owned(),
+            found: channel_names(&headers).join(", "),
+        });
+    };
+    if let Some(why) = layer.unreadable {
+        return Err(invalid(path, why));
+    }
+    read_pixels(path, &layer).map_err(|error| file_error(path, error))
+}
+
+/// The names of the layers that [`read_exr_layer`] could be asked for, sorted: everything that stands before the last
+/// dot of a channel's name, and the names of parts. The picture itself is the empty name.
+///
+/// A layer need not be whole: reading one that lacks a channel is an error that says so.
+pub fn exr_layers(path: &Path) -> Result<Vec<String>, MetricsError> {
+    let mut names = Vec::new();
+    for header in headers(path)? {
+        names.extend(header.own_attributes.layer_name.as_ref().map(utf8));
+        for channel in &header.channels.list {
+            let name = utf8(&channel.name);
+            names.push(name.rsplit_once('.').map_or_else(String::new, |(layer, _)| layer.to_owned()));
+        }
+    }
+    names.sort();
+    names.dedup();
+    Ok(names)
+}
+
+/// The text attributes of a file's parts by name. Of one name in several parts, the first part's counts.
+pub fn read_exr_attributes(path: &Path) -> Result<BTreeMap<String, String>, MetricsError> {
+    let mut texts = BTreeMap::new();
+    for header in headers(path)? {
+        for (name, value) in header.all_named_attributes() {
+            if let AttributeValue::Text(value) = value {
+                texts.entry(String::from_utf8_lossy(name).into_owned()).or_insert_with(|| utf8(&value));
+            }
+        }
+    }
+    Ok(texts)
+}
+
+/// Which channels of which part make an image.
+struct Selection {
+    part: Option<Text>,
+    channels: Channels,
+    /// What the exr crate would read wrongly.
+    unreadable: Option<&'static str>,
+}
+
+enum Channels {
+    Rgb([Text; 3]),
+    Grey(Text),
+}
+
+impl Selection {
+    fn find(headers: &[Header], layer: &str) -> Option<Self> {
+        let prefix = if layer.is_empty() { String::new() } else { format!("{layer}.") };
+        let named =
+            |header: &&Header| header.own_attributes.layer_name.as_ref().is_some_and(|name| utf8(name) == layer);
+        let anywhere = |names: &dyn Fn(&Header) -> Option<Self>| headers.iter().find_map(names);
+        let in_part = |names: &dyn Fn(&Header) -> Option<Self>| headers.iter().filter(named).find_map(names);
+        anywhere(&|header| Self::rgb(header, &prefix))
+            .or_else(|| in_part(&|header| Self::rgb(header, "")))
+            .or_else(|| anywhere(&|header| Self::grey(header, &prefix)))
+            .or_else(|| in_part(&|header| Self::grey(header, "")))
+    }
+
+    fn rgb(header: &Header, prefix: &str) -> Option<Self> {
+        let [red, green, blue] = ["R", "G", "B"].map(|name| channel(header, &format!("{prefix}{name}")));
+        Some(Self::new(header, Channels::Rgb([red?, green?, blue?])))
+    }
+
+    /// Y alone: with colour differences beside it (RY, BY) the picture is not grey.
+    fn grey(header: &Header, prefix: &str) -> Option<Self> {
+        let [y, ry, by] = ["Y", "RY", "BY"].map(|name| channel(header, &format!("{prefix}{name}")));
+        if ry.or(by).is_some() { None } else { Some(Self::new(header, Channels::Grey(y?))) }
+    }
+
+    fn new(header: &Header, channels: Channels) -> Self {
+        let chosen: &[Text] = match &channels {
+            Channels::Rgb(names) => names,
+            Channels::Grey(name) => std::slice::from_ref(name),
+        };
+        // The crate takes every line to hold every channel.
+        let subsampled = header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1));
+        debug_assert!(chosen.iter().all(|name| header.channels.list.iter().any(|c| c.name == *name)));
+        let unreadable = if header.deep {
+            Some("deep pixels are not read: flatten the image")
+        } else if subsampled {
+            Some("subsampled channels are not read: write every channel at full resolution")
+        } else {
+            None
+        };
+        Self { part: header.own_attributes.layer_name.clone(), channels, unreadable }
+    }
+}
+
+fn channel(header: &Header, name: &str) -> Option<Text> {
+    header.channels.list.iter().map(|channel| &channel.name).find(|text| utf8(text) == name).cloned()
+}
+
+/// Every channel of every part, those of named parts as `part: channel` where there is more than one part.
+fn channel_names(headers: &[Header]) -> Vec<String> {
+    let name = |header: &Header, channel: &Text| match &header.own_attributes.layer_name {
+        Some(part) if headers.len() > 1 => format!("{}: {}", utf8(part), utf8(channel)),
+        _ => utf8(channel),
+    };
+    headers.iter().flat_map(|header| header.channels.list.iter().map(move |c| name(header, &c.name))).collect()
+}
+
+fn utf8(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
+}
+
+fn headers(path: &Path) -> Result<Vec<Header>, MetricsError> {
+    let failed = |error| file_error(path, error);
+    let file = File::open(path).map_err(|error| failed(error.into()))?;
+    let meta = MetaData::read_from_buffered(BufReader::new(file), false).map_err(failed)?;
+    Ok(meta.headers.into_iter().collect())
+}
+
+fn blank(size: Vec2<usize>) -> RgbImage {
+    RgbImage { width: size.width(), height: size.height(), pixels: vec![[0.0; 3]; size.area()] }
+}
+
+fn set(image: &mut RgbImage, position: Vec2<usize>, pixel: [f32; 3]) {
+    image.pixels[position.y() * image.width + position.x()] = pixel;
+}
+
+fn read_pixels(path: &Path, selection: &Selection) -> Result<RgbImage, Error> {
+    let file = BufReader::new(File::open(path)?);
+    let read = || exr::image::read::read().no_deep_data().largest_resolution_level();
+    let part = selection.part.clone();
+    match &selection.channels {
+        Channels::Rgb([red, green, blue]) => {
+            let channels = read()
+                .specific_channels()
+                .required(red.clone())
+                .required(green.clone())
+                .required(blue.clone())
+                .collect_pixels(
+                    |size, _| blank(size),
+                    |image: &mut RgbImage, at, (red, green, blue): (f32, f32, f32)| set(image, at, [red, green, blue]),
+                );
+            let image = InPart { part, channels }.first_valid_layer().all_attributes().from_buffered(file)?;
+            Ok(image.layer_data.channel_data.pixels)
+        }
+        Channels::Grey(y) => {
+            let channels = read()
+                .specific_channels()
+                .required(y.clone())
+                .collect_pixels(|size, _| blank(size), |image: &mut RgbImage, at, (y,): (f32,)| set(image, at, [y; 3]));
+            let image = InPart { part, channels }.first_valid_layer().all_attributes().from_buffered(file)?;
+            Ok(image.layer_data.channel_data.pixels)
+        }
+    }
+}
+
+/// Channels of the part of this name only: others may have channels of the same names.
+struct InPart<C> {
+    part: Option<Text>,
+    channels: C,
+}
+
+impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for InPart<C> {
+    type Reader = C::Reader;
+
+    fn create_channels_reader(&'s self, header: &Header) -> Result<Self::Reader, Error> {
+        if header.own_attributes.layer_name != self.part {
+            return Err(Error::Invalid("another part".into()));
+        }
+        self.channels.create_channels_reader(header)
+    }
+}
+
+/// The error of this crate for one of the exr crate.
+fn file_error(path: &Path, error: Error) -> MetricsError {
+    match error {
+        // A file that ends early is a broken file, not a fault of the disk.
+        Error::Io(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
+            MetricsError::Io { path: path.to_owned(), source }
+        }
+        error => invalid(path, &format!("not an OpenEXR image that can be read ({error})")),
+    }
+}
+
+fn invalid(path: &Path, what: &str) -> MetricsError {
+    MetricsError::Invalid { path: path.to_owned(), what: what.to_owned() }
+}

@@ -1,0 +1,130 @@
+//! What is written comes back; what cannot be read is said.
+
+use super::*;
+use crate::{MetricsError, RgbImage};
+
+#[test]
+fn halves_come_back_as_they_were_and_floats_within_half_precision() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.exr");
+    // 37 × 29: neither a multiple of the 16 lines of a ZIP block nor of anything else.
+    let pixels = (0..37 * 29).map(|i| [i as f32 / 8.0, 0.1 * i as f32, -1e-3 * i as f32]).collect();
+    let image = RgbImage::new(37, 29, pixels).unwrap();
+    write_exr(&path, &image).unwrap();
+    let read = read_exr(&path).unwrap();
+    assert_eq!((read.width, read.height), (37, 29));
+    for (read, written) in read.pixels.iter().zip(&image.pixels) {
+        // Eighths up to 134 need 11 bits: exact.
+        assert_eq!(read[0], written[0]);
+        for (read, written) in read.iter().zip(written) {
+            // 11 bits, rounded: 2⁻¹¹ relative, 2⁻²⁵ below the smallest normal half.
+            assert!((read - written).abs() <= written.abs() * 2f32.powi(-11) + 2f32.powi(-25));
+        }
+    }
+    // Once through half, the values stay.
+    write_exr(&path, &read).unwrap();
+    assert_eq!(read_exr(&path).unwrap(), read);
+}
+
+#[test]
+fn what_a_half_cannot_hold_stays_finite() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bright.exr");
+    write_exr(&path, &RgbImage::new(1, 1, vec![[1e9, f32::INFINITY, f32::NAN]]).unwrap()).unwrap();
+    let [red, green, blue] = read_exr(&path).unwrap().pixels[0];
+    assert_eq!((red, green), (65504.0, f32::INFINITY));
+    assert!(blue.is_nan());
+}
+
+#[test]
+fn missing_and_broken_files_are_errors_that_name_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("picture.exr");
+    assert!(matches!(read_exr(&path), Err(MetricsError::Io { .. })));
+
+    std::fs::write(&path, "this is no picture").unwrap();
+    let error = read_exr(&path).unwrap_err();
+    assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
+    assert!(error.to_string().contains("picture.exr"));
+
+    // Cut short.
+    write_exr(&path, &RgbImage::new(40, 40, vec![[0.5; 3]; 1600]).unwrap()).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &whole[..whole.len() - 20]).unwrap();
+    assert!(matches!(read_exr(&path), Err(MetricsError::Invalid { .. })));
+}
+
+#[test]
+fn writing_into_a_missing_folder_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("missing").join("picture.exr");
+    let error = write_exr(&path, &RgbImage::new(1, 1, vec![[0.0; 3]]).unwrap()).unwrap_err();
+    assert!(matches!(error, MetricsError::Io { .. }), "{error:?}");
+}
+
+/// Values that a half cannot hold.
+fn floats(seed: u32) -> RgbImage {
+    let value =
+        |i: usize, c: usize| f32::from_bits(0x3f80_0000 ^ (i as u32 * 3 + c as u32 + seed).wrapping_mul(0x0193_5));
+    RgbImage::new(37, 29, (0..37 * 29).map(|i| [value(i, 0), value(i, 1), 1e20 * value(i, 2)]).collect()).unwrap()
+}
+
+#[test]
+fn layers_come_back_bit_for_bit_with_their_attributes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("layers.exr");
+    let (image, variance, other) = (floats(0), floats(5), floats(9));
+    let long = "µ".repeat(100_000);
+    let attributes =
+        [("lanternfish.samples", "64"), ("lanternfish.settings", "{\"größe\": 1}\n"), ("long", &long), ("e", "")];
+    write_exr_layers(&path, &[("", &image), ("variance", &variance), ("a.b", &other)], &attributes).unwrap();
+    assert_eq!(read_exr(&path).unwrap(), image);
+    assert_eq!(read_exr_layer(&path, "").unwrap(), image);
+    assert_eq!(read_exr_layer(&path, "variance").unwrap(), variance);
+    assert_eq!(read_exr_layer(&path, "a.b").unwrap(), other);
+    assert_eq!(exr_layers(&path).unwrap(), ["", "a.b", "variance"]);
+    let read = read_exr_attributes(&path).unwrap();
+    for (name, value) in attributes {
+        assert_eq!(read.get(name).map(String::as_str), Some(value), "{name}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+
+    // Without a picture: only the layer.
+    write_exr_layers(&path, &[("variance", &variance)], &[]).unwrap();
+    let error = read_exr(&path).unwrap_err().to_string();
+    assert!(error.contains("layers.exr") && error.contains("variance.R"), "{error}");
+}
+
+#[test]
+fn layers_that_are_not_there_are_errors_that_name_those_that_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("layers.exr");
+    write_exr_layers(&path, &[("", &floats(0))], &[]).unwrap();
+    let error = read_exr_layer(&path, "variance").unwrap_err().to_string();
+    for word in ["layers.exr", "variance", "B, G, R"] {
+        assert!(error.contains(word), "{word:?} is not in {error}");
+    }
+}
+
+#[test]
+fn what_cannot_be_written_is_refused_and_nothing_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("layers.exr");
+    let (image, small) = (floats(0), RgbImage::new(1, 1, vec![[0.0; 3]]).unwrap());
+    let long = "x".repeat(300);
+    let cases: [(&[(&str, &RgbImage)], &[(&str, &str)]); 8] = [
+        (&[], &[]),
+        (&[("", &image), ("variance", &small)], &[]),
+        (&[("", &image), ("", &image)], &[]),
+        (&[("größe", &image)], &[]),
+        (&[("", &image)], &[("", "x")]),
+        (&[("", &image)], &[("a", "x"), ("a", "y")]),
+        (&[("", &image)], &[("compression", "x")]),
+        (&[("", &image)], &[(&long, "x")]),
+    ];
+    for (layers, attributes) in cases {
+        let error = write_exr_layers(&path, layers, attributes).unwrap_err();
+        assert!(!matches!(error, MetricsError::Io { .. }), "{error:?}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{error}");
+    }
+}

@@ -1,0 +1,101 @@
+//! To OpenEXR, whole or not at all, ZIP-compressed without loss.
+
+use std::path::Path;
+
+use exr::{
+    meta::attribute::AttributeValue,
+    prelude::{
+        AnyChannel, AnyChannels, Encoding, Error, FlatSamples, Image, Layer, LayerAttributes, SpecificChannels, Text,
+        Vec2, WritableImage, f16,
+    },
+};
+
+use crate::{MetricsError, RgbImage, compare::check_sizes, write_aside};
+
+/// Writes R, G and B as half floats, ZIP-compressed, whole or not at all.
+///
+/// A half holds up to 65504 with 11 bits: brighter finite values are written as 65504.
+pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
+    let half = |value: f32| {
+        let largest = f16::MAX.to_f32();
+        f16::from_f32(if value.is_finite() { value.clamp(-largest, largest) } else { value })
+    };
+    let channels = SpecificChannels::rgb(|position: Vec2<usize>| {
+        let [red, green, blue] = image.pixels[position.y() * image.width + position.x()].map(half);
+        (red, green, blue)
+    });
+    let layer = Layer::new((image.width, image.height), LayerAttributes::default(), encoding(), channels);
+    write_aside(path, |file| Image::from_layer(layer).write().to_buffered(file)).map_err(|error| failed(path, error))
+}
+
+/// Writes several images of one size into one part of a file as 32-bit floats, bit for bit, with text attributes;
+/// whole or not at all.
+///
+/// A layer called `variance` becomes the channels `variance.R`, `variance.G` and `variance.B`; the empty name is the
+/// picture itself, R, G and B, which is what other programs show. Names of layers and attributes are ASCII, at most
+/// 250 letters long, and each is there once; attributes must not have the names that OpenEXR itself uses
+/// (`compression`, `comments`): put `lanternfish.` before them. Values are any text.
+pub fn write_exr_layers(
+    path: &Path,
+    layers: &[(&str, &RgbImage)],
+    attributes: &[(&str, &str)],
+) -> Result<(), MetricsError> {
+    let Some((_, first)) = layers.first() else {
+        return Err(invalid(path, "a file has at least one layer".to_owned()));
+    };
+    check_names(path, "layer", layers.iter().map(|(name, _)| *name))?;
+    check_names(path, "attribute", attributes.iter().map(|(name, _)| *name))?;
+    if attributes.iter().any(|(name, _)| name.is_empty()) {
+        return Err(invalid(path, "an attribute has no name".to_owned()));
+    }
+    let mut channels = Vec::with_capacity(3 * layers.len());
+    for (name, image) in layers {
+        check_sizes(image, first)?;
+        for (channel, letter) in ["R", "G", "B"].into_iter().enumerate() {
+            let name = if name.is_empty() { letter.to_owned() } else { format!("{name}.{letter}") };
+            let samples = image.pixels.iter().map(|pixel| pixel[channel]).collect();
+            channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(samples)));
+        }
+    }
+    let mut described = LayerAttributes::default();
+    for (name, value) in attributes {
+        let value = AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
+        described.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
+    }
+    let channels = AnyChannels::sort(channels.into_iter().collect());
+    let layer = Layer::new((first.width, first.height), described, encoding(), channels);
+    write_aside(path, |file| Image::from_layer(layer).write().to_buffered(file)).map_err(|error| failed(path, error))
+}
+
+fn encoding() -> Encoding {
+    Encoding { compression: exr::compression::Compression::ZIP16, ..Encoding::SMALL_LOSSLESS }
+}
+
+fn check_names<'n>(path: &Path, what: &str, names: impl Iterator<Item = &'n str>) -> Result<(), MetricsError> {
+    let mut known = Vec::new();
+    for name in names {
+        // The format ends names with a zero and takes 255 bytes, of which a channel needs two.
+        if !name.bytes().all(|b| b.is_ascii_graphic() || b == b' ') || name.len() > 250 {
+            return Err(invalid(
+                path,
+                format!("{name:?} cannot be the name of a {what}: take up to 250 ASCII letters"),
+            ));
+        }
+        if known.contains(&name) {
+            return Err(invalid(path, format!("the {what} {name:?} is there twice")));
+        }
+        known.push(name);
+    }
+    Ok(())
+}
+
+fn failed(path: &Path, error: Error) -> MetricsError {
+    match error {
+        Error::Io(source) => MetricsError::Io { path: path.to_owned(), source },
+        error => invalid(path, format!("cannot be written as OpenEXR ({error})")),
+    }
+}
+
+fn invalid(path: &Path, what: String) -> MetricsError {
+    MetricsError::Invalid { path: path.to_owned(), what }
+}
