@@ -72,6 +72,40 @@ pub enum MetricsError {
         /// Row, from the top.
         y: usize,
     },
+    /// A value of an image to be compared is infinite or not a number.
+    #[error("pixel {x}, {y} is not finite: leave such pixels out or give them a colour")]
+    NotFinite {
+        /// Column, from the left.
+        x: usize,
+        /// Row, from the top.
+        y: usize,
+    },
+    /// No pixel of two images is finite in both, so there is nothing to compare.
+    #[error("no pixel is finite in both images: there is nothing to compare")]
+    NothingFinite,
+    /// An image is too small for a measure.
+    #[error("images of {width}×{height} are too small: both sides must be at least {smallest} pixels")]
+    TooSmall {
+        /// Pixels across.
+        width: usize,
+        /// Pixels down.
+        height: usize,
+        /// Pixels that a side must have.
+        smallest: usize,
+    },
+    /// A z-test without any variance.
+    #[error("no image of variances was given: render with variances, or compare without a z-test")]
+    NoVariance,
+    /// Exposures of HDR-FLIP that cannot be looked at.
+    #[error("{count} exposures from {start} to {stop} stops: take 1 to 300, from -126 to 126 stops, darkest first")]
+    Exposures {
+        /// The first, stops.
+        start: f32,
+        /// The last, stops.
+        stop: f32,
+        /// How many.
+        count: u32,
+    },
     /// The distance of the observer is out of range.
     #[error("{got} pixels a degree: take 2 to 1000; 67 is a 4K display 0.7 m wide, from 0.7 m")]
     PixelsPerDegree {

@@ -1,10 +1,16 @@
 //! PNG: what a display shows.
 
-use std::{io, path::Path};
+use std::{
+    fs::File,
+    io::{self, BufReader},
+    path::Path,
+};
 
-use image::{ExtendedColorType, ImageEncoder, ImageError, codecs::png::PngEncoder};
+use image::{
+    DynamicImage, ExtendedColorType, ImageEncoder, ImageError, codecs::png::PngDecoder, codecs::png::PngEncoder,
+};
 
-use crate::{MetricsError, write_aside};
+use crate::{MetricsError, RgbImage, write_aside};
 
 /// What the bytes of a pixel mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +50,25 @@ pub fn write_png(path: &Path, width: u32, height: u32, color: ColorType, pixels:
     .map_err(|source| MetricsError::Io { path: path.to_owned(), source })
 }
 
+/// Reads what a display shows: **sRGB-encoded** values 0..=1, not linear ones. Grey has three channels alike.
+///
+/// 8 bits a channel and 16; opacity is dropped and the colours are taken as they are stored. A gamma or colour profile
+/// in the file is not looked at.
+pub fn read_png(path: &Path) -> Result<RgbImage, MetricsError> {
+    let failed = |error| match error {
+        ImageError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
+            MetricsError::Io { path: path.to_owned(), source }
+        }
+        error => {
+            MetricsError::Invalid { path: path.to_owned(), what: format!("not a PNG image that can be read ({error})") }
+        }
+    };
+    let file = File::open(path).map_err(|error| failed(error.into()))?;
+    let image = PngDecoder::new(BufReader::new(file)).and_then(DynamicImage::from_decoder).map_err(failed)?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    RgbImage::new(width, height, image.into_rgb32f().pixels().map(|pixel| pixel.0).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,5 +95,38 @@ mod tests {
             Err(MetricsError::PixelCount { got: 105, expected: 140 })
         ));
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn bytes_are_read_as_what_they_encode() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        for color in [ColorType::Rgb, ColorType::Rgba] {
+            let pixels: Vec<u8> = (0..7 * 5 * color.bytes()).map(|i| (i * 37) as u8).collect();
+            write_png(&path, 7, 5, color, &pixels).unwrap();
+            let read = read_png(&path).unwrap();
+            assert_eq!((read.width, read.height), (7, 5));
+            for (read, bytes) in read.pixels.iter().zip(pixels.chunks(color.bytes())) {
+                assert_eq!(read.map(|v| v * 255.0), [0, 1, 2].map(|c| f32::from(bytes[c])));
+            }
+        }
+        // Sixteen bits, and grey.
+        image::ImageBuffer::from_pixel(3, 2, image::Luma([0x8000u16])).save(&path).unwrap();
+        assert_eq!(read_png(&path).unwrap(), RgbImage::new(3, 2, vec![[32768.0 / 65535.0; 3]; 6]).unwrap());
+    }
+
+    #[test]
+    fn what_is_no_png_is_an_error_that_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        assert!(matches!(read_png(&path), Err(MetricsError::Io { .. })));
+        write_png(&path, 40, 40, ColorType::Rgb, &[77; 4800]).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        for broken in [&b"this is no picture"[..], b"", &whole[..whole.len() / 2]] {
+            std::fs::write(&path, broken).unwrap();
+            let error = read_png(&path).unwrap_err();
+            assert!(matches!(error, MetricsError::Invalid { .. }), "{error:?}");
+            assert!(error.to_string().contains("picture.png"));
+        }
     }
 }

@@ -65,7 +65,7 @@ fn writing_into_a_missing_folder_fails() {
 /// Values that a half cannot hold.
 fn floats(seed: u32) -> RgbImage {
     let value =
-        |i: usize, c: usize| f32::from_bits(0x3f80_0000 ^ (i as u32 * 3 + c as u32 + seed).wrapping_mul(0x0193_5));
+        |i: usize, c: usize| f32::from_bits(0x3f80_0000 ^ (i as u32 * 3 + c as u32 + seed).wrapping_mul(0x0001_9351));
     RgbImage::new(37, 29, (0..37 * 29).map(|i| [value(i, 0), value(i, 1), 1e20 * value(i, 2)]).collect()).unwrap()
 }
 
@@ -112,7 +112,9 @@ fn what_cannot_be_written_is_refused_and_nothing_is_left() {
     let path = folder.path().join("layers.exr");
     let (image, small) = (floats(0), RgbImage::new(1, 1, vec![[0.0; 3]]).unwrap());
     let long = "x".repeat(300);
-    let cases: [(&[(&str, &RgbImage)], &[(&str, &str)]); 8] = [
+    type Layers<'a> = &'a [(&'a str, &'a RgbImage)];
+    type Attributes<'a> = &'a [(&'a str, &'a str)];
+    let cases: [(Layers<'_>, Attributes<'_>); 8] = [
         (&[], &[]),
         (&[("", &image), ("variance", &small)], &[]),
         (&[("", &image), ("", &image)], &[]),

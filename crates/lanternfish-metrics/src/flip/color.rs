@@ -31,11 +31,11 @@ pub(super) struct Opponent {
 }
 
 impl Opponent {
-    /// Of sRGB-encoded values, clamped to 0..=1. The image must have pixels.
+    /// Of linear colours that a display shows, 0..=1, which `linear` makes of the image's. The image must have pixels.
     ///
     /// The measure's Y is 116 Y/Yₙ − 16, Cx is 500 (X/Xₙ − Y/Yₙ) and Cz is 200 (Y/Yₙ − Z/Zₙ). All filters are linear
     /// and either keep a constant or drop it, so that the scale and the −16 can be left out until [`lab_from_opponent`].
-    pub(super) fn new(image: &RgbImage) -> Self {
+    pub(super) fn new(image: &RgbImage, linear: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
         let width = image.width;
         let plane = || vec![0.0; image.pixels.len()];
         let mut picture = Self { width, luminance: plane(), red_green: plane(), blue_yellow: plane() };
@@ -43,7 +43,7 @@ impl Opponent {
         let rows = rows.zip(picture.red_green.par_chunks_mut(width)).zip(picture.blue_yellow.par_chunks_mut(width));
         rows.for_each(|(((pixels, luminance), red_green), blue_yellow)| {
             for (i, pixel) in pixels.iter().enumerate() {
-                let [x, y, z] = transformed(&XYZ_FROM_RGB, pixel.map(linear_from_srgb));
+                let [x, y, z] = transformed(&XYZ_FROM_RGB, linear(*pixel));
                 luminance[i] = y;
                 red_green[i] = x - y;
                 blue_yellow[i] = y - z;
@@ -105,7 +105,8 @@ fn distance(p: [f32; 3], q: [f32; 3]) -> f32 {
     (p[0] - q[0]).abs() + (p[1] - q[1]).hypot(p[2] - q[2])
 }
 
-fn linear_from_srgb(encoded: f32) -> f32 {
+/// Clamped to 0..=1.
+pub(super) fn linear_from_srgb(encoded: f32) -> f32 {
     let encoded = encoded.clamp(0.0, 1.0);
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }

@@ -1,4 +1,5 @@
-//! What an eye notices of the difference between two pictures: LDR-ꟻLIP [Andersson2020, algorithm].
+//! What an eye notices of the difference between two pictures: LDR-ꟻLIP [Andersson2020, algorithm], and HDR-ꟻLIP
+//! [Andersson2021, algorithm], which is its maximum over exposures (`hdr`).
 //!
 //! The measure models an observer who flips between two pictures on one display. Colour: each picture is blurred as
 //! far as the eye cannot resolve it (`filters`), and the distance of what is left is taken in a space where equal
@@ -7,14 +8,19 @@
 
 mod color;
 mod filters;
+mod hdr;
 mod magma;
 #[cfg(test)]
 mod tests;
+mod tone_mapper;
+
+pub use hdr::{Exposures, HdrFlip, HdrFlipMap, flip_hdr};
+pub use tone_mapper::FlipToneMapper;
 
 use rayon::prelude::*;
 
 use self::{
-    color::{ColorDifference, Opponent, lab_from_opponent},
+    color::{ColorDifference, Opponent, lab_from_opponent, linear_from_srgb},
     filters::{Filters, Kernel, filtered_row},
 };
 use crate::{MetricsError, RgbImage, compare::check_sizes};
@@ -66,21 +72,39 @@ impl FlipMap {
 /// to pixels × `pixels_per_degree`; it runs on rayon's threads, and their number does not change the result.
 pub fn flip_ldr(reference: &RgbImage, test: &RgbImage, pixels_per_degree: f32) -> Result<FlipMap, MetricsError> {
     check_sizes(test, reference)?;
-    if !(2.0..=1000.0).contains(&pixels_per_degree) {
-        return Err(MetricsError::PixelsPerDegree { got: pixels_per_degree });
-    }
     check_numbers(reference)?;
     check_numbers(test)?;
+    let observer = Observer::new(pixels_per_degree)?;
     let (width, height) = (reference.width, reference.height);
-    let mut errors = vec![0.0; width * height];
-    if !errors.is_empty() {
-        let filters = Filters::new(pixels_per_degree);
-        let color_difference = ColorDifference::new();
-        let (reference, test) = (Opponent::new(reference), Opponent::new(test));
-        errors.par_chunks_mut(width).enumerate().for_each(|(y, errors)| {
-            let (reference, test) = (SeenRow::new(&reference, &filters, y), SeenRow::new(&test, &filters, y));
+    let errors = observer.errors(reference, test, |pixel| pixel.map(linear_from_srgb));
+    Ok(FlipMap { width, height, errors })
+}
+
+/// Who looks at the pictures, and from how far.
+struct Observer {
+    filters: Filters,
+    color_difference: ColorDifference,
+}
+
+impl Observer {
+    fn new(pixels_per_degree: f32) -> Result<Self, MetricsError> {
+        if !(2.0..=1000.0).contains(&pixels_per_degree) {
+            return Err(MetricsError::PixelsPerDegree { got: pixels_per_degree });
+        }
+        Ok(Self { filters: Filters::new(pixels_per_degree), color_difference: ColorDifference::new() })
+    }
+
+    /// The errors of two images of one size, which `linear` turns into what a display shows, 0..=1.
+    fn errors(&self, reference: &RgbImage, test: &RgbImage, linear: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Vec<f32> {
+        let mut errors = vec![0.0; reference.pixels.len()];
+        if errors.is_empty() {
+            return errors;
+        }
+        let (reference, test) = (Opponent::new(reference, &linear), Opponent::new(test, &linear));
+        errors.par_chunks_mut(reference.width).enumerate().for_each(|(y, errors)| {
+            let (reference, test) = (SeenRow::new(&reference, &self.filters, y), SeenRow::new(&test, &self.filters, y));
             for (x, error) in errors.iter_mut().enumerate() {
-                let color = color_difference.between(reference.lab[x], test.lab[x]);
+                let color = self.color_difference.between(reference.lab[x], test.lab[x]);
                 let edge = (reference.edges[x] - test.edges[x]).abs();
                 let point = (reference.points[x] - test.points[x]).abs();
                 // Each detector's response is at most 1 along an axis and √2 along both. Rounding must not take the
@@ -89,13 +113,20 @@ pub fn flip_ldr(reference: &RgbImage, test: &RgbImage, pixels_per_degree: f32) -
                 *error = color.powf(1.0 - feature);
             }
         });
+        errors
     }
-    Ok(FlipMap { width, height, errors })
 }
 
 fn check_numbers(image: &RgbImage) -> Result<(), MetricsError> {
     match image.pixels.iter().position(|pixel| pixel.iter().any(|v| v.is_nan())) {
         Some(i) => Err(MetricsError::NotANumber { x: i % image.width, y: i / image.width }),
+        None => Ok(()),
+    }
+}
+
+fn check_finite(image: &RgbImage) -> Result<(), MetricsError> {
+    match image.pixels.iter().position(|pixel| pixel.iter().any(|v| !v.is_finite())) {
+        Some(i) => Err(MetricsError::NotFinite { x: i % image.width, y: i / image.width }),
         None => Ok(()),
     }
 }

@@ -1,0 +1,115 @@
+//! HDR-ꟻLIP: the largest error over all exposures at which an observer would look at the pictures [Andersson2021, algorithm].
+
+use super::{FlipMap, FlipToneMapper, Observer, PIXELS_PER_DEGREE, check_finite};
+use crate::{MetricsError, RgbImage, compare::check_sizes, image::luminance};
+
+/// The share of a display's white that the brightest and the middle pixel of a reference are shown at
+/// [Andersson2021, exposures].
+const SHOWN: f32 = 0.85;
+
+/// Luminance below which the exposures no longer follow the reference, as in the authors' tool: 2⁻²³.
+const DARKEST: f32 = f32::EPSILON;
+
+/// More exposures than the range of a float has stops are of no use.
+const MOST_EXPOSURES: u32 = 300;
+
+/// The exposures at which two pictures are compared, stops: `count` of them from `start` to `stop`, evenly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposures {
+    /// The first and darkest: log₂ of what radiance is multiplied by.
+    pub start: f32,
+    /// The last and brightest; at least `start`.
+    pub stop: f32,
+    /// How many, at least 1. One is `start` alone.
+    pub count: u32,
+}
+
+impl Exposures {
+    /// Those of a reference: at the first, its brightest pixel is shown at 0.85 of white, at the last its median, and
+    /// they are at most one stop apart, two at least [Andersson2021, exposures].
+    ///
+    /// The median of an even number of pixels is the upper of the two in the middle. Luminances below 2⁻²³ count as
+    /// 2⁻²³, so that most of a reference may be black. So may all of it, which the authors' tool refuses. The reference
+    /// must be finite; without pixels it is taken to be black.
+    pub fn of(reference: &RgbImage, tone_mapper: FlipToneMapper) -> Self {
+        let mut luminances: Vec<f32> = reference.pixels.iter().map(|pixel| luminance(*pixel)).collect();
+        let middle = luminances.len() / 2;
+        let (median, brightest) = match luminances.len() {
+            0 => (DARKEST, DARKEST),
+            _ => {
+                let median = *luminances.select_nth_unstable_by(middle, f32::total_cmp).1;
+                (median, luminances.into_iter().fold(median, f32::max))
+            }
+        };
+        let exposure = |luminance: f32| (tone_mapper.inverse(SHOWN) / luminance.max(DARKEST)).log2();
+        let (start, stop) = (exposure(brightest), exposure(median));
+        Self { start, stop, count: ((stop - start).ceil() as u32).max(2) }
+    }
+
+    /// Every exposure, stops.
+    pub fn iter(self) -> impl Iterator<Item = f32> {
+        let step = (self.stop - self.start) / self.count.saturating_sub(1).max(1) as f32;
+        (0..self.count).map(move |i| self.start + i as f32 * step)
+    }
+
+    fn check(self) -> Result<Self, MetricsError> {
+        let Self { start, stop, count } = self;
+        let usable = (-126.0..=126.0).contains(&start) && (start..=126.0).contains(&stop);
+        if usable && (1..=MOST_EXPOSURES).contains(&count) {
+            Ok(self)
+        } else {
+            Err(MetricsError::Exposures { start, stop, count })
+        }
+    }
+}
+
+/// How HDR-ꟻLIP looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HdrFlip {
+    /// Of the visual angle, 2..=1000, as in [`flip_ldr`](crate::flip_ldr). Higher: the observer stands further off.
+    pub pixels_per_degree: f32,
+    /// From radiance to what a display shows.
+    pub tone_mapper: FlipToneMapper,
+    /// `None`: those of the reference, [`Exposures::of`].
+    pub exposures: Option<Exposures>,
+}
+
+impl Default for HdrFlip {
+    fn default() -> Self {
+        Self { pixels_per_degree: PIXELS_PER_DEGREE, tone_mapper: FlipToneMapper::default(), exposures: None }
+    }
+}
+
+/// The noticeable difference of every pixel at the exposure where it is largest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HdrFlipMap {
+    /// The largest error of each pixel.
+    pub map: FlipMap,
+    /// The exposures that were looked at.
+    pub exposures: Exposures,
+}
+
+/// HDR-ꟻLIP of `test` against `reference`, both linear Rec. 709 [Andersson2021, algorithm].
+///
+/// The pictures are exposed, tone-mapped, clamped to what a display shows, and compared as
+/// [`flip_ldr`](crate::flip_ldr) compares; the largest error of each pixel over all exposures counts. They must not be
+/// exchanged: the reference chooses the exposures. Radiance below 0 counts as 0.
+///
+/// An error when sizes differ, when a value is not finite ([`Pair`](crate::Pair) leaves such pixels out), or when
+/// `looks` is out of range. Work is that of [`flip_ldr`](crate::flip_ldr) times the number of exposures.
+pub fn flip_hdr(reference: &RgbImage, test: &RgbImage, looks: &HdrFlip) -> Result<HdrFlipMap, MetricsError> {
+    check_sizes(test, reference)?;
+    check_finite(reference)?;
+    check_finite(test)?;
+    let observer = Observer::new(looks.pixels_per_degree)?;
+    let exposures = looks.exposures.unwrap_or_else(|| Exposures::of(reference, looks.tone_mapper)).check()?;
+    let mut largest = vec![0.0f32; reference.pixels.len()];
+    for exposure in exposures.iter() {
+        let scale = exposure.exp2();
+        let shown = |pixel: [f32; 3]| looks.tone_mapper.display(pixel.map(|v| (v * scale).clamp(0.0, f32::MAX)));
+        let errors = observer.errors(reference, test, shown);
+        largest.iter_mut().zip(errors).for_each(|(largest, error)| *largest = largest.max(error));
+    }
+    let map = FlipMap { width: reference.width, height: reference.height, errors: largest };
+    Ok(HdrFlipMap { map, exposures })
+}
