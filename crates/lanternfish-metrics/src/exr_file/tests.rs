@@ -1,6 +1,10 @@
 //! What is written comes back; what cannot be read is said.
 
 use super::*;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes, WritableImage, f16,
+};
+
 use crate::{MetricsError, RgbImage};
 
 #[test]
@@ -129,4 +133,64 @@ fn what_cannot_be_written_is_refused_and_nothing_is_left() {
         assert!(!matches!(error, MetricsError::Io { .. }), "{error:?}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{error}");
     }
+}
+
+/// A part of a file, of channels that hold what is given.
+fn part(name: &str, channels: Vec<(&str, FlatSamples)>) -> Layer<AnyChannels<FlatSamples>> {
+    let channels = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
+    let attributes = if name.is_empty() { LayerAttributes::default() } else { LayerAttributes::named(name) };
+    Layer::new((2, 1), attributes, Encoding::UNCOMPRESSED, AnyChannels::sort(channels))
+}
+
+fn written(parts: Vec<Layer<AnyChannels<FlatSamples>>>) -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.exr");
+    let attributes = ImageAttributes::with_size((2, 1));
+    Image::from_layers(attributes, parts.into_iter().collect::<Vec<_>>()).write().to_file(&path).unwrap();
+    (folder, path)
+}
+
+#[test]
+fn odd_channels_are_read_or_named() {
+    let half = |a: f32, b: f32| FlatSamples::F16(vec![f16::from_f32(a), f16::from_f32(b)]);
+    let float = |a: f32, b: f32| FlatSamples::F32(vec![a, b]);
+    let integer = |a: u32, b: u32| FlatSamples::U32(vec![a, b]);
+
+    // Every kind of number, and what is not asked for.
+    let colors = vec![
+        ("R", half(1.0, 2.0)),
+        ("G", float(3.0, 4.0)),
+        ("B", integer(5, 6)),
+        ("A", half(0.0, 0.5)),
+        ("Z", float(7.0, 8.0)),
+    ];
+    let (_folder, path) = written(vec![part("", colors)]);
+    assert_eq!(read_exr(&path).unwrap().pixels, [[1.0, 3.0, 5.0], [2.0, 4.0, 6.0]]);
+
+    let (_folder, path) = written(vec![part("", vec![("Y", float(1.5, 2.5)), ("A", half(1.0, 1.0))])]);
+    assert_eq!(read_exr(&path).unwrap().pixels, [[1.5; 3], [2.5; 3]]);
+
+    for (channels, named) in [
+        (vec![("R", float(1.0, 2.0))], "there are: R"),
+        (vec![("R", float(1.0, 2.0)), ("B", float(1.0, 2.0)), ("A", float(1.0, 1.0))], "there are: A, B, R"),
+        (vec![("Y", float(1.0, 2.0)), ("RY", float(1.0, 2.0)), ("BY", float(1.0, 2.0))], "there are: BY, RY, Y"),
+        (vec![("r", float(1.0, 2.0)), ("g", float(1.0, 2.0)), ("b", float(1.0, 2.0))], "there are: b, g, r"),
+    ] {
+        let (_folder, path) = written(vec![part("", channels)]);
+        let error = read_exr(&path).unwrap_err().to_string();
+        assert!(error.contains(named) && error.contains("odd.exr"), "{named:?} is not in {error}");
+    }
+}
+
+#[test]
+fn parts_are_layers_too() {
+    let rgb = |v: f32| ["R", "G", "B"].map(|name| (name, FlatSamples::F32(vec![v, v + 1.0]))).to_vec();
+    let depth = vec![("Z", FlatSamples::F32(vec![9.0, 9.0]))];
+    let (_folder, path) = written(vec![part("depth", depth), part("beauty", rgb(1.0)), part("variance", rgb(5.0))]);
+    assert_eq!(read_exr(&path).unwrap().pixels[0], [1.0; 3]);
+    assert_eq!(read_exr_layer(&path, "beauty").unwrap().pixels[0], [1.0; 3]);
+    assert_eq!(read_exr_layer(&path, "variance").unwrap().pixels[1], [6.0; 3]);
+    assert_eq!(exr_layers(&path).unwrap(), ["", "beauty", "depth", "variance"]);
+    let error = read_exr_layer(&path, "depth").unwrap_err().to_string();
+    assert!(error.contains("depth: Z") && error.contains("variance: R"), "{error}");
 }
