@@ -12,7 +12,9 @@ pub mod import;
 mod light;
 mod material;
 mod mesh;
+mod named_enum;
 mod scene;
+pub mod shading;
 mod texture;
 mod validate;
 

@@ -1,6 +1,7 @@
 //! Everything that can be chosen. A setting says what a higher and a lower value do.
 
-use std::{fmt, str::FromStr};
+use lanternfish_scene::named_enum;
+pub use lanternfish_scene::shading::{Attenuation, Materials};
 
 /// How an image is made from a scene and a camera. `Default` is what the renderer recommends.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,41 +77,6 @@ impl Default for Tiled {
     }
 }
 
-/// Declares an enum whose variants have a name that is written, read and listed in one place.
-macro_rules! named_enum {
-    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal),+ $(,)? }) => {
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum $name { $($(#[$doc])* $variant),+ }
-
-        impl $name {
-            /// Every variant, in the order in which help lists them.
-            pub const ALL: &[Self] = &[$(Self::$variant),+];
-
-            /// The name that [`FromStr`] reads.
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $text),+ }
-            }
-        }
-
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(self.name())
-            }
-        }
-
-        impl FromStr for $name {
-            type Err = String;
-            fn from_str(text: &str) -> Result<Self, String> {
-                Self::ALL.iter().copied().find(|v| v.name() == text).ok_or_else(|| {
-                    let known: Vec<_> = Self::ALL.iter().map(|v| v.name()).collect();
-                    format!("expected one of {}", known.join(", "))
-                })
-            }
-        }
-    };
-}
-
 named_enum! {
     /// Edge of a screen tile, pixels.
     TileSize {
@@ -159,42 +125,6 @@ named_enum! {
         Improved = "improved",
         /// The surface target's own normal: exact.
         Surface = "surface",
-    }
-}
-
-named_enum! {
-    /// How light falls off with distance. R is a light's range, I₀ = I / R² [VanGelderen2020, app. A].
-    Attenuation {
-        /// glTF's window: max(1 − (d/R)⁴, 0) / d².
-        Gltf = "gltf",
-        /// I / d², cut off at the stated range; unbounded where none is stated.
-        Physical = "physical",
-        /// I / d² − I₀.
-        Reduced = "reduced",
-        /// I / d² + 2 I₀ d / R − 3 I₀: value and slope reach zero.
-        Smooth = "smooth",
-        /// I / d² − I₀ d / R.
-        PhysicalReduced1 = "physical_reduced_1",
-        /// I / d² − I₀ d² / R²: the thesis' choice (eq. 5.1). The same function as `gltf`.
-        PhysicalReduced2 = "physical_reduced_2",
-        /// I / d² + 2 I₀ d² / R² − 3 I₀ d / R.
-        PhysicalSmooth1 = "physical_smooth_1",
-        /// I / d² + 2 I₀ d³ / R³ − 3 I₀ d² / R².
-        PhysicalSmooth2 = "physical_smooth_2",
-        /// I (R − d) / R: for illustration.
-        Linear = "linear",
-        /// I up to R: for illustration.
-        Step = "step",
-    }
-}
-
-named_enum! {
-    /// Which surfaces are shaded.
-    Materials {
-        /// The file's own: Cook–Torrance.
-        File = "file",
-        /// Base colour as a two-sided diffuse albedo. Emission, alpha mask and blending stay; all else is ignored.
-        Lambert = "lambert",
     }
 }
 

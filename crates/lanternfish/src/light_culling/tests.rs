@@ -13,7 +13,6 @@ use proptest::{
 use super::{LightCulling, LightLists, Reach};
 use crate::{
     Renderer, Settings,
-    lights::range,
     prepass::Prepass,
     settings::{Culling, Shadows, TileSize, Tiled},
     testing::{Random, probe, quad, scene_of},
@@ -135,7 +134,7 @@ fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
     }
     let from_light = p_world - light.position.as_dvec3();
     let distance = from_light.length();
-    if distance >= f64::from(range(light, settings)) {
+    if distance >= f64::from(light.effective_range(settings.attenuation, settings.range_threshold)) {
         return false;
     }
     match light.kind {

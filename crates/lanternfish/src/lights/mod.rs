@@ -9,7 +9,7 @@ use glam::Vec3;
 use lanternfish_gpu::gpu_struct;
 use lanternfish_scene::LightKind;
 
-use crate::settings::{Attenuation, Settings};
+use crate::settings::Settings;
 
 gpu_struct! {
     /// A punctual light. World space, linear Rec. 709.
@@ -24,7 +24,7 @@ gpu_struct! {
         kind: u32,
         /// The way light travels, unit.
         direction: Vec3,
-        /// Index of the [`Attenuation`].
+        /// Index of the [`Attenuation`](crate::settings::Attenuation).
         falloff: u32,
         /// Spot: cosine of the outer angle.
         cos_outer: f32,
@@ -37,9 +37,6 @@ gpu_struct! {
     }
 }
 
-/// Range of a light that never ends, m. Its square is a finite float.
-pub const UNBOUNDED: f32 = 1e18;
-
 impl Light {
     /// A scene's light under these settings.
     pub fn new(light: &lanternfish_scene::Light, settings: &Settings) -> Self {
@@ -50,7 +47,7 @@ impl Light {
         };
         Self {
             position: light.position,
-            range: range(light, settings),
+            range: light.effective_range(settings.attenuation, settings.range_threshold),
             intensity: light.intensity,
             kind,
             direction: light.direction,
@@ -60,18 +57,5 @@ impl Light {
             tan_outer: outer.min(1.57).tan(),
             _pad: 0,
         }
-    }
-}
-
-/// Where a light ends, m: its stated range; else, where its brightest channel has fallen to the threshold
-/// [Elagabani2025, eq. 4.1]; never, for directional lights and under `physical` attenuation.
-pub fn range(light: &lanternfish_scene::Light, settings: &Settings) -> f32 {
-    if light.kind == LightKind::Directional {
-        return UNBOUNDED;
-    }
-    match light.range {
-        Some(range) => range,
-        None if settings.attenuation == Attenuation::Physical => UNBOUNDED,
-        None => (light.intensity.max_element() / settings.range_threshold).sqrt().max(1e-3),
     }
 }

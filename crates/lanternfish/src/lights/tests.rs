@@ -2,7 +2,7 @@ use glam::{Vec3, Vec4};
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Camera, Light, LightKind, Material, Projection};
 
-use super::{UNBOUNDED, range, twin};
+use super::twin;
 use crate::{
     Renderer, Settings,
     settings::{Attenuation, Materials, Shadows},
@@ -117,17 +117,8 @@ fn kinds_are_the_shaders() {
         let number = f64::from(super::Light::new(&light, &Settings::default()).kind);
         assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
     }
-    assert_eq!(crate::shaders::constant("light_culling/tiled/tile", "INFINITE") as f32, UNBOUNDED);
-}
-
-#[test]
-fn ranges_follow_the_paper() {
-    // [Elagabani2025, eq. 4.1]: I / D² = 0.02.
-    let light = Light::point(Vec3::ZERO, Vec3::new(8.0, 2.0, 1.0));
-    let mut settings = Settings::default();
-    assert!((range(&light, &settings) - 20.0).abs() < 1e-5);
-    settings.attenuation = Attenuation::Physical;
-    assert_eq!(range(&light, &settings), UNBOUNDED);
-    let stated = Light { range: Some(3.0), ..light };
-    assert_eq!(range(&stated, &settings), 3.0);
+    assert_eq!(
+        crate::shaders::constant("light_culling/tiled/tile", "INFINITE") as f32,
+        lanternfish_scene::shading::UNBOUNDED
+    );
 }

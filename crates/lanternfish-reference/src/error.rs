@@ -1,0 +1,33 @@
+//! What can go wrong.
+
+/// Why a ground truth could not be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReferenceError {
+    /// The scene is not as its documentation promises.
+    #[error("the scene is unsound: {what}")]
+    InvalidScene {
+        /// The first fault.
+        what: String,
+    },
+    /// A setting is out of range.
+    #[error("{setting}: {got}; {remedy}")]
+    InvalidSetting {
+        /// Which.
+        setting: &'static str,
+        /// What was given.
+        got: String,
+        /// What may be given.
+        remedy: &'static str,
+    },
+    /// Pixels to go on from do not fit the image.
+    #[error("{got} pixels to go on from, for an image of {width}×{height}")]
+    PixelCount {
+        /// Pixels given.
+        got: usize,
+        /// Of the image.
+        width: usize,
+        /// Of the image.
+        height: usize,
+    },
+}

@@ -1,0 +1,175 @@
+//! Samples gathered a pixel: mean and variance.
+
+use crate::ReferenceError;
+
+/// Sums of one pixel's samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Sums {
+    /// A channel each.
+    pub value: [f64; 3],
+    /// Of squares.
+    pub square: [f64; 3],
+}
+
+impl Sums {
+    pub fn add(&mut self, sample: [f32; 3]) {
+        for (channel, value) in sample.into_iter().enumerate() {
+            let value = f64::from(value);
+            self.value[channel] += value;
+            self.square[channel] += value * value;
+        }
+    }
+}
+
+/// An image in the making: every pixel has had the same number of samples. Rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) samples: u64,
+    pub(crate) pixels: Vec<Sums>,
+    pub(crate) dropped: u64,
+}
+
+/// How far an image is from its limit, as far as its own samples tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Root of the mean over pixels and channels of variance of the mean / (mean² + 0.01 m²), where m is the mean of the whole
+    /// image: an expected relative error.
+    pub relative: f64,
+}
+
+impl Film {
+    /// Black, without samples. Neither side may be zero.
+    pub fn new(width: usize, height: usize) -> Result<Self, ReferenceError> {
+        if width == 0 || height == 0 {
+            return Err(ReferenceError::InvalidSetting {
+                setting: "size",
+                got: format!("{width}×{height}"),
+                remedy: "both sides must be at least 1",
+            });
+        }
+        Ok(Self { width, height, samples: 0, pixels: vec![Sums::default(); width * height], dropped: 0 })
+    }
+
+    /// What there was after `samples` samples a pixel: their mean and the variance of that mean, as [`Film::mean`] and
+    /// [`Film::variance`] gave them. The sums are those before the interruption but for the rounding of 32 bits.
+    pub fn resume(
+        width: usize,
+        height: usize,
+        samples: u64,
+        mean: &[[f32; 3]],
+        variance: &[[f32; 3]],
+    ) -> Result<Self, ReferenceError> {
+        let mut film = Self::new(width, height)?;
+        for list in [mean, variance] {
+            if list.len() != film.pixels.len() {
+                return Err(ReferenceError::PixelCount { got: list.len(), width, height });
+            }
+        }
+        let n = samples as f64;
+        film.samples = samples;
+        for ((sums, mean), variance) in film.pixels.iter_mut().zip(mean).zip(variance) {
+            for channel in 0..3 {
+                let (mean, variance) = (f64::from(mean[channel]), f64::from(variance[channel]));
+                sums.value[channel] = n * mean;
+                sums.square[channel] = n * mean * mean + variance * n * (n - 1.0);
+            }
+        }
+        Ok(film)
+    }
+
+    /// Pixels across and down.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Samples that each pixel has had.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Samples that were not finite and count as black. Not zero: a fault of the scene or of the tracer.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// The image so far; black without samples.
+    pub fn mean(&self) -> Vec<[f32; 3]> {
+        let n = (self.samples as f64).max(1.0);
+        self.pixels.iter().map(|sums| sums.value.map(|v| (v / n) as f32)).collect()
+    }
+
+    /// Variance of each value of [`Film::mean`], estimated from its own samples: unbiased; infinite below two samples.
+    pub fn variance(&self) -> Vec<[f32; 3]> {
+        self.pixels.iter().map(|sums| std::array::from_fn(|c| self.variance_of(sums, c) as f32)).collect()
+    }
+
+    fn variance_of(&self, sums: &Sums, channel: usize) -> f64 {
+        if self.samples < 2 {
+            return f64::INFINITY;
+        }
+        let n = self.samples as f64;
+        let mean = sums.value[channel] / n;
+        (sums.square[channel] / n - mean * mean).max(0.0) / (n - 1.0)
+    }
+
+    /// Expected error of the image; infinite below two samples, zero for a black image.
+    pub fn noise(&self) -> Noise {
+        let n = (self.samples as f64).max(1.0);
+        let values = 3.0 * self.pixels.len() as f64;
+        let whole = self.pixels.iter().flat_map(|s| s.value).sum::<f64>() / n / values;
+        if whole == 0.0 && self.samples >= 2 {
+            return Noise { relative: 0.0 };
+        }
+        let floor = 0.01 * whole * whole;
+        let error = |sums: &Sums| {
+            let of = |c: usize| self.variance_of(sums, c) / ((sums.value[c] / n).powi(2) + floor);
+            of(0) + of(1) + of(2)
+        };
+        Noise { relative: (self.pixels.iter().map(error).sum::<f64>() / values).sqrt() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn film(samples: &[[f32; 3]]) -> Film {
+        let mut film = Film::new(1, 1).unwrap();
+        samples.iter().for_each(|s| film.pixels[0].add(*s));
+        film.samples = samples.len() as u64;
+        film
+    }
+
+    #[test]
+    fn mean_and_variance_are_those_of_the_samples() {
+        let film = film(&[[1.0, 0.0, 5.0], [2.0, 0.0, 5.0], [3.0, 0.0, 5.0], [6.0, 0.0, 5.0]]);
+        assert_eq!(film.mean(), [[3.0, 0.0, 5.0]]);
+        // Σ (x − 3)² = 14; over n − 1 = 3, over n = 4.
+        let [[red, green, blue]] = film.variance()[..] else { panic!() };
+        assert!((red - 14.0 / 12.0).abs() < 1e-6 && green == 0.0 && blue == 0.0);
+    }
+
+    #[test]
+    fn a_resumed_film_is_the_one_before() {
+        let before = film(&[[1.0, 0.5, 5.0], [2.0, 0.25, 5.0], [4.0, 0.125, 5.0]]);
+        let after = Film::resume(1, 1, 3, &before.mean(), &before.variance()).unwrap();
+        for channel in 0..3 {
+            let (a, b) = (before.pixels[0], after.pixels[0]);
+            assert!((a.value[channel] - b.value[channel]).abs() < 1e-6 * a.value[channel]);
+            assert!((a.square[channel] - b.square[channel]).abs() < 1e-6 * a.square[channel]);
+        }
+        assert!(Film::resume(2, 1, 3, &before.mean(), &before.variance()).is_err());
+        assert!(Film::new(0, 4).is_err());
+    }
+
+    #[test]
+    fn noise_falls_with_the_root_of_the_samples() {
+        let samples: Vec<[f32; 3]> = (0..400).map(|i| [(i % 2) as f32; 3]).collect();
+        let (few, many) = (film(&samples[..100]).noise().relative, film(&samples).noise().relative);
+        assert!((few / many - 2.0).abs() < 0.02, "{few} {many}");
+        assert_eq!(film(&samples[..1]).noise().relative, f64::INFINITY);
+        assert_eq!(film(&[[0.0; 3]; 4]).noise().relative, 0.0);
+    }
+}

@@ -1,0 +1,51 @@
+//! One emitter of many.
+
+use glam::{DVec3, Vec3A};
+
+use super::tree::{Bounded, Tree};
+
+/// How an emitter is chosen at a place. Emitters are numbered: first those that surround the scene, then those with a place.
+#[derive(Default)]
+pub(super) struct Choice {
+    /// Chosen each alike.
+    infinite: u32,
+    /// Over the others: as likely as one of the infinite ones.
+    tree: Tree,
+}
+
+impl Choice {
+    /// Each of `count` emitters alike.
+    pub fn uniform(count: u32) -> Self {
+        Self { infinite: count, tree: Tree::default() }
+    }
+
+    /// The `infinite` first ones each alike, those with a place by a tree.
+    pub fn tree(infinite: u32, bounded: Vec<Bounded>) -> Self {
+        Self { infinite, tree: Tree::new(bounded) }
+    }
+
+    /// An emitter for the surface at `p` with normal `n`, and its chance. `None`: nothing arrives there.
+    pub fn choose(&self, p: Vec3A, n: DVec3, u: f64) -> Option<(u32, f64)> {
+        let shares = self.shares();
+        let scaled = u * f64::from(shares);
+        let share = (scaled as u32).min(shares.checked_sub(1)?);
+        if share < self.infinite {
+            return Some((share, 1.0 / f64::from(shares)));
+        }
+        let (emitter, chance) = self.tree.choose(p, n.as_vec3a(), scaled - f64::from(share))?;
+        Some((self.infinite + emitter, chance / f64::from(shares)))
+    }
+
+    /// The chance that [`Choice::choose`] gives `emitter`.
+    pub fn chance(&self, p: Vec3A, n: DVec3, emitter: u32) -> f64 {
+        let within = match emitter.checked_sub(self.infinite) {
+            None => 1.0,
+            Some(bounded) => self.tree.chance(p, n.as_vec3a(), bounded),
+        };
+        within / f64::from(self.shares())
+    }
+
+    fn shares(&self) -> u32 {
+        self.infinite + u32::from(!self.tree.is_empty())
+    }
+}

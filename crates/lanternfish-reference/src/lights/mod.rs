@@ -1,0 +1,237 @@
+//! Everything that shines: punctual lights, emissive triangles, the surroundings.
+
+mod choice;
+mod environment;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use glam::{DVec3, Vec3, Vec3A};
+use lanternfish_scene::{
+    Light, LightKind, Scene,
+    shading::{Attenuation, Materials},
+};
+
+pub(crate) use self::environment::Sky;
+use self::{choice::Choice, tree::Bounded};
+use crate::{
+    settings::{LightChoice, Settings},
+    surface::Surface,
+    world::{Hit, World},
+};
+
+/// Light that may arrive at a point from one emitter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Arriving {
+    /// Towards the emitter, unit.
+    pub wi: DVec3,
+    /// To the emitter, m; infinite for the surroundings.
+    pub distance: f32,
+    /// What it sends, over the density of the sample: lx on a surface that faces it, unshadowed.
+    pub weight: Vec3,
+    /// Density over solid angle, 1/sr, the chance of the emitter included; `None` for emitters that no ray can hit.
+    pub pdf: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Emitter {
+    /// Index into the scene's lights.
+    Punctual(u32),
+    /// Index of the triangle.
+    Triangle(u32),
+    Sky,
+}
+
+/// All emitters of a scene, and how one of them is chosen.
+pub(crate) struct Lights {
+    emitters: Vec<Emitter>,
+    choice: Choice,
+    /// The emitter of each triangle, or `NONE`; empty without emissive triangles.
+    emitter_of_triangle: Vec<u32>,
+    pub sky: Sky,
+    sky_emitter: Option<u32>,
+    attenuation: Attenuation,
+    range_threshold: f32,
+    materials: Materials,
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Places at which the emission of a textured triangle is estimated, an edge.
+const EMISSION_STEPS: u32 = 4;
+
+impl Lights {
+    pub fn new(world: &World, settings: &Settings) -> Self {
+        let scene = world.scene;
+        let sky = Sky::new(scene);
+        let mut lights = Self {
+            emitters: Vec::new(),
+            choice: Choice::default(),
+            emitter_of_triangle: Vec::new(),
+            sky,
+            sky_emitter: None,
+            attenuation: settings.attenuation,
+            range_threshold: settings.range_threshold,
+            materials: settings.materials,
+        };
+        // Those that surround the scene first, then those with a place.
+        let mut infinite = 0;
+        for (i, light) in scene.lights.iter().enumerate() {
+            if light.kind == LightKind::Directional && light.intensity != Vec3::ZERO {
+                lights.emitters.push(Emitter::Punctual(i as u32));
+                infinite += 1;
+            }
+        }
+        if !lights.sky.is_dark() {
+            lights.sky_emitter = Some(infinite);
+            lights.emitters.push(Emitter::Sky);
+            infinite += 1;
+        }
+        let mut bounded = Vec::new();
+        for (i, light) in scene.lights.iter().enumerate() {
+            if light.kind != LightKind::Directional && light.intensity != Vec3::ZERO {
+                lights.emitters.push(Emitter::Punctual(i as u32));
+                bounded.push(Bounded::of_light(light, lights.range(light)));
+            }
+        }
+        for triangle in 0..world.triangles.len() {
+            let power = emission(world, triangle, settings.materials);
+            if power > 0.0 {
+                lights.emitter_of_triangle.resize(world.triangles.len(), NONE);
+                lights.emitter_of_triangle[triangle] = lights.emitters.len() as u32;
+                lights.emitters.push(Emitter::Triangle(triangle as u32));
+                bounded.push(Bounded::of_triangle(&world.triangles[triangle], power * world.area(triangle)));
+            }
+        }
+        lights.choice = match settings.light_choice {
+            LightChoice::Tree => Choice::tree(infinite, bounded),
+            LightChoice::Uniform => Choice::uniform(lights.emitters.len() as u32),
+        };
+        lights
+    }
+
+    fn range(&self, light: &Light) -> f32 {
+        light.effective_range(self.attenuation, self.range_threshold)
+    }
+
+    /// Light from an emitter chosen for the surface at `p` with shading normal `n`. `None`: none arrives.
+    pub fn sample(&self, world: &World, p: Vec3A, n: DVec3, u: [f64; 3]) -> Option<Arriving> {
+        let (emitter, chance) = self.choice.choose(p, n, u[0])?;
+        match self.emitters[emitter as usize] {
+            Emitter::Punctual(light) => {
+                let incidence =
+                    incidence(&world.scene.lights[light as usize], p, self.attenuation, self.range_threshold);
+                let weight = incidence.irradiance / chance as f32;
+                let Incidence { wi, distance, .. } = incidence;
+                (weight != Vec3::ZERO).then_some(Arriving { wi, distance, weight, pdf: None })
+            }
+            Emitter::Triangle(triangle) => self.sample_triangle(world, triangle, p, chance, u),
+            Emitter::Sky => {
+                let (wi, radiance, pdf) = self.sky.sample(world.scene, u[1], u[2])?;
+                let pdf = pdf * chance;
+                let weight = radiance / pdf as f32;
+                Some(Arriving { wi, distance: f32::INFINITY, weight, pdf: Some(pdf) })
+            }
+        }
+    }
+
+    fn sample_triangle(&self, world: &World, triangle: u32, p: Vec3A, chance: f64, u: [f64; 3]) -> Option<Arriving> {
+        // Uniform over the area.
+        let root = u[1].sqrt();
+        let weights = [(1.0 - root) as f32, (root * (1.0 - u[2])) as f32, (root * u[2]) as f32];
+        let corners = &world.triangles[triangle as usize];
+        let place = corners.v0 * weights[0] + corners.v1 * weights[1] + corners.v2 * weights[2];
+        let towards = (place - p).as_dvec3();
+        let distance = towards.length();
+        let wi = towards / distance;
+        let pdf = self.triangle_density(world, triangle, distance, wi)? * chance;
+        let front = world.is_front(triangle as usize, -wi.as_vec3a());
+        let hit = Hit { distance: distance as f32, triangle, weights, front };
+        let emissive = Surface::new(world, &hit, wi.as_vec3a(), self.materials).emissive * world.coverage(&hit);
+        let weight = emissive / pdf as f32;
+        (weight != Vec3::ZERO).then_some(Arriving { wi, distance: distance as f32, weight, pdf: Some(pdf) })
+    }
+
+    /// Density over solid angle of a triangle's points seen at `distance` along `wi`, 1/sr; `None` where it is seen edge on.
+    fn triangle_density(&self, world: &World, triangle: u32, distance: f64, wi: DVec3) -> Option<f64> {
+        let t = &world.triangles[triangle as usize];
+        let doubled = (t.v1 - t.v0).as_dvec3().cross((t.v2 - t.v0).as_dvec3());
+        let seen = 0.5 * doubled.dot(wi).abs();
+        (seen > 0.0).then(|| distance * distance / seen)
+    }
+
+    /// Density with which [`Lights::sample`] at `p` would have found the emissive triangle that a ray hit; `None` for what it
+    /// does not look for.
+    pub fn pdf_of_hit(&self, world: &World, p: Vec3A, n: DVec3, wi: DVec3, hit: &Hit) -> Option<f64> {
+        let emitter = *self.emitter_of_triangle.get(hit.triangle as usize)?;
+        if emitter == NONE {
+            return None;
+        }
+        let chance = self.choice.chance(p, n, emitter);
+        Some(chance * self.triangle_density(world, hit.triangle, hit.distance.into(), wi)?)
+    }
+
+    /// Density with which [`Lights::sample`] at `p` would have found the sky along `wi`; `None` where it is dark.
+    pub fn pdf_of_sky(&self, p: Vec3A, n: DVec3, wi: DVec3, scene: &Scene) -> Option<f64> {
+        let chance = self.choice.chance(p, n, self.sky_emitter?);
+        Some(chance * self.sky.pdf(scene, wi))
+    }
+}
+
+/// Mean brightest channel of what a triangle emits, over both sides and its texture; nits.
+fn emission(world: &World, triangle: usize, materials: Materials) -> f32 {
+    let material = world.material(&world.sources[triangle]);
+    if material.emissive == Vec3::ZERO || (material.unlit && materials == Materials::File) {
+        return 0.0;
+    }
+    if material.emissive_texture.is_none() {
+        return material.emissive.max_element();
+    }
+    let normal = {
+        let t = &world.triangles[triangle];
+        (t.v1 - t.v0).cross(t.v2 - t.v0)
+    };
+    let mut sum = 0.0;
+    for i in 0..EMISSION_STEPS * EMISSION_STEPS {
+        let (u, v) = ((i % EMISSION_STEPS) as f32 + 0.5, (i / EMISSION_STEPS) as f32 + 0.5);
+        let root = (u / EMISSION_STEPS as f32).sqrt();
+        let v = v / EMISSION_STEPS as f32;
+        let hit = Hit {
+            distance: 0.0,
+            triangle: triangle as u32,
+            weights: [1.0 - root, root * (1.0 - v), root * v],
+            front: true,
+        };
+        sum += Surface::new(world, &hit, -normal, materials).emissive.max_element();
+    }
+    // What the probes miss is still found, rarely: by no less than a hundredth of the factor.
+    (sum / (EMISSION_STEPS * EMISSION_STEPS) as f32).max(0.01 * material.emissive.max_element())
+}
+
+/// What reaches a point from a punctual light: `lights/light.wesl` as plain Rust.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incidence {
+    /// Towards the light, unit.
+    pub wi: DVec3,
+    /// From the point to the light, m; infinite for directional lights.
+    pub distance: f32,
+    /// On a surface that faces the light, lx.
+    pub irradiance: Vec3,
+}
+
+/// What reaches `p` from `light`, shadows aside. KHR_lights_punctual's cone is the square of a ramp in the cosine.
+pub fn incidence(light: &Light, p: Vec3A, attenuation: Attenuation, range_threshold: f32) -> Incidence {
+    if light.kind == LightKind::Directional {
+        return Incidence { wi: -light.direction.as_dvec3(), distance: f32::INFINITY, irradiance: light.intensity };
+    }
+    let towards = (Vec3A::from(light.position) - p).as_dvec3();
+    let distance = towards.length();
+    let wi = towards / distance.max(1e-20);
+    let mut factor = attenuation.factor(distance as f32, light.effective_range(attenuation, range_threshold));
+    if let LightKind::Spot { inner_angle, outer_angle } = light.kind {
+        let span = (inner_angle.cos() - outer_angle.cos()).max(1e-4);
+        let cosine = -wi.dot(light.direction.as_dvec3()) as f32;
+        factor *= ((cosine - outer_angle.cos()) / span).clamp(0.0, 1.0).powi(2);
+    }
+    Incidence { wi, distance: distance as f32, irradiance: factor * light.intensity }
+}

@@ -1,0 +1,157 @@
+//! Unidirectional path tracing: every surface on the way looks for light by itself, and what a path runs into counts as far
+//! as that search would have missed it (multiple importance sampling by the power heuristic) [Veach1997, §9.2, §10.3].
+//!
+//! 1. Follow the ray to the nearest surface, or to the sky.
+//! 2. Add what shines there, weighted by how likely the last surface was to have found it by itself.
+//! 3. Look for light: one emitter, one point of it, one shadow ray.
+//! 4. Choose where the path goes on by the BSDF, and by Russian roulette whether it does.
+
+use glam::{DVec3, Vec3, Vec3A};
+
+use crate::{
+    Tracer,
+    brdf::Bsdf,
+    random::Random,
+    settings::MaskRule,
+    surface::Surface,
+    world::{Faces, Hit, offset},
+};
+
+/// From this segment on, paths that carry little end at random.
+const ROULETTE_DEPTH: u32 = 5;
+/// A path that passes this many panes and holes in a row is caught between them.
+const MOST_PASSES: u32 = 256;
+
+/// Where the last search for light took place.
+struct LastSearch {
+    p: Vec3A,
+    normal: DVec3,
+    /// Density of the direction that the path took from there, 1/sr.
+    pdf: f64,
+}
+
+impl Tracer<'_> {
+    /// Radiance that arrives at `origin` from `direction`, nits.
+    pub(crate) fn radiance(&self, mut origin: Vec3A, mut direction: Vec3A, random: &mut Random) -> Vec3 {
+        let (mut radiance, mut throughput) = (Vec3::ZERO, Vec3::ONE);
+        let mut last: Option<LastSearch> = None;
+        let (mut depth, mut passes) = (1, 0);
+        loop {
+            let wo = -direction.as_dvec3();
+            let hit = self.next_hit(origin, direction, last.is_none(), random);
+            let Some(hit) = hit else {
+                let scene = self.world.scene;
+                let weight = last.as_ref().map_or(1.0, |last| {
+                    let found = self.lights.pdf_of_sky(last.p, last.normal, -wo, scene);
+                    power_heuristic(last.pdf, found)
+                });
+                return radiance + throughput * self.lights.sky.radiance(scene, -wo) * weight;
+            };
+            let surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
+            if let Some(volume) = surface.volume {
+                throughput *= volume.powf(hit.distance);
+            }
+
+            // A hole that counts as a surface that scatters straight on.
+            let is_hole = self.settings.mask_rule == MaskRule::CountsAsBounce && self.world.coverage(&hit) == 0.0;
+            if !is_hole && surface.emissive != Vec3::ZERO {
+                let weight = last.as_ref().map_or(1.0, |last| {
+                    // The distance from the last search: panes in between do not count.
+                    let distance = last.p.distance(surface.p);
+                    let seen = Hit { distance, ..hit };
+                    power_heuristic(last.pdf, self.lights.pdf_of_hit(&self.world, last.p, last.normal, -wo, &seen))
+                });
+                radiance += throughput * surface.emissive * weight;
+            }
+            if depth >= self.settings.max_depth {
+                return radiance;
+            }
+            if is_hole {
+                depth += 1;
+                origin = offset(surface.p, -surface.geometric_normal);
+                continue;
+            }
+            let Some(bsdf) = surface.bsdf else { return radiance };
+
+            // Light that goes straight through a pane.
+            let straight = surface.passes_straight(wo);
+            let chance = straight.max_element();
+            if chance > 0.0 {
+                if (random.unit() as f32) < chance {
+                    passes += 1;
+                    if passes > MOST_PASSES {
+                        return radiance;
+                    }
+                    throughput *= straight / chance;
+                    origin = offset(surface.p, -surface.geometric_normal);
+                    continue;
+                }
+                throughput /= 1.0 - chance;
+            }
+
+            radiance += throughput * self.direct_light(&surface, &bsdf, wo, random);
+
+            let Some(scattered) = bsdf.sample(surface.normal, wo, [random.unit(), random.unit(), random.unit()]) else {
+                return radiance;
+            };
+            let wi = scattered.wi.as_vec3a().normalize();
+            if passes_wrong_side(&surface, scattered.wi) {
+                return radiance;
+            }
+            throughput *= scattered.weight.as_vec3();
+            depth += 1;
+            if depth > ROULETTE_DEPTH {
+                let survives = throughput.max_element().clamp(0.05, 0.95);
+                if random.unit() as f32 >= survives {
+                    return radiance;
+                }
+                throughput /= survives;
+            }
+            last = Some(LastSearch { p: surface.p, normal: surface.normal, pdf: scattered.pdf });
+            let side = if surface.geometric_normal.dot(wi) >= 0.0 { 1.0 } else { -1.0 };
+            origin = offset(surface.p, side * surface.geometric_normal);
+            direction = wi;
+        }
+    }
+
+    /// Camera rays see no backs of single-sided surfaces, as the rasteriser draws none.
+    fn next_hit(&self, origin: Vec3A, direction: Vec3A, from_camera: bool, random: &mut Random) -> Option<Hit> {
+        let lambert = self.settings.materials == lanternfish_scene::shading::Materials::Lambert;
+        let faces = if from_camera && !lambert { Faces::FrontsOnly } else { Faces::All };
+        match self.settings.mask_rule {
+            MaskRule::Open => self.world.closest(origin, direction, faces, random.bits()),
+            MaskRule::CountsAsBounce => self.world.closest_with_holes(origin, direction, faces),
+        }
+    }
+
+    /// What one emitter sends by way of the surface towards `wo`, over its chance.
+    fn direct_light(&self, surface: &Surface, bsdf: &Bsdf, wo: DVec3, random: &mut Random) -> Vec3 {
+        let u = [random.unit(), random.unit(), random.unit()];
+        let Some(light) = self.lights.sample(&self.world, surface.p, surface.normal, u) else { return Vec3::ZERO };
+        let scatter = bsdf.scatter(surface.normal, light.wi, wo);
+        if scatter == DVec3::ZERO || passes_wrong_side(surface, light.wi) {
+            return Vec3::ZERO;
+        }
+        let weight = light.pdf.map_or(1.0, |pdf| power_heuristic(pdf, Some(bsdf.pdf(surface.normal, light.wi, wo))));
+        let direction = light.wi.as_vec3a();
+        let side = if surface.geometric_normal.dot(direction) >= 0.0 { 1.0 } else { -1.0 };
+        let origin = offset(surface.p, side * surface.geometric_normal);
+        // Short of the emitter, which may be a surface.
+        let reach = light.distance * (1.0 - 1e-4);
+        let passes = self.world.transmittance(origin, direction, reach);
+        passes * light.weight * scatter.as_vec3() * weight
+    }
+}
+
+/// Light does not come through a triangle whichever way its shading normal leans, unless the surface lets it: what shading
+/// normal and triangle disagree about is lost [Veach1997, §5.3].
+fn passes_wrong_side(surface: &Surface, wi: DVec3) -> bool {
+    (surface.normal.dot(wi) > 0.0) != (surface.geometric_normal.as_dvec3().dot(wi) > 0.0)
+}
+
+/// Weight of a sample of density `own` beside another way of density `other` [Veach1997, §9.2.3.1]; 1 without another.
+fn power_heuristic(own: f64, other: Option<f64>) -> f32 {
+    let Some(other) = other else { return 1.0 };
+    let ratio = other / own;
+    (1.0 / (1.0 + ratio * ratio)) as f32
+}

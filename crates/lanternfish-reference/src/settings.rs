@@ -1,0 +1,85 @@
+//! What can be chosen.
+
+use lanternfish_scene::{
+    named_enum,
+    shading::{Attenuation, Materials},
+};
+
+/// What is computed and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// What a pixel shows.
+    pub integrator: Integrator,
+    /// Longest path, in segments from the camera on: 1 shows emitters only, 2 direct light, 3 one bounce; at least 1. Higher:
+    /// more of the light, slower.
+    pub max_depth: u32,
+    /// Which surfaces are shaded.
+    pub materials: Materials,
+    /// How punctual lights fall off.
+    pub attenuation: Attenuation,
+    /// Intensity at which a light without a stated range ends: see [`lanternfish_scene::Light::effective_range`].
+    pub range_threshold: f32,
+    /// How one of many lights is chosen at a surface. The mean is the same.
+    pub light_choice: LightChoice,
+    /// What a hole of an alpha mask is.
+    pub mask_rule: MaskRule,
+    /// Another seed: other noise, the same mean.
+    pub seed: u64,
+}
+
+/// No limit on [`Settings::max_depth`].
+pub const UNLIMITED: u32 = u32::MAX;
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            integrator: Integrator::Path,
+            max_depth: UNLIMITED,
+            materials: Materials::File,
+            attenuation: Attenuation::Gltf,
+            range_threshold: 0.02,
+            light_choice: LightChoice::Tree,
+            mask_rule: MaskRule::Open,
+            seed: 0,
+        }
+    }
+}
+
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Integrator {
+    /// Radiance, nits.
+    Path,
+    /// Share of the cosine-weighted hemisphere around the shading normal that is open [Aalund2015, eq. 1]; 1 where there is
+    /// no surface.
+    Occlusion,
+    /// The same with occluders at distance d < `max_distance` (m, > 0) weighed by 1 − (d / `max_distance`)², as
+    /// screen-space methods do [Aalund2015, §3.3].
+    Obscurance {
+        /// From here on nothing occludes, m.
+        max_distance: f32,
+    },
+    /// The shading normal, world space, (n + 1) / 2; 0 where there is no surface.
+    Normal,
+}
+
+named_enum! {
+    /// How one of many lights is chosen at a surface.
+    LightChoice {
+        /// By a tree over the lights: power, distance, range, facing [Conty2018].
+        Tree = "tree",
+        /// Each alike: for comparison.
+        Uniform = "uniform",
+    }
+}
+
+named_enum! {
+    /// What a hole of an alpha mask is.
+    MaskRule {
+        /// Nothing: rays pass.
+        Open = "open",
+        /// A surface that scatters straight on: passing it counts as a bounce, and light that is looked for does not pass. What
+        /// Mitsuba 3's `path` integrator does; to compare with it.
+        CountsAsBounce = "counts-as-bounce",
+    }
+}

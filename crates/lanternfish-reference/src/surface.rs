@@ -1,0 +1,165 @@
+//! The surface at a hit: geometry and material brought together, as `gpu_scene/surface.wesl` does.
+
+use glam::{DVec3, Vec3, Vec3A, Vec4};
+use lanternfish_scene::{Material, shading::Materials};
+
+use crate::{
+    brdf::{Behind, Bsdf, Reflector},
+    texture::{self, Encoding},
+    world::{Hit, World},
+};
+
+/// Everything a path needs to know of a place on a surface. World space.
+#[derive(Clone, Debug)]
+pub(crate) struct Surface {
+    pub p: Vec3A,
+    /// Shading normal, unit, on the side that was hit.
+    pub normal: DVec3,
+    /// The triangle's own normal, unit, towards the ray's origin.
+    pub geometric_normal: Vec3A,
+    /// Nits; what leaves the side that was hit.
+    pub emissive: Vec3,
+    /// `None`: the surface scatters nothing (unlit).
+    pub bsdf: Option<Bsdf>,
+    /// Share of light left a metre of the way here, where that was inside a volume.
+    pub volume: Option<Vec3>,
+}
+
+impl Surface {
+    pub fn new(world: &World, hit: &Hit, direction: Vec3A, materials: Materials) -> Self {
+        let source = &world.sources[hit.triangle as usize];
+        let (primitive, corners) = (world.primitive(source), world.corners(source));
+        let material = world.material(source);
+        let triangle = &world.triangles[hit.triangle as usize];
+        let [u, v, w] = hit.weights;
+        let p = triangle.v0 * u + triangle.v1 * v + triangle.v2 * w;
+        let geometric = (triangle.v1 - triangle.v0).cross(triangle.v2 - triangle.v0).normalize();
+        let geometric_normal = if geometric.dot(direction) > 0.0 { -geometric } else { geometric };
+        let textured = |reference: &_, encoding| {
+            let uv = texture::coordinates(reference, primitive, corners, hit.weights);
+            texture::sample(world.scene, &world.srgb, reference, encoding, uv)
+        };
+
+        // The shading normal: interpolated, turned with the face, bent by the normal map.
+        let mix =
+            |list: &[Vec3]| (0..3).map(|i| Vec3A::from(list[corners[i] as usize]) * hit.weights[i]).sum::<Vec3A>();
+        let matrix = &world.normal_matrices[source.instance as usize];
+        let side = if hit.front { 1.0 } else { -1.0 };
+        let n = unit_or(*matrix * mix(&primitive.normals), side * geometric_normal);
+        let mut normal = n;
+        if let Some(reference) = material.normal_texture.as_ref().filter(|_| materials == Materials::File)
+            && !primitive.tangents.is_empty()
+        {
+            let linear = world.scene.instances[source.instance as usize].world_from_object.matrix3;
+            let tangent: Vec4 = (0..3).map(|i| primitive.tangents[corners[i] as usize] * hit.weights[i]).sum();
+            let handedness = primitive.tangents[corners[0] as usize].w * linear.determinant().signum();
+            let texel = 2.0 * textured(reference, Encoding::Linear) - 1.0;
+            let local = Vec3A::new(texel.x * material.normal_scale, texel.y * material.normal_scale, texel.z);
+            let t = linear * Vec3A::from(tangent.truncate());
+            let t = (t - n * n.dot(t)).normalize_or_zero();
+            let b = handedness * n.cross(t);
+            normal = unit_or(local.x * t + local.y * b + local.z * n, n);
+        }
+        let normal = (side * normal).as_dvec3().normalize();
+
+        let mut base_color = material.base_color;
+        if !primitive.colors.is_empty() {
+            base_color *= (0..3).map(|i| primitive.colors[corners[i] as usize] * hit.weights[i]).sum::<Vec4>();
+        }
+        if let Some(reference) = &material.base_color_texture {
+            base_color *= textured(reference, Encoding::Srgb);
+        }
+        let mut emissive = material.emissive;
+        if let Some(reference) = &material.emissive_texture {
+            emissive *= textured(reference, Encoding::Srgb).truncate();
+        }
+        // The back of a single-sided surface shows nothing of its own.
+        if !hit.front && !material.double_sided {
+            emissive = Vec3::ZERO;
+        }
+
+        let mut surface = Self { p, normal, geometric_normal, emissive, bsdf: None, volume: None };
+        let color = base_color.truncate().as_dvec3();
+        match materials {
+            Materials::Lambert => surface.bsdf = Some(Bsdf::Lambert(color)),
+            Materials::File if material.unlit => surface.emissive = base_color.truncate(),
+            Materials::File => {
+                let (mut metallic, mut roughness) = (material.metallic, material.perceptual_roughness);
+                if let Some(reference) = &material.metallic_roughness_texture {
+                    let texel = textured(reference, Encoding::Linear);
+                    metallic *= texel.z;
+                    roughness *= texel.y;
+                }
+                let reflector = reflector(material, color, metallic.into(), roughness.into(), hit.front);
+                surface.bsdf = Some(Bsdf::MetallicRoughness(reflector));
+                if !hit.front && material.transmission > 0.0 && material.thickness > 0.0 {
+                    let per_metre = 1.0 / material.attenuation_distance;
+                    surface.volume = Some(material.attenuation_color.powf(per_metre));
+                }
+            }
+        }
+        surface
+    }
+}
+
+/// `v` made unit, or `otherwise` where it has no direction.
+fn unit_or(v: Vec3A, otherwise: Vec3A) -> Vec3A {
+    if v.length_squared() > 1e-30 { v.normalize() } else { otherwise }
+}
+
+/// The file's own material, as `gpu_scene/materials.rs` packs it.
+pub fn reflector(
+    material: &Material,
+    base_color: DVec3,
+    metallic: f64,
+    perceptual_roughness: f64,
+    front: bool,
+) -> Reflector {
+    let ior = f64::from(material.ior);
+    let r = (ior - 1.0) / (ior + 1.0);
+    let specular = f64::from(material.specular);
+    // KHR_materials_specular: the tint is cut at one before the weight applies.
+    let dielectric_f0 = (r * r * material.specular_color.as_dvec3()).min(DVec3::ONE) * specular;
+    let behind = match material.thickness > 0.0 && ior > 0.0 {
+        true => Behind::Volume { eta: if front { ior } else { 1.0 / ior } },
+        false if is_pane(material) => Behind::Pane,
+        false => Behind::Thin,
+    };
+    Reflector {
+        albedo: (1.0 - metallic) * base_color,
+        f0: dielectric_f0.lerp(base_color, metallic),
+        f90: specular + (1.0 - specular) * metallic,
+        perceptual_roughness,
+        transmission: material.transmission.into(),
+        behind,
+    }
+}
+
+/// Below this roughness a thin surface lets light through straight.
+const PANE_ROUGHNESS: f32 = 0.03;
+
+/// Whether light passes the surface without being scattered, apart from what it reflects.
+pub(crate) fn is_pane(material: &Material) -> bool {
+    material.transmission > 0.0
+        && material.metallic < 1.0
+        && material.thickness == 0.0
+        && material.perceptual_roughness <= PANE_ROUGHNESS
+}
+
+/// Share of light that passes a thin smooth surface straight.
+pub(crate) fn pane_transmittance(world: &World, hit: &Hit, direction: Vec3A) -> Vec3 {
+    let surface = Surface::new(world, hit, direction, Materials::File);
+    surface.passes_straight(-direction.as_dvec3())
+}
+
+impl Surface {
+    /// Share of light, each channel, that goes straight through towards `wo`.
+    pub fn passes_straight(&self, wo: DVec3) -> Vec3 {
+        let Some(Bsdf::MetallicRoughness(reflector)) = self.bsdf else { return Vec3::ZERO };
+        if reflector.behind != Behind::Pane {
+            return Vec3::ZERO;
+        }
+        let passes = (1.0 - reflector.fresnel(self.normal.dot(wo).abs())) * reflector.albedo * reflector.transmission;
+        passes.clamp(DVec3::ZERO, DVec3::ONE).as_vec3()
+    }
+}

@@ -1,0 +1,89 @@
+//! A scene made ready, and images of it.
+
+use lanternfish_scene::{Camera, Scene, shading::Materials};
+use rayon::prelude::*;
+
+use crate::{
+    Film, ReferenceError, Settings, camera, film::Sums, lights::Lights, random::Random, settings::Integrator,
+    world::World,
+};
+
+/// A scene made ready for tracing.
+pub struct Tracer<'a> {
+    pub(crate) world: World<'a>,
+    pub(crate) lights: Lights,
+    pub(crate) settings: Settings,
+}
+
+impl<'a> Tracer<'a> {
+    /// Builds the trees, on all cores. The scene must be valid; settings out of range are refused.
+    pub fn new(scene: &'a Scene, settings: Settings) -> Result<Self, ReferenceError> {
+        scene.validate().map_err(|what| ReferenceError::InvalidScene { what })?;
+        let refused = |setting, got: String, remedy| ReferenceError::InvalidSetting { setting, got, remedy };
+        if settings.max_depth == 0 {
+            return Err(refused("max depth", "0".to_owned(), "1 shows emitters, 2 direct light, 3 one bounce"));
+        }
+        if !(settings.range_threshold > 0.0 && settings.range_threshold.is_finite()) {
+            return Err(refused("range threshold", settings.range_threshold.to_string(), "it must be above 0"));
+        }
+        if let Integrator::Obscurance { max_distance } = settings.integrator
+            && !(max_distance > 0.0 && max_distance.is_finite())
+        {
+            return Err(refused("distance of obscurance", max_distance.to_string(), "it must be above 0"));
+        }
+        let world = World::new(scene, settings.mask_rule, settings.materials == Materials::Lambert);
+        let lights = Lights::new(&world, &settings);
+        Ok(Self { world, lights, settings })
+    }
+
+    /// Adds `samples` samples to every pixel, on all cores. Deterministic: where it is interrupted between calls, and by how
+    /// many threads it is worked on, leaves no trace.
+    pub fn render(&self, camera: &Camera, film: &mut Film, samples: u64) {
+        let (width, height, first) = (film.width, film.height, film.samples);
+        let dropped: u64 = film
+            .pixels
+            .par_chunks_mut(width)
+            .enumerate()
+            .map(|(y, row)| {
+                let mut dropped = 0;
+                for (x, sums) in row.iter_mut().enumerate() {
+                    for sample in first..first + samples {
+                        dropped += self.add_sample(camera, (x, y), (width, height), sample, sums);
+                    }
+                }
+                dropped
+            })
+            .sum();
+        film.samples += samples;
+        film.dropped += dropped;
+    }
+
+    /// The number of samples that were not finite: 0 or 1.
+    fn add_sample(
+        &self,
+        camera: &Camera,
+        pixel: (usize, usize),
+        size: (usize, usize),
+        sample: u64,
+        sums: &mut Sums,
+    ) -> u64 {
+        let mut random = Random::new(self.settings.seed, (pixel.1 * size.0 + pixel.0) as u64, sample);
+        let (x, y) = (pixel.0 as f64 + random.unit(), pixel.1 as f64 + random.unit());
+        let (origin, direction) = camera::ray(camera, x, y, size.0, size.1);
+        let value = match self.settings.integrator {
+            Integrator::Path => self.radiance(origin, direction, &mut random),
+            _ => self.local(origin, direction, &mut random),
+        };
+        if value.is_finite() {
+            sums.add(value.to_array());
+            0
+        } else {
+            1
+        }
+    }
+
+    /// Triangles that rays can meet.
+    pub fn triangle_count(&self) -> usize {
+        self.world.triangles.len()
+    }
+}

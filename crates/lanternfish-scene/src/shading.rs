@@ -1,0 +1,111 @@
+//! What every renderer of a scene has to agree on: how light falls off, where it ends, which surfaces are shaded.
+
+use crate::{Light, LightKind, named_enum};
+
+named_enum! {
+    /// How light falls off with distance. R is a light's range, I₀ = I / R² [VanGelderen2020, app. A].
+    Attenuation {
+        /// glTF's window: max(1 − (d/R)⁴, 0) / d².
+        Gltf = "gltf",
+        /// I / d², cut off at the stated range; unbounded where none is stated.
+        Physical = "physical",
+        /// I / d² − I₀.
+        Reduced = "reduced",
+        /// I / d² + 2 I₀ d / R − 3 I₀: value and slope reach zero.
+        Smooth = "smooth",
+        /// I / d² − I₀ d / R.
+        PhysicalReduced1 = "physical_reduced_1",
+        /// I / d² − I₀ d² / R²: the thesis' choice (eq. 5.1). The same function as `gltf`.
+        PhysicalReduced2 = "physical_reduced_2",
+        /// I / d² + 2 I₀ d² / R² − 3 I₀ d / R.
+        PhysicalSmooth1 = "physical_smooth_1",
+        /// I / d² + 2 I₀ d³ / R³ − 3 I₀ d² / R².
+        PhysicalSmooth2 = "physical_smooth_2",
+        /// I (R − d) / R: for illustration.
+        Linear = "linear",
+        /// I up to R: for illustration.
+        Step = "step",
+    }
+}
+
+named_enum! {
+    /// Which surfaces are shaded.
+    Materials {
+        /// The file's own: Cook–Torrance.
+        File = "file",
+        /// Base colour as a two-sided diffuse albedo. Emission, alpha mask and blending stay; all else is ignored.
+        Lambert = "lambert",
+    }
+}
+
+/// The thesis bounds the inverse square by a near radius R0 (§A.1); ours, in m, is a guard and not a look.
+pub const NEAR_RADIUS: f32 = 1e-3;
+
+/// Range of a light that never ends, m. Its square is a finite float.
+pub const UNBOUNDED: f32 = 1e18;
+
+impl Attenuation {
+    /// Share of a unit intensity at distance `d` of a light of range `r`, both m: lux a candela. Zero from `r` on.
+    pub fn factor(self, d: f32, r: f32) -> f32 {
+        if d >= r {
+            return 0.0;
+        }
+        let physical = NEAR_RADIUS.max(d).powi(-2);
+        let (t, i0) = (d / r, (r * r).recip());
+        match self {
+            Self::Gltf => physical * (1.0 - t.powi(4)).clamp(0.0, 1.0),
+            Self::Physical => physical,
+            Self::Reduced => (physical - i0).max(0.0),
+            Self::Smooth => (physical + i0 * (2.0 * t - 3.0)).max(0.0),
+            Self::PhysicalReduced1 => (physical - i0 * t).max(0.0),
+            Self::PhysicalReduced2 => (physical - i0 * t * t).max(0.0),
+            Self::PhysicalSmooth1 => (physical + i0 * (2.0 * t * t - 3.0 * t)).max(0.0),
+            Self::PhysicalSmooth2 => (physical + i0 * (2.0 * t * t * t - 3.0 * t * t)).max(0.0),
+            Self::Linear => 1.0 - t,
+            Self::Step => 1.0,
+        }
+    }
+}
+
+impl Light {
+    /// Where the light ends, m: its stated range; else, where its brightest channel has fallen to `threshold`, cd/m² of
+    /// its inverse-square law, > 0 [Elagabani2025, eq. 4.1]; never ([`UNBOUNDED`]) for directional lights and under
+    /// `physical` attenuation.
+    pub fn effective_range(&self, attenuation: Attenuation, threshold: f32) -> f32 {
+        if self.kind == LightKind::Directional {
+            return UNBOUNDED;
+        }
+        match self.range {
+            Some(range) => range,
+            None if attenuation == Attenuation::Physical => UNBOUNDED,
+            None => (self.intensity.max_element() / threshold).sqrt().max(1e-3),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn names_are_read_back_and_others_are_refused_with_the_list() {
+        for attenuation in Attenuation::ALL {
+            assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
+        }
+        assert!("16px".parse::<Materials>().unwrap_err().contains("file, lambert"));
+    }
+
+    #[test]
+    fn ranges_follow_the_paper() {
+        // [Elagabani2025, eq. 4.1]: I / D² = 0.02.
+        let light = Light::point(Vec3::ZERO, Vec3::new(8.0, 2.0, 1.0));
+        assert!((light.effective_range(Attenuation::Gltf, 0.02) - 20.0).abs() < 1e-5);
+        assert_eq!(light.effective_range(Attenuation::Physical, 0.02), UNBOUNDED);
+        let stated = Light { range: Some(3.0), ..light };
+        assert_eq!(stated.effective_range(Attenuation::Gltf, 0.02), 3.0);
+        let sun = Light::directional(Vec3::NEG_Y, Vec3::ONE);
+        assert_eq!(sun.effective_range(Attenuation::Gltf, 0.02), UNBOUNDED);
+    }
+}
