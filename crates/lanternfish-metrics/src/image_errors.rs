@@ -58,7 +58,7 @@ impl ImageErrors {
 
 impl Spread {
     /// Of at least one error.
-    fn of(errors: impl Iterator<Item = f64>) -> Self {
+    pub(crate) fn of(errors: impl Iterator<Item = f64>) -> Self {
         let mut errors: Vec<f64> = errors.collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let max = errors.iter().copied().fold(0.0, f64::max);

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use crate::{
-    FlipMap, HdrFlip, HdrFlipMap, ImageErrors, MetricsError, RgbImage, ZTest, compare::check_sizes, flip_hdr, flip_ldr,
-    ssim,
+    FlipMap, HdrFlip, HdrFlipMap, ImageErrors, MetricsError, RgbImage, Spread, ZTest, compare::check_sizes, flip_hdr,
+    flip_ldr, ssim,
 };
 
 /// How many pixels of an image have a channel of each kind that no renderer should make. A pixel can count in several.
@@ -167,6 +167,12 @@ impl Pair {
     /// The mean of a map of this pair over the pixels that are compared.
     pub fn mean_of(&self, map: &FlipMap) -> f64 {
         map.errors.iter().map(|e| f64::from(*e)).sum::<f64>() / self.compared_count as f64
+    }
+
+    /// The mean, the 95th percentile and the largest error of a map of this pair, over the pixels that are compared.
+    pub fn spread_of(&self, map: &FlipMap) -> Spread {
+        let errors = map.errors.iter().zip(&self.is_compared).filter(|(_, is_compared)| **is_compared);
+        Spread::of(errors.map(|(error, _)| f64::from(*error)))
     }
 
     /// Whether the differences of **linear** images are noise: see [`ZTest`].

@@ -57,6 +57,10 @@ fn what_is_left_out_does_not_thin_the_means() {
     image.pixels[..320].fill([f32::NAN; 3]);
     let half = pair(&image, &uniform(0.6));
     let mean = |pair: &Pair| pair.mean_of(&pair.flip_ldr(20.0).unwrap());
+    let map = half.flip_ldr(20.0).unwrap();
+    let spread = half.spread_of(&map);
+    assert_eq!(spread.mean, half.mean_of(&map));
+    assert!(spread.percentile_95 > 0.5 * spread.max && map.errors[..320].iter().all(|e| *e == 0.0), "{spread:?}");
     assert!((mean(&whole) / mean(&half) - 1.0).abs() < 0.2, "{} and {}", mean(&whole), mean(&half));
 }
 
