@@ -1,6 +1,6 @@
 //! Bind group layouts read from the shader, so that no binding is written down twice.
 
-use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind, StorageAccess, TypeInner};
+use naga::{AddressSpace, GlobalVariable, Handle, ImageClass, ImageDimension, ScalarKind, StorageAccess, TypeInner};
 
 use crate::{LinkedShader, shader::item_name};
 
@@ -42,7 +42,7 @@ pub(crate) fn layouts(
                 known.visibility |= stage;
                 continue;
             }
-            let (ty, count) = binding_type(shader, variable, name, array_lengths);
+            let (ty, count) = binding_type(shader, handle, name, array_lengths);
             let layout_entry = wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility: stage, ty, count };
             found.push((binding.group, name.to_owned(), layout_entry));
         }
@@ -70,10 +70,11 @@ pub(crate) fn layouts(
 
 fn binding_type(
     shader: &LinkedShader,
-    variable: &naga::GlobalVariable,
+    handle: Handle<GlobalVariable>,
     name: &str,
     array_lengths: &[(&str, u32)],
 ) -> (wgpu::BindingType, Option<std::num::NonZeroU32>) {
+    let variable = &shader.module.global_variables[handle];
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     match variable.space {
         AddressSpace::Uniform => return (buffer(wgpu::BufferBindingType::Uniform), None),
@@ -88,13 +89,20 @@ fn binding_type(
         TypeInner::BindingArray { base, .. } => {
             let length = array_lengths.iter().find(|(n, _)| *n == name).map(|(_, length)| *length);
             let length = length.unwrap_or_else(|| panic!("{}: no length given for array {name}", shader.label));
-            (opaque_type(&types[*base].inner, &shader.label, name), std::num::NonZeroU32::new(length))
+            (opaque_type(&types[*base].inner, true, &shader.label, name), std::num::NonZeroU32::new(length))
         }
-        inner => (opaque_type(inner, &shader.label, name), None),
+        inner => (opaque_type(inner, is_sampled(shader, handle), &shader.label, name), None),
     }
 }
 
-fn opaque_type(inner: &TypeInner, label: &str, name: &str) -> wgpu::BindingType {
+/// Whether any entry point reads the texture through a sampler; where none does, it may be of a format that cannot be
+/// filtered.
+fn is_sampled(shader: &LinkedShader, texture: Handle<GlobalVariable>) -> bool {
+    let uses = |entry| shader.info.get_entry_point(entry).sampling_set.iter().any(|key| key.image == texture);
+    (0..shader.module.entry_points.len()).any(uses)
+}
+
+fn opaque_type(inner: &TypeInner, is_sampled: bool, label: &str, name: &str) -> wgpu::BindingType {
     match inner {
         TypeInner::Image { dim, arrayed, class } => {
             let view_dimension = match (dim, arrayed) {
@@ -110,7 +118,7 @@ fn opaque_type(inner: &TypeInner, label: &str, name: &str) -> wgpu::BindingType 
                     sample_type: match kind {
                         ScalarKind::Uint => wgpu::TextureSampleType::Uint,
                         ScalarKind::Sint => wgpu::TextureSampleType::Sint,
-                        _ => wgpu::TextureSampleType::Float { filterable: !multi },
+                        _ => wgpu::TextureSampleType::Float { filterable: is_sampled && !multi },
                     },
                     view_dimension,
                     multisampled: *multi,

@@ -11,6 +11,7 @@ use crate::{
     prepass::Prepass,
     shading::{Forward, Radiance},
     shadows::{Shadows, VisibilityPlan},
+    sky::Sky,
     view::View,
 };
 
@@ -21,6 +22,7 @@ pub(crate) struct Passes {
     pub light_culling: LightCulling,
     pub shadows: Option<Shadows>,
     pub forward: Forward,
+    pub sky: Sky,
     pub output: Output,
     pub debug_views: Option<DebugViews>,
 }
@@ -57,6 +59,7 @@ impl Passes {
             }
         };
 
+        self.sky.record(frame, scene, view_buffer, surface, &radiance)?;
         if !draws.blended.is_empty() {
             let lights = &self.light_culling.record(frame, scene, view_buffer, surface, Reach::Anywhere)?;
             self.forward.record_transparent(frame, scene, draws, view_buffer, surface, lights, &radiance)?;

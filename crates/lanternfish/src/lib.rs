@@ -47,8 +47,8 @@
 //! Each module is a room: one technique behind one interface, host code and shaders side by side.
 //!
 //! ```text
-//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ shadows ─▶ shading ─▶ output
-//!                                                             └▶ debug_views
+//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ shadows ─▶ shading ─▶ sky ─▶ output
+//!                                                                    └▶ debug_views
 //! ```
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (emission, sky, pictures);
@@ -67,6 +67,7 @@ pub mod settings;
 pub mod shaders;
 pub mod shading;
 pub mod shadows;
+pub mod sky;
 #[cfg(test)]
 mod testing;
 mod texture;

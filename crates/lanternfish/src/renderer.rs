@@ -16,6 +16,7 @@ use crate::{
     settings::{DebugView, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
     shading::Forward,
     shadows::{Shadows, Tracer},
+    sky::Sky,
     view::View,
 };
 
@@ -73,6 +74,7 @@ impl Renderer {
             light_culling: LightCulling::new(device, settings.culling)?,
             shadows,
             forward: Forward::new(&settings, tracer),
+            sky: Sky::new(),
             output: Output::new(device, settings.tone_map)?,
             debug_views: DebugViews::new(device, &settings)?,
         };

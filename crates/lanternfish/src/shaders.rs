@@ -34,6 +34,7 @@ mod tests {
         output::OutputParameters,
         settings::{Attenuation, ToneMap},
         shadows::VisibilityGrid,
+        sky::EnvironmentParameters,
         view::View,
     };
 
@@ -80,6 +81,7 @@ mod tests {
                 TEXTURES,
             ],
         },
+        Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING] },
     ];
@@ -232,6 +234,7 @@ mod tests {
         check::<TileGrid>(&shaders, &mut checked);
         check::<Tile>(&shaders, &mut checked);
         check::<VisibilityGrid>(&shaders, &mut checked);
+        check::<EnvironmentParameters>(&shaders, &mut checked);
         check::<OutputParameters>(&shaders, &mut checked);
         check::<DebugParameters>(&shaders, &mut checked);
 

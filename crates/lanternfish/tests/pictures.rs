@@ -14,6 +14,8 @@ mod identical;
 mod normals;
 #[path = "pictures/regressions.rs"]
 mod regressions;
+#[path = "pictures/sky.rs"]
+mod sky;
 #[path = "pictures/support.rs"]
 mod support;
 #[path = "pictures/surfaces.rs"]

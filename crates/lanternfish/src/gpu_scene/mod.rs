@@ -5,6 +5,7 @@
 //!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
 //!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH
 //!        │                                                       └─ tlas.rs  the adapter's own structure
+//!        ├─ environment   as sky/mod.rs uploads it
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 
@@ -36,6 +37,7 @@ use crate::{
     lights::Light,
     settings::{DebugView, Settings},
     shadows::Tracer,
+    sky::EnvironmentImage,
 };
 
 /// A scene on the device, ready to be rendered any number of times under the settings it was uploaded with.
@@ -46,6 +48,8 @@ pub struct GpuScene {
     pub(crate) light_count: u32,
     /// Radiance of everything that no surface covers, nits.
     pub(crate) sky: Vec3,
+    /// The same as an image, where the scene has one.
+    pub(crate) environment: Option<EnvironmentImage>,
     /// World-space box of everything.
     pub(crate) bounds: Bounds,
     materials: Materials,
@@ -81,18 +85,24 @@ impl GpuScene {
         let bvh = (tracer == Tracer::Bvh).then(|| Bvh::new(device, &nodes, &tracing)).transpose()?;
         let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, &tracing)).transpose()?;
 
-        let counters = vec![
+        let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
+
+        let mut counters = vec![
             ("scene/draws".to_owned(), geometry.draws.len() as u64),
             ("scene/lights".to_owned(), lights.len() as u64),
             ("scene/textures_bytes".to_owned(), textures.bytes),
             ("scene/traced_triangles".to_owned(), tracing.triangles.len() as u64),
             ("scene/bvh_nodes".to_owned(), nodes.len() as u64),
         ];
+        if let Some(environment) = &environment {
+            counters.push(("scene/environment_bytes".to_owned(), environment.bytes));
+        }
         Ok(Self {
             geometry,
             textures,
             light_count: lights.len() as u32,
             sky: scene.sky,
+            environment,
             bounds: scene.bounds(),
             materials,
             lights: storage_buffer_of(device, "scene/lights", &lights, none)?,
