@@ -164,6 +164,16 @@ pub struct LightArgs {
     /// A light from infinitely far: the direction in which it travels, illuminance (lx), colour that scales it.
     #[arg(long, value_name = "dx,dy,dz,lux[,r,g,b]", value_parser = parse::sun, allow_hyphen_values = true)]
     pub sun: Option<Light>,
+    /// The surroundings: an equirectangular image (.hdr, .exr), linear radiance (nits), in place of --sky. Its centre is
+    /// seen looking along -z, its right half towards +x. It is seen, but lights nothing yet.
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
+    /// Turns the --environment about +y, counter-clockwise seen from above, degrees.
+    #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, default_value_t = 0.0)]
+    pub environment_rotation: f32,
+    /// Makes the --environment X times as bright.
+    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
+    pub environment_scale: f32,
     /// A constant background, linear radiance (nits). It is seen, but lights nothing yet.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,

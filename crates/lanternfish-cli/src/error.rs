@@ -5,6 +5,7 @@ use std::{
     fmt,
     io::{self, Write},
     panic,
+    path::Path,
 };
 
 use lanternfish::RenderError;
@@ -53,12 +54,18 @@ impl fmt::Display for CliError {
 impl From<SceneError> for CliError {
     fn from(error: SceneError) -> Self {
         let hint = match &error {
-            SceneError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound => {
+            SceneError::Io { source, path } if source.kind() == io::ErrorKind::NotFound && !is_environment(path) => {
                 "check the path, or render a built-in scene: lanternfish render demo:atrium"
             }
             SceneError::Io { .. } => "check that the file can be read",
             SceneError::UnknownFormat { .. } => {
                 "export the scene as glTF 2.0 (.glb), which every modelling program can"
+            }
+            SceneError::UnknownEnvironmentFormat { .. } => {
+                "save it as Radiance (.hdr) or OpenEXR (.exr); a constant background is --sky"
+            }
+            SceneError::Invalid { path, .. } if is_environment(path) => {
+                "save it again, or choose another --environment"
             }
             SceneError::Invalid { .. } => "export the file again; the Khronos glTF validator shows every fault it has",
             SceneError::Unsupported { .. } => "export the file again without it",
@@ -68,6 +75,11 @@ impl From<SceneError> for CliError {
         };
         Self::new(&error, hint)
     }
+}
+
+/// Whether it is a file that only [`lanternfish_scene::Environment`] is read from.
+fn is_environment(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr") || ending.eq_ignore_ascii_case("exr"))
 }
 
 impl From<GpuError> for CliError {

@@ -71,6 +71,10 @@ fn describe(scene: &Scene) -> String {
         );
     }
 
+    if let Some(environment) = &scene.environment {
+        lines.add("environment", format_args!("{} × {} pixels", environment.width, environment.height));
+    }
+
     let bounds = scene.bounds();
     if bounds.is_empty() {
         lines.add("bounds", "empty: the scene has no geometry");
@@ -120,7 +124,7 @@ fn adapters() -> Result<String, CliError> {
 #[cfg(test)]
 mod tests {
     use glam::{Affine3A, Vec3};
-    use lanternfish_scene::{Camera, Image, Instance, Light, Material, Mesh, Primitive, Texture};
+    use lanternfish_scene::{Camera, Environment, Image, Instance, Light, Material, Mesh, Primitive, Texture};
 
     use super::*;
 
@@ -146,6 +150,7 @@ mod tests {
                 name: "door".to_owned(),
                 ..Camera::look_at(Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 0.1 })
             }],
+            environment: Some(Environment { width: 2, height: 1, pixels: vec![Vec3::ONE; 2], rotation: 0.0 }),
             ..Scene::default()
         };
         let text = describe(&scene);
@@ -161,6 +166,7 @@ mod tests {
             "lights       2 (1 point, 1 directional)",
             "cameras      1",
             "  0          door: perspective, 28.6° vertical, at 0.000,0.000,1.000",
+            "environment  2 × 1 pixels",
             "bounds       0.000,0.000,0.000 to 1000.000,2.000,0.500 m",
         ] {
             assert!(text.lines().any(|l| l == line), "{line:?} is not in\n{text}");

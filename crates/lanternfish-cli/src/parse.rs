@@ -154,6 +154,11 @@ pub fn fov_y(text: &str) -> Result<f32, String> {
         .ok_or_else(|| format!("expected degrees from {} to {}", FOV_Y.start(), FOV_Y.end()))
 }
 
+/// Degrees of a rotation, of which a float still keeps thousandths.
+pub fn rotation(text: &str) -> Result<f32, String> {
+    number(text).filter(|d| d.abs() <= 3600.0).ok_or_else(|| "expected degrees from -3600 to 3600".to_owned())
+}
+
 /// Seconds of a camera track.
 pub fn time(text: &str) -> Result<f32, String> {
     number(text).filter(|s| s.abs() <= 1e6).ok_or_else(|| "expected seconds from -1e6 to 1e6".to_owned())
@@ -254,6 +259,7 @@ mod tests {
     fn numbers_have_ranges() {
         assert!((fov_y("90").unwrap() - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
         assert!(fov_y("0").is_err() && fov_y("180").is_err() && fov_y("wide").is_err());
+        assert!(rotation("-3600").is_ok() && rotation("3601").is_err() && rotation("inf").is_err());
         assert_eq!(exposure("-1.5"), Ok(-1.5));
         assert!(exposure("1000").is_err());
         assert!(positive("0").is_err() && positive("-1").is_err() && positive("0.02").is_ok());

@@ -1,10 +1,10 @@
 //! From a scene's file to a picture's.
 
-use std::{io::Write, time::Instant};
+use std::{io::Write, path::Path, time::Instant};
 
 use lanternfish::{Renderer, Report};
 use lanternfish_gpu::Gpu;
-use lanternfish_scene::{Scene, generate::light_rain};
+use lanternfish_scene::{Environment, Scene, generate::light_rain};
 
 use crate::{
     args::LightArgs,
@@ -29,7 +29,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if let Some(path) = &args.run.report {
         output::check_writable(path)?;
         let pictures = outputs.iter().map(|output| (output.path.as_path(), "picture"));
-        for (other, name) in pictures.chain([(args.scene.as_ref(), "scene")]) {
+        let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
+        for (other, name) in pictures.chain([(args.scene.as_ref(), "scene")]).chain(environment) {
             if output::same_file(path, other) {
                 let what = format!("{}: both the {name} and --report", path.display());
                 return Err(CliError::new(what, "give them different names"));
@@ -44,9 +45,11 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let mut progress = Progress::start(args.run.quiet);
 
     let part = args.part.scene_of_file.as_deref();
-    let mut scene =
-        progress.step("load", &format!("Loading {}", args.scene), || scene::load_part(&args.scene, part))?;
-    apply_lights(&mut scene, &args.lights, args.run.seed);
+    let scene = progress.step("load", &format!("Loading {}", args.scene), || {
+        let mut scene = scene::load_part(&args.scene, part)?;
+        apply_lights(&mut scene, &args.lights, args.run.seed)?;
+        Ok::<_, CliError>(scene)
+    })?;
     if scene.lights.is_empty() && settings.debug_view.is_none() {
         progress
             .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
@@ -94,8 +97,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
 }
 
-/// Adds the lights of the flags to those of the file.
-pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) {
+/// Adds the lights of the flags to those of the file, and puts their surroundings in the place of the file's.
+pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<(), CliError> {
     if let Some(rain) = flags.lights {
         scene.lights.extend(light_rain(&scene.bounds(), rain.count, rain.radius, seed, 0.0));
     }
@@ -104,4 +107,23 @@ pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) {
     if let Some(sky) = flags.sky {
         scene.sky = sky;
     }
+    if let Some(path) = &flags.environment {
+        scene.environment = Some(environment(path, flags.environment_rotation, flags.environment_scale)?);
+    }
+    Ok(())
+}
+
+/// Reads an environment, turns it by `rotation` degrees, and multiplies it.
+fn environment(path: &Path, rotation: f32, scale: f32) -> Result<Environment, CliError> {
+    let mut environment = Environment::load(path)?;
+    environment.rotation = rotation.to_radians();
+    for pixel in &mut environment.pixels {
+        *pixel *= scale;
+        if !pixel.is_finite() {
+            let what =
+                format!("{}: --environment-scale {scale} makes a pixel brighter than numbers go", path.display());
+            return Err(CliError::new(what, "choose a smaller one"));
+        }
+    }
+    Ok(environment)
 }

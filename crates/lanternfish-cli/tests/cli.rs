@@ -83,6 +83,25 @@ fn a_broken_file() {
 }
 
 #[test]
+fn an_environment_that_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |words: &[&str]| run(folder.path(), &[&["render", "demo:cornell", "-o", "a.png"], words].concat());
+    render(&["--environment", "nowhere.hdr"]).assert_refused(&["nowhere.hdr", "No such file", "hint"], &[]);
+    fs::write(folder.path().join("sky.hdr"), "this is no picture").unwrap();
+    render(&["--environment", "sky.hdr"])
+        .assert_refused(&["sky.hdr: not a Radiance image", "--environment"], &["sky.hdr"]);
+    render(&["--environment", "sky.png"]).assert_refused(&["sky.png", ".hdr or .exr", "--sky"], &["sky.hdr"]);
+    render(&["--environment", "sky.hdr", "--report", "sky.hdr"])
+        .assert_refused(&["both the --environment"], &["sky.hdr"]);
+    // The largest number of the format, and more.
+    fs::write(folder.path().join("sky.hdr"), b"#?RADIANCE\n\n-Y 1 +X 1\n\xff\xff\xff\xff").unwrap();
+    let bright = ["--environment", "sky.hdr", "--environment-scale", "3"];
+    render(&bright).assert_refused(&["--environment-scale 3", "smaller"], &["sky.hdr"]);
+    render(&["--environment-rotation", "wide"]).assert_refused(&["-3600 to 3600"], &["sky.hdr"]);
+    render(&["--environment-scale", "0"]).assert_refused(&["above 0"], &["sky.hdr"]);
+}
+
+#[test]
 fn something_that_is_no_scene() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.fbx"), "x").unwrap();

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path, process::Command};
 
-use lanternfish_metrics::read_exr;
+use lanternfish_metrics::{RgbImage, read_exr, write_exr};
 use serde_json::Value;
 
 /// Runs `lanternfish render` in `folder`; gives its standard output and standard error.
@@ -107,6 +107,23 @@ fn gpu_scenes_without_lights_or_anything_render() {
     assert!(stderr.starts_with("note: the scene has no lights") && stderr.contains("--sun"), "{stderr}");
     let sky = read_exr(&folder.path().join("sky.exr")).unwrap();
     assert!(sky.pixels.iter().all(|pixel| *pixel == [0.25, 0.5, 1.0]), "{:?}", sky.pixels[0]);
+
+    // Two columns: what is ahead is their mean, and after a quarter of a turn to the left the right one.
+    let pixels = vec![[1.0, 0.0, 4.0], [0.0, 2.0, 0.0]];
+    write_exr(&folder.path().join("env.exr"), &RgbImage::new(2, 1, pixels).unwrap()).unwrap();
+    let seen = |name: &str, words: &str| {
+        let words =
+            format!("--environment env.exr --sky 9,9,9 --fov-y 0.1 --eye 0,0,0 --target 0,0,-1 -o {name} {words}");
+        render_scene(folder.path(), "empty.gltf", &words);
+        let picture = read_exr(&folder.path().join(name)).unwrap();
+        picture.pixels[16 * 48 + 24]
+    };
+    let near = |found: [f32; 3], expected: [f32; 3]| {
+        let is_near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 0.01);
+        assert!(is_near, "{found:?}, not {expected:?}");
+    };
+    near(seen("ahead.exr", ""), [0.5, 1.0, 2.0]);
+    near(seen("turned.exr", "--environment-rotation 90 --environment-scale 0.5"), [0.0, 1.0, 0.0]);
 
     assert_eq!(render_scene(folder.path(), "empty.gltf", "--quiet -o quiet.png").1, "");
     render_scene(folder.path(), "empty.gltf", "--lights rain:10 --culling all -o rain.png");

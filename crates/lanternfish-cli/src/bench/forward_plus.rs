@@ -232,7 +232,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
         _ => (&args.scene, None, &args.lights, &args.view, args.seed),
     };
     let mut scene = scene::load_part(source, part)?;
-    apply_lights(&mut scene, lights, seed);
+    apply_lights(&mut scene, lights, seed)?;
     if scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }

@@ -187,6 +187,18 @@ fn flags_go_before_keys_and_points_add_up() {
 }
 
 #[test]
+fn the_environment_is_beside_the_shot() {
+    let toml = "scene = \"demo:cornell\"\n[lights]\nenvironment = \"skies/noon.hdr\"\nenvironment-rotation = 45";
+    let args = shot(toml, "--environment-scale 3").unwrap().args;
+    assert!(args.lights.environment.unwrap().ends_with("skies/noon.hdr"));
+    assert_eq!((args.lights.environment_rotation, args.lights.environment_scale), (45.0, 3.0));
+    // A flag's path is beside who runs it.
+    assert_eq!(shot(toml, "--environment b.exr").unwrap().args.lights.environment, Some("b.exr".into()));
+    let error = shot("scene = \"demo:cornell\"\n[lights]\nenviroment = \"a.hdr\"", "").unwrap_err();
+    assert!(error.contains("`enviroment`") && error.contains("environment"), "{error}");
+}
+
+#[test]
 fn what_is_written_is_read_back() {
     let shots = [
         ("scene = \"demo:atrium\"", ""),
@@ -194,7 +206,7 @@ fn what_is_written_is_read_back() {
         (TRACK, "--time .5 --eye -.5,+1,1e30 --quiet --exposure -.5 --seed 4294967295 --aabb off --tile-size 8"),
         (
             "scene = \"demo:atrium\"",
-            "--point -1,2,3,4 --point 1,2,3,4,.1,.2,.3,5 --sun 0,-1,0,1e3 --lights rain:5 --sky 0,0.1,1 --camera \"\\ \
+            "--point -1,2,3,4 --point 1,2,3,4,.1,.2,.3,5 --sun 0,-1,0,1e3 --lights rain:5 --sky 0,0.1,1 --environment-rotation -90.5 --environment-scale 2 --camera \"\\ \
              --debug-view nan --adapter cpu --fov-y 33.3 --size 7X9 --range-threshold 1e-30",
         ),
     ];

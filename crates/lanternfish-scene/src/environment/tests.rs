@@ -189,6 +189,41 @@ fn broken_files_are_errors_that_name_the_file() {
 }
 
 #[test]
+fn mutated_files_are_images_or_errors() {
+    let folder = Folder::new();
+    let row: Vec<u8> = (0..4).flat_map(|c| [136, c + 1, 4, 9, 8, 7, 6]).collect();
+    let run_lengths = [b"#?RADIANCE\nEXPOSURE=1\n\n-Y 1 +X 12\n\x02\x02\x00\x0c", &row[..]].concat();
+    let seeds = [
+        ("a.hdr", radiance_file("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n", &[[1, 2, 3, 128]; 4])),
+        ("b.hdr", run_lengths),
+        ("c.exr", exr_file(20, 20, |i| [i as f32; 3])),
+    ];
+    let mut state = 1u64;
+    let mut random = |below: usize| {
+        // Knuth's MMIX generator; its high bits.
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let (mut images, mut errors) = (0, 0);
+    for i in 0..3000 {
+        let (name, seed) = &seeds[i % seeds.len()];
+        let mut bytes = seed.clone();
+        for _ in 0..=random(4) {
+            let at = random(bytes.len());
+            bytes[at] = [0, 1, 0x7f, 0x80, 0xff, random(256) as u8][random(6)];
+        }
+        match Environment::load(&folder.file(name, &bytes)) {
+            Ok(environment) => {
+                environment.validate().unwrap_or_else(|fault| panic!("{name}: {fault}"));
+                images += 1;
+            }
+            Err(_) => errors += 1,
+        }
+    }
+    assert!(images > 300 && errors > 300, "{images} images, {errors} errors: the mutations are too weak or too strong");
+}
+
+#[test]
 fn a_size_that_is_only_claimed_takes_no_memory() {
     let folder = Folder::new();
     for (size, message) in [
