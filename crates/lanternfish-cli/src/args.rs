@@ -13,6 +13,7 @@ use lanternfish_scene::{Light, generate::DEMOS};
 use crate::{
     bench::BenchArgs,
     choices::choice,
+    compare::{self, CompareArgs},
     parse::{self, Rain, Size},
     shot,
 };
@@ -67,6 +68,11 @@ pub enum Command {
     Shot(Box<RenderArgs>),
     /// Prints what a scene holds, or which adapters can render it.
     Info(InfoArgs),
+    /// Says how two pictures differ: in numbers, in a picture, and by its exit code.
+    ///
+    /// A is the picture under test, B the reference.
+    #[command(after_help = compare::HELP)]
+    Compare(Box<CompareArgs>),
     /// Repeats the tables of the papers this renderer is built from.
     Bench(BenchArgs),
 }

@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod camera;
 mod choices;
+mod compare;
 mod error;
 mod info;
 mod output;
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
         Command::Shot(args) => shot::write(*args),
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Compare(args) => return compare::main(&args),
     };
     match result {
         // Whoever read our output has seen enough (`lanternfish info … | head`).

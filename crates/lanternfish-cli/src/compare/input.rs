@@ -1,0 +1,154 @@
+//! What is compared: two pictures of one kind and size, and their variances.
+
+use std::path::{Path, PathBuf};
+
+use lanternfish_metrics::{MetricsError, Pair, RgbImage, exr_layers, read_exr, read_exr_layer, read_png};
+
+use super::CompareArgs;
+use crate::error::CliError;
+
+/// The layer of an EXR file that holds the variances of its pixel values.
+pub const VARIANCE: &str = "variance";
+
+/// What the numbers of a file stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Linear radiance: EXR.
+    Linear,
+    /// What a display shows: PNG.
+    Display,
+}
+
+/// Everything that was read.
+pub struct Inputs {
+    pub kind: Kind,
+    pub pair: Pair,
+    /// Of A and of B.
+    pub variances: [Option<Variance>; 2],
+}
+
+/// Variances and where they come from.
+pub struct Variance {
+    pub source: String,
+    pub image: RgbImage,
+}
+
+impl Inputs {
+    pub fn read(args: &CompareArgs) -> Result<Self, CliError> {
+        let (kind, reference_kind) = (kind_of(&args.image)?, kind_of(&args.reference)?);
+        if kind != reference_kind {
+            let (a, b) = (args.image.display(), args.reference.display());
+            return Err(CliError::new(
+                format_args!("{a} and {b}: linear radiance (EXR) and what a display shows (PNG) cannot be compared"),
+                "render both as .exr, or both as .png",
+            ));
+        }
+        if kind == Kind::Display {
+            refuse_for_png(args)?;
+        }
+        let image = read(&args.image, kind)?;
+        let reference = read(&args.reference, kind)?;
+        let variances = match kind {
+            Kind::Linear => [
+                Variance::read(&args.image, args.variance_a.as_ref(), &image)?,
+                Variance::read(&args.reference, args.variance_b.as_ref(), &reference)?,
+            ],
+            Kind::Display => [None, None],
+        };
+        Ok(Self { kind, pair: Pair::new(image, reference).map_err(failed)?, variances })
+    }
+}
+
+/// Flags that mean nothing for what a display shows.
+fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
+    let given = [
+        ("--exposure", args.exposure.is_some()),
+        ("--flip-tone-map", args.flip_tone_map.is_some()),
+        ("--variance-a", args.variance_a.is_some()),
+        ("--variance-b", args.variance_b.is_some()),
+        ("--max-relmse", args.max_relmse.is_some()),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((flag, _)) => Err(CliError::new(
+            format_args!("{flag}: {} is no linear radiance, but what a display shows", args.image.display()),
+            "compare .exr files, or leave the flag out",
+        )),
+        None => Ok(()),
+    }
+}
+
+impl Variance {
+    /// Of the file that a flag names, or of the picture's own layer.
+    fn read(picture: &Path, named: Option<&PathBuf>, image: &RgbImage) -> Result<Option<Self>, CliError> {
+        let path = named.map_or(picture, PathBuf::as_path);
+        if !has_ending(path, "exr") {
+            return Err(CliError::new(
+                format_args!("{}: variances are read from EXR files", path.display()),
+                "name a file that ends with .exr",
+            ));
+        }
+        let has_layer = exr_layers(path).map_err(failed)?.iter().any(|name| name == VARIANCE);
+        let variance = match (has_layer, named) {
+            (true, _) => Self {
+                source: format!("{}, layer {VARIANCE}", path.display()),
+                image: read_exr_layer(path, VARIANCE).map_err(failed)?,
+            },
+            (false, Some(_)) => Self { source: path.display().to_string(), image: read_exr(path).map_err(failed)? },
+            (false, None) => return Ok(None),
+        };
+        let (size, expected) = ((variance.image.width, variance.image.height), (image.width, image.height));
+        if size != expected {
+            return Err(CliError::new(
+                format_args!(
+                    "{}: variances of {}×{} pixels for a picture of {}×{}",
+                    path.display(),
+                    size.0,
+                    size.1,
+                    expected.0,
+                    expected.1
+                ),
+                "name the variances of this picture",
+            ));
+        }
+        Ok(Some(variance))
+    }
+}
+
+fn kind_of(path: &Path) -> Result<Kind, CliError> {
+    if has_ending(path, "exr") {
+        Ok(Kind::Linear)
+    } else if has_ending(path, "png") {
+        Ok(Kind::Display)
+    } else {
+        Err(CliError::new(
+            format_args!("{}: the ending names no format that is compared", path.display()),
+            "compare two .exr files (linear radiance), or two .png files (what a display shows)",
+        ))
+    }
+}
+
+pub fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
+}
+
+fn read(path: &Path, kind: Kind) -> Result<RgbImage, CliError> {
+    match kind {
+        Kind::Linear => read_exr(path),
+        Kind::Display => read_png(path),
+    }
+    .map_err(failed)
+}
+
+/// An error of reading or comparing, with what to do about it.
+pub fn failed(error: MetricsError) -> CliError {
+    let hint = match &error {
+        MetricsError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => "check the path",
+        MetricsError::Io { .. } => "check that the file can be read",
+        MetricsError::Invalid { .. } => "write the file again; `lanternfish render` writes both formats",
+        MetricsError::MissingChannels { .. } => "write the picture as R, G and B, or as Y",
+        MetricsError::NothingFinite => "render the pictures again, or look at them: no pixel is left",
+        // These messages say what to do themselves.
+        _ => "",
+    };
+    CliError::new(&error, hint)
+}

@@ -1,0 +1,74 @@
+//! Every measure there is for what is compared.
+
+use lanternfish_metrics::{Exposures, FlipMap, FlipToneMapper, HdrFlip, ImageErrors, Pair, Spread, ZTest};
+
+use super::{
+    CompareArgs,
+    input::{Inputs, Kind, failed},
+};
+use crate::error::CliError;
+
+pub struct Measures {
+    /// Of linear radiance.
+    pub linear: Option<ImageErrors>,
+    /// Of what a display shows.
+    pub display: ImageErrors,
+    /// dB; infinite where a display shows the same.
+    pub psnr: f64,
+    /// Not of pictures that are too small for a window.
+    pub ssim: Option<f64>,
+    /// Of what a display shows.
+    pub flip_ldr: Spread,
+    /// HDR-FLIP of linear radiance, LDR-FLIP of the rest.
+    pub flip: Spread,
+    /// The errors behind `flip`.
+    pub map: FlipMap,
+    /// How HDR-FLIP looked.
+    pub hdr: Option<(FlipToneMapper, Exposures)>,
+    pub z_test: Option<ZTest>,
+    /// The two pictures as a display shows them.
+    pub shown: Pair,
+}
+
+impl Measures {
+    pub fn take(args: &CompareArgs, inputs: &Inputs) -> Result<Self, CliError> {
+        let pair = &inputs.pair;
+        let is_linear = inputs.kind == Kind::Linear;
+        let shown = if is_linear { pair.shown(args.exposure.unwrap_or(0.0)) } else { pair.clone() };
+        let ldr = shown.flip_ldr(args.pixels_per_degree).map_err(failed)?;
+        let flip_ldr = shown.spread_of(&ldr);
+        let (map, hdr) = if is_linear {
+            let tone_mapper = args.flip_tone_map.map_or_else(FlipToneMapper::default, Into::into);
+            let looks = HdrFlip { pixels_per_degree: args.pixels_per_degree, tone_mapper, exposures: None };
+            let hdr = pair.flip_hdr(&looks).map_err(failed)?;
+            (hdr.map, Some((tone_mapper, hdr.exposures)))
+        } else {
+            (ldr, None)
+        };
+        let [a, b] = inputs.variances.each_ref().map(|variance| variance.as_ref().map(|variance| &variance.image));
+        let z_test = if a.is_some() || b.is_some() { Some(pair.z_test(a, b).map_err(failed)?) } else { None };
+        Ok(Self {
+            linear: is_linear.then(|| pair.errors()),
+            display: shown.errors(),
+            psnr: shown.psnr(),
+            // The only thing that can be wrong is the size, or that there are holes everywhere.
+            ssim: shown.ssim().ok(),
+            flip_ldr,
+            flip: pair.spread_of(&map),
+            map,
+            hdr,
+            z_test,
+            shown,
+        })
+    }
+
+    /// What `flip` is.
+    pub fn flip_name(&self) -> &'static str {
+        if self.hdr.is_some() { "HDR-FLIP" } else { "LDR-FLIP" }
+    }
+
+    /// Whether every value that was compared is the same.
+    pub fn is_equal(&self) -> bool {
+        self.linear.unwrap_or(self.display).absolute.max == 0.0
+    }
+}

@@ -1,0 +1,221 @@
+//! `lanternfish compare`: how two pictures differ, in numbers, in a picture, and as an exit code.
+
+mod input;
+mod json;
+mod measure;
+mod pictures;
+mod table;
+
+use std::{
+    io::Write as _,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use clap::{Args, ValueEnum};
+use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
+
+use self::{input::Inputs, measure::Measures};
+use crate::{
+    error::{self, CliError},
+    output::{check_writable, same_file, write_text},
+    parse,
+};
+
+/// Bad input: what clap exits with as well.
+const BAD_INPUT: u8 = 2;
+
+pub const HELP: &str = "\
+Examples:
+  How far a picture is from its reference:
+    lanternfish compare fast.exr reference.exr
+  Where they differ, to look at:
+    lanternfish compare fast.exr reference.exr --map error.png --side-by-side both.png --exposure 1
+  Whether the difference of two noisy pictures is more than noise, of their layers `variance`:
+    lanternfish compare a.exr b.exr
+  In a script, which stops if a picture got worse:
+    lanternfish compare new.png old.png --max-flip 0.02 --json - > differences.json
+
+EXR files hold linear radiance: errors of values, HDR-FLIP, and display measures at --exposure.
+PNG files hold what a display shows: display measures only.
+A pixel that is not finite in one of the pictures is counted, and left out of both.
+
+Exits with 0; 1 if a limit is exceeded; 2 if the pictures cannot be compared.";
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// The picture under test, .exr or .png.
+    #[arg(value_name = "A")]
+    pub image: PathBuf,
+    /// The reference, of the same kind and size.
+    #[arg(value_name = "B")]
+    pub reference: PathBuf,
+
+    /// Exposure in stops at which display measures and --side-by-side look at EXR files, 0 without it: clamped to 0..1
+    /// and sRGB-encoded. HDR-FLIP finds its own exposures.
+    #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
+    pub exposure: Option<f32>,
+    /// How HDR-FLIP brings radiance to a display: aces without it.
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub flip_tone_map: Option<ToneMapName>,
+    /// Pixels in a degree of the visual angle, for FLIP. Higher: seen from further off, less is noticed.
+    #[arg(long, value_name = "X", value_parser = pixels_per_degree, default_value_t = PIXELS_PER_DEGREE)]
+    #[arg(allow_hyphen_values = true)]
+    pub pixels_per_degree: f32,
+
+    /// Variances of A's pixel values, for the z-test: an EXR file, its layer `variance` or its picture. Without it: the
+    /// layer `variance` of A, if there is one.
+    #[arg(long, value_name = "FILE.exr")]
+    pub variance_a: Option<PathBuf>,
+    /// Variances of B's pixel values; as --variance-a. Where only one of A and B has variances, the other is exact.
+    #[arg(long, value_name = "FILE.exr")]
+    pub variance_b: Option<PathBuf>,
+
+    /// Writes all figures as JSON; - is standard output, instead of the table.
+    #[arg(long, value_name = "FILE|-")]
+    pub json: Option<PathBuf>,
+    /// Writes FLIP's error of every pixel: black is none, through purple and orange, pale yellow the largest; cyan is
+    /// left out. HDR-FLIP of EXR files.
+    #[arg(long, value_name = "FILE.png")]
+    pub map: Option<PathBuf>,
+    /// Writes A, B and the error map beside one another.
+    #[arg(long, value_name = "FILE.png")]
+    pub side_by_side: Option<PathBuf>,
+
+    /// Exits with 1 if FLIP's mean (HDR-FLIP of EXR files) is above X, or if A has a pixel that is not finite.
+    #[arg(long, value_name = "X", value_parser = limit, allow_hyphen_values = true)]
+    pub max_flip: Option<f64>,
+    /// Exits with 1 if relMSE is above X, or if A has a pixel that is not finite. EXR only.
+    #[arg(long, value_name = "X", value_parser = limit, allow_hyphen_values = true)]
+    pub max_relmse: Option<f64>,
+}
+
+/// The tone mappers of the authors of HDR-FLIP.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ToneMapName {
+    /// The fit of the ACES curve by Narkowicz: the authors' default
+    Aces,
+    /// The film curve by Hable
+    Hable,
+    /// x / (1 + x) of the luminance
+    Reinhard,
+}
+
+impl From<ToneMapName> for FlipToneMapper {
+    fn from(name: ToneMapName) -> Self {
+        match name {
+            ToneMapName::Aces => Self::Aces,
+            ToneMapName::Hable => Self::Hable,
+            ToneMapName::Reinhard => Self::Reinhard,
+        }
+    }
+}
+
+fn limit(text: &str) -> Result<f64, String> {
+    let limit: Option<f64> = text.trim().parse().ok();
+    limit.filter(|x| *x >= 0.0 && x.is_finite()).ok_or_else(|| "expected a number, 0 or more, e.g. 0.05".to_owned())
+}
+
+fn pixels_per_degree(text: &str) -> Result<f32, String> {
+    let number: Option<f32> = text.trim().parse().ok();
+    number.filter(|x| (2.0..=1000.0).contains(x)).ok_or_else(|| {
+        "expected 2 to 1000 pixels a degree, e.g. 67 for a 4K display 0.7 m wide, seen from 0.7 m".to_owned()
+    })
+}
+
+/// Compares, tells, and says by the exit code how it went.
+pub fn main(args: &CompareArgs) -> ExitCode {
+    match run(args) {
+        Ok(None) | Err(CliError::ReaderGone) => ExitCode::SUCCESS,
+        Ok(Some(exceeded)) => {
+            error::say(&exceeded);
+            ExitCode::FAILURE
+        }
+        Err(error) => {
+            error::say(&error);
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// The limit that was exceeded, if any.
+fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
+    check(args)?;
+    let inputs = Inputs::read(args)?;
+    let measures = Measures::take(args, &inputs)?;
+    if let Some(path) = &args.map {
+        pictures::write_map(path, &inputs.pair, &measures.map)?;
+    }
+    if let Some(path) = &args.side_by_side {
+        pictures::write_side_by_side(path, &measures.shown, &measures.map)?;
+    }
+    let told = match args.json.as_deref() {
+        Some(path) if path == Path::new("-") => tell(&json::to_json(args, &inputs, &measures)),
+        Some(path) => write_text(path, &json::to_json(args, &inputs, &measures))
+            .and_then(|()| tell(&table::to_table(args, &inputs, &measures))),
+        None => tell(&table::to_table(args, &inputs, &measures)),
+    };
+    // A reader that has seen enough does not make a picture better.
+    match told {
+        Ok(()) | Err(CliError::ReaderGone) => Ok(exceeded(args, &inputs, &measures)),
+        Err(error) => Err(error),
+    }
+}
+
+fn tell(text: &str) -> Result<(), CliError> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+}
+
+/// Everything that can be known before a file is read.
+fn check(args: &CompareArgs) -> Result<(), CliError> {
+    for (flag, path) in [("--map", &args.map), ("--side-by-side", &args.side_by_side)] {
+        if let Some(path) = path.as_deref().filter(|path| !input::has_ending(path, "png")) {
+            return Err(CliError::new(
+                format_args!("{flag} {}: the ending names no format that is written", path.display()),
+                "end the name with .png",
+            ));
+        }
+    }
+    let json = args.json.as_ref().filter(|path| *path != Path::new("-"));
+    let outputs = [("--map", args.map.as_ref()), ("--side-by-side", args.side_by_side.as_ref()), ("--json", json)];
+    let outputs: Vec<(&str, &PathBuf)> = outputs.into_iter().filter_map(|(flag, path)| Some((flag, path?))).collect();
+    let inputs = [Some(&args.image), Some(&args.reference), args.variance_a.as_ref(), args.variance_b.as_ref()];
+    for (i, (flag, path)) in outputs.iter().enumerate() {
+        check_writable(path)?;
+        let others = inputs.iter().flatten().copied().chain(outputs[..i].iter().map(|(_, other)| *other));
+        if others.into_iter().any(|other| same_file(path, other)) {
+            return Err(CliError::new(
+                format_args!("{flag} {}: this file is named twice", path.display()),
+                "choose another name: no picture that is compared is replaced",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// What is said where a limit is exceeded: every one that is.
+fn exceeded(args: &CompareArgs, inputs: &Inputs, measures: &Measures) -> Option<CliError> {
+    let mut reasons = Vec::new();
+    if let Some(limit) = args.max_flip.filter(|limit| measures.flip.mean > *limit) {
+        reasons.push(format!("{} {:.6} is above --max-flip {limit}", measures.flip_name(), measures.flip.mean));
+    }
+    let relative_mse = measures.linear.map(|errors| errors.relative_mse);
+    if let (Some(limit), Some(got)) = (args.max_relmse, relative_mse)
+        && got > limit
+    {
+        reasons.push(format!("relMSE {got:.6e} is above --max-relmse {limit}"));
+    }
+    let [faults, _] = inputs.pair.faults();
+    if (args.max_flip.is_some() || args.max_relmse.is_some()) && faults.not_finite > 0 {
+        reasons.push(format!("pixels that are not finite meet no limit ({faults})"));
+    }
+    if reasons.is_empty() {
+        return None;
+    }
+    let hint = if args.map.is_some() || args.side_by_side.is_some() {
+        "the error map shows where"
+    } else {
+        "--side-by-side FILE.png shows where"
+    };
+    Some(CliError::new(format_args!("{}: {}", args.image.display(), reasons.join("; ")), hint))
+}
