@@ -113,7 +113,7 @@ impl Reflector {
         self.perceptual_roughness.max(LEAST_ROUGHNESS).powi(2)
     }
 
-    /// Schlick's Fresnel term [Schlick1994]. Inside a volume the angle is that of the light outside, and past the critical
+    /// Schlick's Fresnel term [Schlick1994]: inside a volume the angle is that of the light outside, and past the critical
     /// angle everything is reflected.
     pub fn fresnel(&self, v_dot_h: f64) -> DVec3 {
         let mut cosine = v_dot_h;
@@ -177,7 +177,8 @@ impl Reflector {
     /// Chances of the specular, the diffuse and the transmitting lobe.
     fn chances(&self, n: DVec3, wo: DVec3) -> [f64; 3] {
         let fresnel = self.fresnel(n.dot(wo).max(LEAST_COSINE));
-        let lets_in = ((1.0 - fresnel) * self.albedo).max_element();
+        // Facets let in what the plane would reflect: no lobe that scatters is left without a chance.
+        let lets_in = ((1.0 - fresnel).max(DVec3::splat(0.1)) * self.albedo).max_element();
         let passes = if self.behind == Behind::Pane { 0.0 } else { self.transmission };
         let weights = [fresnel.max_element().max(0.1), lets_in * (1.0 - self.transmission), lets_in * passes];
         let sum: f64 = weights.iter().sum();

@@ -120,7 +120,8 @@ pub fn reflector(
     let specular = f64::from(material.specular);
     // KHR_materials_specular: the tint is cut at one before the weight applies.
     let dielectric_f0 = (r * r * material.specular_color.as_dvec3()).min(DVec3::ONE) * specular;
-    let behind = match material.thickness > 0.0 && ior > 0.0 {
+    // What does not refract has no facet that could.
+    let behind = match material.thickness > 0.0 && ior > 1.001 {
         true => Behind::Volume { eta: if front { ior } else { 1.0 / ior } },
         false if is_pane(material) => Behind::Pane,
         false => Behind::Thin,

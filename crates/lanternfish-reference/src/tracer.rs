@@ -1,11 +1,16 @@
 //! A scene made ready, and images of it.
 
+use glam::Vec3A;
 use lanternfish_scene::{Camera, Scene, shading::Materials};
 use rayon::prelude::*;
 
 use crate::{
-    Film, ReferenceError, Settings, camera, film::Sums, lights::Lights, random::Random, settings::Integrator,
-    world::World,
+    Film, ReferenceError, Settings, camera,
+    film::Sums,
+    lights::Lights,
+    random::Random,
+    settings::Integrator,
+    world::{Faces, World},
 };
 
 /// A scene made ready for tracing.
@@ -80,6 +85,12 @@ impl<'a> Tracer<'a> {
         } else {
             1
         }
+    }
+
+    /// Distance to the nearest surface along a ray (`direction` of unit length), m; holes of masks are open, blended surfaces
+    /// are there. `None`: there is none.
+    pub fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {
+        self.world.closest(origin, direction, Faces::All, 0).map(|hit| hit.distance)
     }
 
     /// Triangles that rays can meet.

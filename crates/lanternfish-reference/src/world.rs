@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use glam::{Affine3A, Vec3, Vec3A};
+use glam::{Affine3A, DVec2, Vec3, Vec3A};
 use lanternfish_scene::{AlphaMode, Material, Primitive, Scene};
 use obvhs::{
     BvhBuildParams,
-    cwbvh::{CwBvh, builder::build_cwbvh_from_tris},
+    aabb::Aabb,
+    cwbvh::{CwBvh, builder::build_cwbvh},
     ray::{Ray, RayHit},
     triangle::Triangle,
 };
@@ -88,7 +89,7 @@ impl<'a> World<'a> {
         if !triangles.is_empty() {
             // Large triangles stay whole: a ray meets each triangle once, as half-covered ones need.
             let parameters = BvhBuildParams { pre_split: false, ..BvhBuildParams::medium_build() };
-            tree = build_cwbvh_from_tris(&triangles, parameters, &mut Duration::default());
+            tree = build_cwbvh(&padded_boxes(&triangles), parameters, &mut Duration::default());
             triangles = tree.primitive_indices.par_iter().map(|i| triangles[*i as usize]).collect();
             sources = tree.primitive_indices.par_iter().map(|i| sources[*i as usize]).collect();
         }
@@ -123,10 +124,10 @@ impl<'a> World<'a> {
 
     /// The nearest surface. `key` decides which half-covered surfaces are there for this ray.
     pub fn closest(&self, origin: Vec3A, direction: Vec3A, faces: Faces, key: u64) -> Option<Hit> {
-        let ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
+        let (ray, across) = ray(origin, direction, f32::INFINITY);
         let mut nearest = None;
         self.tree.ray_traverse(ray, &mut RayHit::none(), |ray, index| {
-            let Some(hit) = self.meet(ray, index, faces) else { return f32::INFINITY };
+            let Some(hit) = self.meet(ray, &across, index, faces) else { return f32::INFINITY };
             if self.sources[index].kind == Kind::Alpha && unit_of(key, index as u32) >= self.coverage(&hit) {
                 return f32::INFINITY;
             }
@@ -138,10 +139,10 @@ impl<'a> World<'a> {
 
     /// The nearest surface, holes of masks included: [`MaskRule::CountsAsBounce`].
     pub fn closest_with_holes(&self, origin: Vec3A, direction: Vec3A, faces: Faces) -> Option<Hit> {
-        let ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
+        let (ray, across) = ray(origin, direction, f32::INFINITY);
         let mut nearest = None;
         self.tree.ray_traverse(ray, &mut RayHit::none(), |ray, index| {
-            self.meet(ray, index, faces).map_or(f32::INFINITY, |hit| {
+            self.meet(ray, &across, index, faces).map_or(f32::INFINITY, |hit| {
                 nearest = Some(hit);
                 hit.distance
             })
@@ -151,10 +152,10 @@ impl<'a> World<'a> {
 
     /// Share of light, each channel, that passes from `origin` to `distance` along `direction`.
     pub fn transmittance(&self, origin: Vec3A, direction: Vec3A, distance: f32) -> Vec3 {
-        let ray = Ray::new(origin, direction, 0.0, distance);
+        let (ray, across) = ray(origin, direction, distance);
         let mut passes = Vec3::ONE;
         let open = self.tree.ray_traverse_miss(ray, |ray, index| {
-            let Some(hit) = self.meet(ray, index, Faces::All) else { return f32::INFINITY };
+            let Some(hit) = self.meet(ray, &across, index, Faces::All) else { return f32::INFINITY };
             let stops = match self.sources[index].kind {
                 Kind::Solid => true,
                 Kind::Alpha if self.mask_rule == MaskRule::CountsAsBounce => true,
@@ -174,14 +175,14 @@ impl<'a> World<'a> {
 
     /// Where the ray meets a triangle, if it does and may.
     ///
-    /// The edge functions are triple products of the corners seen from the ray's origin. Those of an edge that two
-    /// triangles share are each other's negatives to the last bit, so no ray slips between them.
-    fn meet(&self, ray: &Ray, index: usize, faces: Faces) -> Option<Hit> {
+    /// Corners are projected along the ray, each by itself, and the edge functions of the projections have the right sign:
+    /// products of 32 bits are exact in 64. So what is whole is whole in the projection, and no ray slips between triangles
+    /// that share corners [Woop2013].
+    fn meet(&self, ray: &Ray, across: &Across, index: usize, faces: Faces) -> Option<Hit> {
         let triangle = &self.triangles[index];
-        let (a, b, c) = (triangle.v0 - ray.origin, triangle.v1 - ray.origin, triangle.v2 - ray.origin);
-        let u = b.cross(c).dot(ray.direction);
-        let v = c.cross(a).dot(ray.direction);
-        let w = a.cross(b).dot(ray.direction);
+        let a = triangle.v0 - ray.origin;
+        let (pa, pb, pc) = (across.of(a), across.of(triangle.v1 - ray.origin), across.of(triangle.v2 - ray.origin));
+        let (u, v, w) = (pb.perp_dot(pc), pc.perp_dot(pa), pa.perp_dot(pb));
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));
         if least < 0.0 && most > 0.0 {
             return None;
@@ -200,7 +201,8 @@ impl<'a> World<'a> {
         if faces == Faces::FrontsOnly && !front && !self.material(source).double_sided {
             return None;
         }
-        let hit = Hit { distance, triangle: index as u32, weights: [u / sum, v / sum, w / sum], front };
+        let hit =
+            Hit { distance, triangle: index as u32, weights: [u / sum, v / sum, w / sum].map(|w| w as f32), front };
         Some(hit)
     }
 
@@ -270,6 +272,18 @@ fn gather(scene: &Scene, instance_index: usize, lambert: bool) -> (Vec<Triangle>
     (triangles, sources)
 }
 
+/// Boxes around triangles, larger by what the walk's slab tests may be wrong by: a ray that meets a triangle meets its box
+/// [Ize2013]. Four roundings of the scene's largest coordinate, which bounds how far apart origin and box are.
+fn padded_boxes(triangles: &[Triangle]) -> Vec<Aabb> {
+    let largest = |t: &Triangle| t.v0.abs().max(t.v1.abs()).max(t.v2.abs()).max_element();
+    let padding = Vec3A::splat(4.0 * f32::EPSILON * triangles.par_iter().map(largest).reduce(|| 0.0, f32::max));
+    let padded = |t: &Triangle| {
+        let bounds = t.aabb();
+        Aabb::new(bounds.min - padding, bounds.max + padding)
+    };
+    triangles.par_iter().map(padded).collect()
+}
+
 /// Cofactors of the linear part, turned so that mirrored normals keep to their side.
 fn cofactors(b_from_a: &Affine3A) -> glam::Mat3A {
     let m = b_from_a.matrix3;
@@ -279,6 +293,26 @@ fn cofactors(b_from_a: &Affine3A) -> glam::Mat3A {
         side * m.z_axis.cross(m.x_axis),
         side * m.x_axis.cross(m.y_axis),
     )
+}
+
+/// Two directions that span the plane across a ray.
+struct Across(Vec3A, Vec3A);
+
+impl Across {
+    /// A point seen from the ray's origin, projected along the ray.
+    fn of(&self, p: Vec3A) -> DVec2 {
+        DVec2::new(p.dot(self.0).into(), p.dot(self.1).into())
+    }
+}
+
+/// A ray for the tree's walk, which takes a zero for positive and its inverse by its sign: negative zeros would miss boxes. So
+/// would inverses that are cut at 2²³, as the tree's own are.
+fn ray(origin: Vec3A, direction: Vec3A, length: f32) -> (Ray, Across) {
+    let (x, y) = direction.any_orthonormal_pair();
+    let direction = direction + Vec3A::ZERO;
+    // Large enough to be no bound, small enough to be multiplied by any coordinate.
+    let inv_direction = direction.recip().clamp(Vec3A::splat(-1e20), Vec3A::splat(1e20));
+    (Ray { origin, direction, inv_direction, tmin: 0.0, tmax: length }, Across(x, y))
 }
 
 /// A place just off a surface at `p`, on the side to which `normal` points: off by some units in the last place of each

@@ -29,7 +29,8 @@ impl Table {
                 sum
             })
             .collect();
-        cumulative.iter_mut().for_each(|c| *c /= sum);
+        // A row without light is never chosen: each chance is zero.
+        cumulative.iter_mut().for_each(|c| *c /= sum.max(f64::MIN_POSITIVE));
         Self { cumulative, sum }
     }
 

@@ -1,1 +1,159 @@
+//! What must be true of the whole tracer.
 
+mod furnace;
+mod light;
+mod sampling;
+
+use glam::{Affine3A, Vec3, Vec3A, Vec4};
+use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
+
+use crate::{Film, Settings, Tracer, world::Faces};
+
+/// A material of glTF's model without textures.
+fn material(base_color: Vec3, metallic: f32, perceptual_roughness: f32) -> Material {
+    Material { base_color: base_color.extend(1.0), metallic, perceptual_roughness, ..Material::default() }
+}
+
+/// A scene of one mesh, placed once.
+fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
+    Scene {
+        meshes: vec![Mesh { name: String::new(), primitives }],
+        instances: vec![Instance { name: String::new(), mesh: 0, world_from_object: Affine3A::IDENTITY }],
+        materials,
+        ..Scene::default()
+    }
+}
+
+/// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards.
+fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec3) -> Primitive {
+    let corner = |s: f32, t: f32| center + s * half_right + t * half_up;
+    Primitive {
+        material,
+        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        normals: vec![half_right.cross(half_up).normalize(); 4],
+        indices: vec![0, 1, 2, 0, 2, 3],
+        ..Primitive::default()
+    }
+}
+
+/// A sphere about the origin.
+fn sphere(material: usize, radius: f32, rows: u32) -> Primitive {
+    let columns = 2 * rows;
+    let mut primitive = Primitive { material, ..Primitive::default() };
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let (sin, cos) = (std::f32::consts::TAU * (column % columns) as f32 / columns as f32).sin_cos();
+            let (height, ring) = (std::f32::consts::PI * (row as f32 / rows as f32 - 0.5)).sin_cos();
+            // One point at each pole, or the sphere would be open there by a rounding.
+            let ring = if row % rows == 0 { 0.0 } else { ring };
+            let normal = Vec3::new(ring * cos, height, -ring * sin).normalize();
+            primitive.normals.push(normal);
+            primitive.positions.push(radius * normal);
+        }
+    }
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = |r: u32, c: u32| (row + r) * (columns + 1) + column + c;
+            primitive.indices.extend([at(0, 0), at(0, 1), at(1, 1), at(0, 0), at(1, 1), at(1, 0)]);
+        }
+    }
+    primitive
+}
+
+/// Looks down −z from z = `distance`, at x and y from −`half` to `half`, along parallel lines.
+fn front(distance: f32, half: f32) -> Camera {
+    let projection = Projection::Orthographic { half_height: half, near: 0.0, far: 100.0 };
+    Camera::look_at(Vec3::new(0.0, 0.0, distance), Vec3::ZERO, projection)
+}
+
+fn render(scene: &Scene, camera: &Camera, edge: usize, samples: u64, settings: Settings) -> Film {
+    let tracer = Tracer::new(scene, settings).unwrap();
+    let mut film = Film::new(edge, edge).unwrap();
+    tracer.render(camera, &mut film, samples);
+    assert_eq!(film.dropped(), 0);
+    film
+}
+
+/// Mean over all pixels, and the standard error of it, of the green channel.
+fn mean_and_error(film: &Film) -> (f64, f64) {
+    let count = film.mean().len() as f64;
+    let mean = film.mean().iter().map(|p| f64::from(p[1])).sum::<f64>() / count;
+    let variance = film.variance().iter().map(|p| f64::from(p[1])).sum::<f64>() / (count * count);
+    (mean, variance.sqrt())
+}
+
+/// Asserts that a film's mean is `expected` up to its own noise (five standard errors) and `beside`.
+fn assert_mean(film: &Film, expected: f64, beside: f64, what: &str) {
+    let (mean, error) = mean_and_error(film);
+    assert!((mean - expected).abs() <= 5.0 * error + beside, "{what}: {mean} ± {error}, not {expected}");
+    assert!(error < 0.01 * expected.max(0.01), "{what}: too noisy to say anything, {error}");
+}
+
+#[test]
+fn images_are_the_same_however_they_are_interrupted() {
+    let mut scene = scene_of(vec![sphere(0, 1.0, 8)], vec![material(Vec3::ONE, 0.0, 0.5)]);
+    scene.sky = Vec3::ONE;
+    let whole = render(&scene, &front(4.0, 1.2), 8, 12, Settings::default());
+    let tracer = Tracer::new(&scene, Settings::default()).unwrap();
+    let mut parts = Film::new(8, 8).unwrap();
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    one_thread.install(|| tracer.render(&front(4.0, 1.2), &mut parts, 5));
+    tracer.render(&front(4.0, 1.2), &mut parts, 7);
+    assert_eq!(whole, parts);
+    let other = render(&scene, &front(4.0, 1.2), 8, 12, Settings { seed: 1, ..Settings::default() });
+    assert_ne!(whole, other);
+}
+
+/// Rays along an axis meet what they meet whichever sign their zeros have.
+#[test]
+fn negative_zeros_miss_nothing() {
+    let scene = scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![material(Vec3::ONE, 0.0, 1.0)]);
+    let tracer = Tracer::new(&scene, Settings::default()).unwrap();
+    for zeros in [Vec3A::new(0.0, 0.0, -1.0), Vec3A::new(-0.0, 0.0, -1.0), Vec3A::new(-0.0, -0.0, -1.0)] {
+        let start = Vec3A::new(0.3, 0.1, 2.0);
+        assert!(tracer.world.closest(start, zeros, Faces::All, 0).is_some(), "{zeros:?}");
+        assert_eq!(tracer.world.transmittance(start, zeros, 9.0), Vec3::ZERO, "{zeros:?}");
+    }
+}
+
+/// No ray slips between triangles that share an edge or a corner.
+#[test]
+fn shared_edges_are_closed() {
+    let scene =
+        scene_of(vec![sphere(0, 1.0, 6)], vec![Material { double_sided: true, ..material(Vec3::ONE, 0.0, 1.0) }]);
+    let tracer = Tracer::new(&scene, Settings::default()).unwrap();
+    let primitive = &scene.meshes[0].primitives[0];
+    let mut aimed = 0;
+    for corners in primitive.indices.chunks_exact(3) {
+        for (i, j) in [(0, 1), (1, 2), (2, 0), (0, 0)] {
+            let [a, b] = [corners[i], corners[j]].map(|c| Vec3A::from(primitive.positions[c as usize]));
+            for share in 0..20 {
+                let target = a.lerp(b, share as f32 / 20.0);
+                let direction = target.normalize();
+                assert!(tracer.world.closest(Vec3A::ZERO, direction, Faces::All, 0).is_some(), "{target}");
+                aimed += 1;
+            }
+        }
+    }
+    assert!(aimed > 10_000);
+}
+
+#[test]
+fn what_is_out_of_range_is_refused() {
+    let scene = scene_of(vec![sphere(0, 1.0, 4)], vec![Material::default()]);
+    let fault = |settings| Tracer::new(&scene, settings).err().expect("it is refused").to_string();
+    assert!(fault(Settings { max_depth: 0, ..Settings::default() }).contains("max depth"));
+    assert!(fault(Settings { range_threshold: 0.0, ..Settings::default() }).contains("range threshold"));
+    let integrator = crate::settings::Integrator::Obscurance { max_distance: f32::NAN };
+    assert!(fault(Settings { integrator, ..Settings::default() }).contains("obscurance"));
+    let mut unsound = scene.clone();
+    unsound.materials[0].base_color = Vec4::NAN;
+    assert!(Tracer::new(&unsound, Settings::default()).is_err());
+}
+
+#[test]
+fn an_empty_scene_is_its_sky() {
+    let scene = Scene { sky: Vec3::new(0.25, 0.5, 1.0), ..Scene::default() };
+    let film = render(&scene, &front(4.0, 1.0), 2, 2, Settings::default());
+    assert!(film.mean().iter().all(|p| *p == [0.25, 0.5, 1.0]));
+}

@@ -1,0 +1,170 @@
+//! White furnaces: what reflects everything cannot be told from what surrounds it.
+
+use glam::{DVec3, Vec3};
+use lanternfish_scene::{AlphaMode, Material, Primitive, Scene, shading::Materials};
+
+use super::{assert_mean, front, material, mean_and_error, quad, render, scene_of, sphere};
+use crate::{
+    Film, Random, Settings,
+    brdf::{Behind, Bsdf, Reflector},
+};
+
+fn in_furnace(primitives: Vec<Primitive>, materials: Vec<Material>) -> Scene {
+    Scene { sky: Vec3::ONE, ..scene_of(primitives, materials) }
+}
+
+fn cube(half: f32) -> Vec<Primitive> {
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    let faces = (0..3).flat_map(|i| {
+        let (a, b, c) = (axes[i], axes[(i + 1) % 3], axes[(i + 2) % 3]);
+        [quad(0, half * c, half * a, half * b), quad(0, -half * c, half * b, half * a)]
+    });
+    faces.collect()
+}
+
+/// A picture that shows nothing but the middle of the body, so that no pixel is sky alone.
+fn middle(scene: &Scene, materials: Materials, samples: u64) -> Film {
+    let mut camera = front(4.0, 0.6);
+    // Askew, so that a cube shows three faces.
+    let turn = glam::Affine3A::from_rotation_y(0.6) * glam::Affine3A::from_rotation_x(-0.5);
+    camera.world_from_camera = turn * camera.world_from_camera;
+    render(scene, &camera, 16, samples, Settings { materials, ..Settings::default() })
+}
+
+#[test]
+fn a_white_matt_sphere_and_box_vanish() {
+    let white = || vec![material(Vec3::ONE, 0.0, 1.0)];
+    for (name, primitives) in [("sphere", vec![sphere(0, 1.0, 64)]), ("box", cube(0.9))] {
+        let film = middle(&in_furnace(primitives.clone(), white()), Materials::Lambert, 64);
+        assert_mean(&film, 1.0, 1e-3, name);
+        // It can fail: a surface that takes a hundredth shows.
+        let grey = vec![material(Vec3::splat(0.98), 0.0, 1.0)];
+        let (mean, error) = mean_and_error(&middle(&in_furnace(primitives, grey), Materials::Lambert, 64));
+        assert!((mean - 0.98).abs() < 5.0 * error + 1e-3 && error < 2e-3, "{name}: {mean} ± {error}");
+    }
+}
+
+#[test]
+fn a_closed_white_room_that_shines_gathers_light_without_end() {
+    // Inside a sphere of albedo ρ that emits E, radiance is E (1 + ρ + ρ² + …) = E / (1 − ρ).
+    let shining = Material { emissive: Vec3::ONE, double_sided: true, ..material(Vec3::splat(0.5), 0.0, 1.0) };
+    let scene = scene_of(vec![sphere(0, 1.0, 24)], vec![shining]);
+    let mut camera = front(0.0001, 0.3);
+    camera.world_from_camera.translation = glam::Vec3A::ZERO;
+    let settings = Settings { materials: Materials::Lambert, ..Settings::default() };
+    assert_mean(&render(&scene, &camera, 16, 128, settings.clone()), 2.0, 2e-3, "all of it");
+    // E (1 + ρ) with one bounce of what shines: a depth of two.
+    assert_mean(&render(&scene, &camera, 16, 128, Settings { max_depth: 2, ..settings }), 1.5, 2e-3, "direct light");
+}
+
+#[test]
+fn metals_lose_only_what_single_scattering_loses() {
+    // Mean over the middle of a sphere. Single scattering with Schlick's approximation of Smith's shadowing loses nothing where
+    // smooth and up to two thirds where rough; it never gains (see the BRDF's own tests for single directions).
+    let mut before = 1.001;
+    for roughness in [0.1, 0.4, 0.7, 1.0] {
+        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material(Vec3::ONE, 1.0, roughness)]);
+        let (mean, error) = mean_and_error(&middle(&scene, Materials::File, 64));
+        assert!(mean < before + 5.0 * error, "roughness {roughness}: {mean} ± {error}, more than {before}");
+        assert!(mean > 0.3 && error < 3e-3, "roughness {roughness}: {mean} ± {error}");
+        assert!(roughness > 0.1 || mean > 0.995, "{mean}");
+        before = mean;
+    }
+}
+
+#[test]
+fn glass_lets_through_what_it_does_not_reflect() {
+    let glass = |roughness, thickness, alpha_mode| Material {
+        transmission: 1.0,
+        thickness,
+        alpha_mode,
+        ..material(Vec3::ONE, 0.0, roughness)
+    };
+    // A pane, a thin frosted sheet, a ball.
+    for (name, primitive, material) in [
+        ("pane", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.0, 0.0, AlphaMode::Blend)),
+        ("frosted sheet", quad(0, Vec3::ZERO, 9.0 * Vec3::X, 9.0 * Vec3::Y), glass(0.2, 0.0, AlphaMode::Blend)),
+        ("ball", sphere(0, 1.0, 96), glass(0.1, 1.0, AlphaMode::Blend)),
+    ] {
+        let scene = in_furnace(vec![primitive], vec![Material { double_sided: true, ..material }]);
+        let (mean, error) = mean_and_error(&middle(&scene, Materials::File, 128));
+        assert!((mean - 1.0).abs() < 0.015 + 5.0 * error && error < 0.01, "{name}: {mean} ± {error}");
+    }
+}
+
+#[test]
+fn a_coloured_body_absorbs_by_the_distance() {
+    // Straight through a slab 2 m thick of index 1: half is left after each metre.
+    let body = Material {
+        transmission: 1.0,
+        thickness: 1.0,
+        ior: 1.0,
+        attenuation_color: Vec3::splat(0.5),
+        attenuation_distance: 1.0,
+        alpha_mode: AlphaMode::Blend,
+        ..material(Vec3::ONE, 0.0, 0.0)
+    };
+    let slab =
+        vec![quad(0, Vec3::Z, 50.0 * Vec3::X, 50.0 * Vec3::Y), quad(0, -Vec3::Z, 50.0 * Vec3::Y, 50.0 * Vec3::X)];
+    let film = render(&in_furnace(slab, vec![body]), &front(4.0, 0.5), 8, 256, Settings::default());
+    let (mean, error) = mean_and_error(&film);
+    assert!((mean - 0.25).abs() < 0.004 + 5.0 * error, "{mean} ± {error}");
+}
+
+/// Mean weight of what [`Bsdf::sample`] chooses: the share of the light from all sides that leaves along `wo`.
+fn sampled_albedo(bsdf: &Bsdf, wo: DVec3, count: u64) -> (f64, f64) {
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for i in 0..count {
+        let mut random = Random::new(3, i, 0);
+        let u = [random.unit(), random.unit(), random.unit()];
+        let weight = bsdf.sample(DVec3::Z, wo, u).map_or(0.0, |s| s.weight.x);
+        sum += weight;
+        squares += weight * weight;
+    }
+    let mean = sum / count as f64;
+    (mean, ((squares / count as f64 - mean * mean) / count as f64).sqrt())
+}
+
+/// The same by a sum over the directions themselves.
+fn summed_albedo(bsdf: &Bsdf, wo: DVec3) -> f64 {
+    const STEPS: u32 = 400;
+    let mut sum = 0.0;
+    for i in 0..2 * STEPS {
+        let z = (f64::from(i) + 0.5) / f64::from(STEPS) - 1.0;
+        for j in 0..STEPS {
+            let (sin, cos) = (std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(STEPS)).sin_cos();
+            let ring = (1.0 - z * z).sqrt();
+            sum += bsdf.scatter(DVec3::Z, DVec3::new(ring * cos, ring * sin, z), wo).x;
+        }
+    }
+    sum * std::f64::consts::TAU / f64::from(STEPS * STEPS)
+}
+
+#[test]
+fn sampling_finds_all_the_light_that_the_bsdf_scatters() {
+    for behind in [Behind::Thin, Behind::Volume { eta: 1.5 }, Behind::Volume { eta: 1.0 / 1.5 }] {
+        for (roughness, metallic, transmission) in [(0.3, 1.0, 0.0), (0.5, 0.0, 0.0), (0.9, 0.5, 0.0), (0.5, 0.0, 0.7)]
+        {
+            for angle in [0.2f64, 0.9, 1.4] {
+                let bsdf = Bsdf::MetallicRoughness(Reflector {
+                    albedo: DVec3::splat(1.0 - metallic),
+                    f0: DVec3::splat(0.04 + 0.96 * metallic),
+                    f90: 1.0,
+                    perceptual_roughness: roughness,
+                    transmission,
+                    behind,
+                });
+                let wo = DVec3::new(angle.sin(), 0.0, angle.cos());
+                let (sampled, error) = sampled_albedo(&bsdf, wo, 20_000);
+                let summed = summed_albedo(&bsdf, wo);
+                let what = format!(
+                    "{behind:?} roughness {roughness} metallic {metallic} transmission {transmission} angle {angle}"
+                );
+                assert!(
+                    (sampled - summed).abs() < 5.0 * error + 0.01 * summed,
+                    "{what}: {sampled} ± {error}, not {summed}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Agreement with an independent renderer: the images of Mitsuba 3 among the shared references.
+//!
+//! Each reference's noise is that of its own number of samples, a light chosen evenly for each, which is how we trace here:
+//! our samples' variance tells that of both images. Blocks of 10 × 10 pixels are compared, over which the noise is near a
+//! normal distribution: z = difference / standard deviation of both.
+
+use std::path::PathBuf;
+
+use glam::{Affine2, Vec2, Vec3};
+use lanternfish_metrics::{RgbImage, read_exr};
+use lanternfish_reference::{
+    Film, Settings, Tracer,
+    settings::{LightChoice, MaskRule, UNLIMITED},
+};
+use lanternfish_scene::{
+    Camera, Light, Projection, Scene,
+    shading::{Attenuation, Materials},
+};
+
+/// Pixels a block is wide and high.
+const BLOCK: usize = 10;
+
+/// The folder of shared assets and references, or a line that says that the test is left out.
+fn shared(test: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("LANTERNFISH_SHARED")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")), PathBuf::from);
+    if folder.join("references/references.json").is_file() {
+        return Some(folder);
+    }
+    let line = format!("LEFT OUT (shared): {test}: there are no references in {}\n", folder.display());
+    eprint!("{line}");
+    if let Some(list) = std::env::var_os("LANTERNFISH_LEFT_OUT") {
+        use std::io::Write;
+        let mut file =
+            std::fs::OpenOptions::new().append(true).create(true).open(list).expect("the list can be written");
+        file.write_all(line.as_bytes()).expect("the list can be written");
+    }
+    None
+}
+
+fn vec3(value: &serde_json::Value) -> Vec3 {
+    let at = |i: usize| value[i].as_f64().expect("a number") as f32;
+    Vec3::new(at(0), at(1), at(2))
+}
+
+struct Reference {
+    image: RgbImage,
+    samples: f64,
+    scene: Scene,
+    camera: Camera,
+    settings: Settings,
+}
+
+impl Reference {
+    fn all(shared: &std::path::Path, of: &str) -> Vec<(String, Self)> {
+        let list = std::fs::read_to_string(shared.join("references/references.json")).expect("readable");
+        let list: serde_json::Value = serde_json::from_str(&list).expect("JSON");
+        let entries = list["references"].as_array().expect("a list");
+        let named = entries.iter().filter_map(|entry| Some((entry["name"].as_str()?, entry)));
+        named
+            .filter(|(name, _)| name.starts_with(of))
+            .map(|(name, entry)| (name.to_owned(), Self::new(shared, name, entry)))
+            .collect()
+    }
+
+    fn new(shared: &std::path::Path, name: &str, entry: &serde_json::Value) -> Self {
+        let path = shared.join("assets").join(entry["scene"].as_str().expect("a path"));
+        let mut scene = lanternfish_scene::load(path.to_str().expect("UTF-8")).expect("the scene loads");
+        for light in entry["point_lights"].as_array().into_iter().flatten() {
+            scene.lights.push(Light::point(vec3(&light["position"]), vec3(&light["intensity_cd"])));
+        }
+        if let Some(sky) = entry.get("sky") {
+            scene.sky = vec3(&sky["radiance"]);
+        }
+        if let Some(sun) = entry.get("sun") {
+            let illuminance = sun["illuminance_lx"].as_f64().expect("a number") as f32;
+            scene.lights.push(Light::directional(vec3(&sun["direction"]), Vec3::splat(illuminance)));
+        }
+        as_it_was_made(&mut scene);
+        let camera = &entry["camera"];
+        let fov_y = (camera["fov_y_deg"].as_f64().expect("a number") as f32).to_radians();
+        let projection = Projection::Perspective { fov_y, near: 0.01 };
+        let depth = entry["max_depth"].as_i64().expect("a number");
+        Self {
+            image: read_exr(&shared.join(format!("references/{name}.exr"))).expect("the picture loads"),
+            samples: entry["spp"].as_f64().expect("a number"),
+            scene,
+            camera: Camera::look_at(vec3(&camera["eye"]), vec3(&camera["target"]), projection),
+            settings: Settings {
+                max_depth: u32::try_from(depth).unwrap_or(UNLIMITED),
+                materials: Materials::Lambert,
+                attenuation: Attenuation::Physical,
+                light_choice: LightChoice::Uniform,
+                mask_rule: MaskRule::CountsAsBounce,
+                ..Settings::default()
+            },
+        }
+    }
+
+    fn compare(&self, samples: u64) -> Agreement {
+        let tracer = Tracer::new(&self.scene, self.settings.clone()).expect("the scene is sound");
+        let mut film = Film::new(self.image.width, self.image.height).expect("a size");
+        tracer.render(&self.camera, &mut film, samples);
+        assert_eq!(film.dropped(), 0, "samples that are not finite");
+        if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
+            let ours = RgbImage::new(self.image.width, self.image.height, film.mean()).expect("whole");
+            let path =
+                std::path::Path::new(&folder).join(format!("{}-{}.exr", self.scene.name, self.settings.max_depth));
+            lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");
+        }
+        Agreement::measure(&film, &self.image, self.samples)
+    }
+}
+
+/// Puts a scene into the state in which the references show it, so that what is compared is the light.
+///
+/// - Every texture is upside down there: the Khronos sample `TextureCoordinateTest` comes out mirrored, Sponza's banners lose
+///   their trim.
+/// - Emitters shine from their front only, also those of double-sided materials.
+/// - Holes of alpha masks count as bounces ([`MaskRule::CountsAsBounce`]).
+fn as_it_was_made(scene: &mut Scene) {
+    let flip = Affine2::from_cols(Vec2::X, Vec2::NEG_Y, Vec2::Y);
+    for material in &mut scene.materials {
+        if let Some(texture) = &mut material.base_color_texture {
+            texture.texture_from_uv = flip * texture.texture_from_uv;
+        }
+        if material.emissive != Vec3::ZERO {
+            material.double_sided = false;
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Agreement {
+    /// Light of the whole image over the reference's.
+    energy_ratio: f64,
+    /// What noise alone makes of it, one standard deviation.
+    energy_deviation: f64,
+    /// Median of z² over blocks and channels: 0.455 for normal noise.
+    median_z2: f64,
+    /// Share of blocks and channels with |z| > 3: 0.0027 for normal noise.
+    beyond_three: f64,
+}
+
+impl Agreement {
+    fn measure(film: &Film, reference: &RgbImage, reference_samples: f64) -> Self {
+        let (ours, variance) = (film.mean(), film.variance());
+        let both = 1.0 + film.samples() as f64 / reference_samples;
+        // The references are half floats: rounded by up to 2⁻¹¹ of the value, evenly.
+        let rounding = |value: f32| (f64::from(value) * 2f64.powi(-11)).powi(2) / 3.0;
+        let mut squares = Vec::new();
+        let (mut energy, mut reference_energy, mut energy_variance) = (0.0, 0.0, 0.0);
+        let (columns, rows) = (reference.width / BLOCK, reference.height / BLOCK);
+        for block in 0..columns * rows {
+            for channel in 0..3 {
+                let (mut a, mut b, mut v) = (0.0, 0.0, 0.0);
+                for i in 0..BLOCK * BLOCK {
+                    let (x, y) = (block % columns * BLOCK + i % BLOCK, block / columns * BLOCK + i / BLOCK);
+                    let pixel = y * reference.width + x;
+                    a += f64::from(ours[pixel][channel]);
+                    b += f64::from(reference.pixels[pixel][channel]);
+                    v += f64::from(variance[pixel][channel]) * both + rounding(reference.pixels[pixel][channel]);
+                }
+                energy += a;
+                reference_energy += b;
+                energy_variance += v;
+                if v > 0.0 {
+                    squares.push((a - b) * (a - b) / v);
+                }
+            }
+        }
+        squares.sort_unstable_by(f64::total_cmp);
+        let beyond = squares.len() - squares.partition_point(|z2| *z2 <= 9.0);
+        Self {
+            energy_ratio: energy / reference_energy,
+            energy_deviation: energy_variance.sqrt() / reference_energy,
+            median_z2: squares[squares.len() / 2],
+            beyond_three: beyond as f64 / squares.len() as f64,
+        }
+    }
+
+    /// Whether noise explains the difference: the median within `median` (a share of it), the tails up to `tail`, energy to
+    /// 0.5 % and three standard deviations of the noise.
+    fn fault(&self, median: f64, tail: f64) -> Option<String> {
+        let energy = (self.energy_ratio - 1.0).abs();
+        let sound = (self.median_z2 / 0.455 - 1.0).abs() < median
+            && self.beyond_three < tail
+            && energy < 0.005 + 3.0 * self.energy_deviation;
+        (!sound).then(|| format!("{self:?}"))
+    }
+}
+
+#[test]
+fn cornell_is_the_references() {
+    let Some(shared) = shared("cornell_is_the_references") else { return };
+    let references = Reference::all(&shared, "cornell");
+    assert_eq!(references.len(), 4);
+    for (name, reference) in references {
+        let agreement = reference.compare(32);
+        println!("{name}: {agreement:?}");
+        // Noise around small lamps is far from normal: tails up to four times those of a normal distribution.
+        assert_eq!(agreement.fault(0.1, 0.011), None, "{name}");
+        // It can fail: 1 % of light is seen in all, and a bounce more or less.
+        let mut brighter = reference;
+        brighter.scene.lights.iter_mut().for_each(|light| light.intensity *= 1.015);
+        brighter.scene.materials.iter_mut().for_each(|material| material.emissive *= 1.015);
+        let agreement = brighter.compare(32);
+        assert!(agreement.fault(0.1, 0.011).is_some(), "{name}: blind to 1.5 % of light: {agreement:?}");
+    }
+}
+
+#[test]
+fn sponza_is_the_references() {
+    let Some(shared) = shared("sponza_is_the_references") else { return };
+    let references = Reference::all(&shared, "sponza");
+    assert_eq!(references.len(), 6);
+    for (name, reference) in references {
+        let agreement = reference.compare(8);
+        println!("{name}: {agreement:?}");
+        // Few samples of skewed values understate their variance (the median falls as samples are added), the references
+        // hold up to twice the noise that their number of samples says, and alpha masks are filtered before or after the
+        // cutoff, which is seen in blocks that are almost black.
+        assert_eq!(agreement.fault(0.3, 0.08), None, "{name}");
+    }
+}
