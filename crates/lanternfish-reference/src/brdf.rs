@@ -113,7 +113,7 @@ impl Reflector {
         self.perceptual_roughness.max(LEAST_ROUGHNESS).powi(2)
     }
 
-    /// Schlick's Fresnel term [Schlick1994]: inside a volume the angle is that of the light outside, and past the critical
+    /// Schlick's Fresnel term [Schlick1994, eq. 15]: inside a volume the angle is that of the light outside, and past the critical
     /// angle everything is reflected.
     pub fn fresnel(&self, v_dot_h: f64) -> DVec3 {
         let mut cosine = v_dot_h;

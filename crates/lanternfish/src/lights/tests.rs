@@ -6,7 +6,7 @@ use super::twin;
 use crate::{
     Renderer, Settings,
     settings::{Attenuation, Materials, Shadows},
-    testing::{ask, quad, scene_of},
+    testing::{Random, ask, quad, scene_of},
 };
 
 /// Functions that the thesis made to end at R1; `physical` and `step` are cut there.
@@ -71,6 +71,52 @@ fn gpu_attenuation_is_the_theses() {
     let answers = ask(gpu, "attenuations", &[at(0.0), at(0.5 * near), at(near), at(2.0 * near)], 1);
     assert!(answers[0].x.is_finite() && answers[0] == answers[1] && answers[0] == answers[2], "{answers:?}");
     assert!(answers[3].x < 0.3 * answers[2].x);
+}
+
+/// Lights of all kinds, as the path tracer has them (`lanternfish_reference::incidence`), at places in and out of reach.
+#[test]
+fn gpu_incidence_is_the_path_tracers() {
+    let Some(gpu) = testing::gpu("gpu_incidence_is_the_path_tracers") else { return };
+    let mut random = Random::new(5);
+    let (mut queries, mut expected) = (Vec::new(), Vec::new());
+    for i in 0..4096 {
+        let outer_angle = random.between(0.1, 1.5);
+        let kind = match i % 3 {
+            0 => LightKind::Point,
+            1 => LightKind::Spot { inner_angle: random.between(0.0, 0.9 * outer_angle), outer_angle },
+            _ => LightKind::Directional,
+        };
+        let light = Light {
+            kind,
+            direction: random.direction(),
+            range: (i % 2 == 0).then(|| random.between(1.0, 9.0)),
+            ..Light::point(5.0 * random.point(), 10.0 * (random.point() + 1.0))
+        };
+        let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
+        let settings = Settings { attenuation, range_threshold: 0.1, ..Default::default() };
+        let place = 5.0 * random.point();
+        let packed = super::Light::new(&light, &settings);
+        queries.extend([
+            packed.position.extend(packed.range),
+            packed.intensity.extend(packed.kind as f32),
+            packed.direction.extend(packed.falloff as f32),
+            Vec4::new(packed.cos_outer, packed.inverse_cos_span, 0.0, 0.0),
+            place.extend(f32::INFINITY),
+        ]);
+        expected.push(lanternfish_reference::incidence(&light, place.into(), attenuation, 0.1));
+    }
+    let mut lit = 0;
+    for (expected, found) in expected.iter().zip(ask(gpu, "incidences", &queries, 5)) {
+        let (found, distance) = (found.truncate(), found.w);
+        assert!(distance == expected.distance || (distance / expected.distance - 1.0).abs() < 1e-5);
+        // Windows and cones that are nearly closed are differences of numbers near one: their error is that of the
+        // open light, a few roundings.
+        let open = 20.0 / expected.distance.min(1e3).powi(2).max(1e-6) + 20.0;
+        let error = (found - expected.irradiance).abs().max_element();
+        assert!(error <= 1e-5 * expected.irradiance.max_element() + 2e-5 * open, "{found}, not {expected:?}");
+        lit += usize::from(expected.irradiance.max_element() > 0.1);
+    }
+    assert!(lit > 1500, "{lit} lit");
 }
 
 #[test]

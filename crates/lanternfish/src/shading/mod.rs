@@ -2,8 +2,6 @@
 
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod twin;
 
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::Frame;
