@@ -1,5 +1,6 @@
 //! OpenEXR: linear images on disk.
 
+mod order;
 mod read;
 mod write;
 

@@ -194,3 +194,18 @@ fn parts_are_layers_too() {
     let error = read_exr_layer(&path, "depth").unwrap_err().to_string();
     assert!(error.contains("depth: Z") && error.contains("variance: R"), "{error}");
 }
+
+#[test]
+fn the_same_content_is_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = RgbImage::new(1, 1, vec![[1.0, 2.0, 3.0]]).unwrap();
+    let names: Vec<String> = (0..12).map(|i| format!("lanternfish.{i}")).collect();
+    let attributes: Vec<(&str, &str)> = names.iter().map(|name| (name.as_str(), "text")).collect();
+    let bytes = |name: &str| {
+        let path = folder.path().join(name);
+        write_exr_layers(&path, &[("", &image)], &attributes).unwrap();
+        assert_eq!(read_exr_attributes(&path).unwrap().len(), 12);
+        std::fs::read(path).unwrap()
+    };
+    assert!(bytes("a.exr") == bytes("b.exr"));
+}

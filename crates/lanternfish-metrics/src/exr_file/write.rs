@@ -1,6 +1,9 @@
 //! To OpenEXR, whole or not at all, ZIP-compressed without loss.
 
-use std::path::Path;
+use std::{
+    io::{Cursor, Write as _},
+    path::Path,
+};
 
 use exr::{
     meta::attribute::AttributeValue,
@@ -10,6 +13,7 @@ use exr::{
     },
 };
 
+use super::order::sort_attributes;
 use crate::{MetricsError, RgbImage, compare::check_sizes, write_aside};
 
 /// Writes R, G and B as half floats, ZIP-compressed, whole or not at all.
@@ -29,7 +33,7 @@ pub fn write_exr(path: &Path, image: &RgbImage) -> Result<(), MetricsError> {
 }
 
 /// Writes several images of one size into one part of a file as 32-bit floats, bit for bit, with text attributes;
-/// whole or not at all.
+/// whole or not at all. The same content is the same bytes.
 ///
 /// A layer called `variance` becomes the channels `variance.R`, `variance.G` and `variance.B`; the empty name is the
 /// picture itself, R, G and B, which is what other programs show. Names of layers and attributes are ASCII, at most
@@ -64,7 +68,11 @@ pub fn write_exr_layers(
     }
     let channels = AnyChannels::sort(channels.into_iter().collect());
     let layer = Layer::new((first.width, first.height), described, encoding(), channels);
-    write_aside(path, |file| Image::from_layer(layer).write().to_buffered(file)).map_err(|error| failed(path, error))
+    let mut file = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut file).map_err(|error| failed(path, error))?;
+    sort_attributes(file.get_mut());
+    write_aside(path, |aside| aside.write_all(file.get_ref()))
+        .map_err(|source| MetricsError::Io { path: path.to_owned(), source })
 }
 
 fn encoding() -> Encoding {
