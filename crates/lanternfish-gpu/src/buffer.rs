@@ -49,6 +49,12 @@ pub fn storage_buffer_of<T: bytemuck::NoUninit>(
     }))
 }
 
+/// A storage buffer of three u32, zero at first, that [`Frame::dispatch_indirect`](crate::Frame::dispatch_indirect) can read.
+pub fn indirect_buffer(device: &wgpu::Device, label: &str) -> wgpu::Buffer {
+    let usage = STORAGE | wgpu::BufferUsages::INDIRECT;
+    device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size: 16, usage, mapped_at_creation: false })
+}
+
 /// A uniform buffer with this content.
 pub fn uniform_buffer_of<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &str, content: &T) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

@@ -5,6 +5,14 @@ use crate::{
     reflect::{Layouts, layouts},
 };
 
+/// How many workgroups run.
+pub(crate) enum Workgroups<'a> {
+    /// Along x, y and z.
+    Are([u32; 3]),
+    /// As the first three words of a buffer say when it is their turn.
+    In(&'a wgpu::Buffer),
+}
+
 /// One entry point of a compute shader, ready to run.
 #[derive(Debug)]
 pub struct ComputeKernel {
@@ -44,13 +52,16 @@ impl ComputeKernel {
         device: &wgpu::Device,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &Bindings<'_>,
-        workgroups: [u32; 3],
+        workgroups: Workgroups<'_>,
     ) {
         pass.set_pipeline(&self.pipeline);
         for group in 0..self.layouts.groups.len() {
             let bind_group = bindings.bind_group(device, &self.label, &self.layouts, group);
             pass.set_bind_group(group as u32, &bind_group, &[]);
         }
-        pass.dispatch_workgroups(workgroups[0], workgroups[1], workgroups[2]);
+        match workgroups {
+            Workgroups::Are([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+            Workgroups::In(buffer) => pass.dispatch_workgroups_indirect(buffer, 0),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
-use crate::{Bindings, ComputeKernel, GpuError, read_back};
+use crate::{Bindings, ComputeKernel, GpuError, compute::Workgroups, read_back};
 
 /// What a pass cost.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,12 +62,23 @@ impl<'a> Frame<'a> {
 
     /// Adds a compute pass of one dispatch.
     pub fn dispatch(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: [u32; 3]) {
+        self.compute(kernel, |device, pass| kernel.dispatch(device, pass, bindings, Workgroups::Are(workgroups)));
+    }
+
+    /// The same with the number of workgroups, three u32, in a buffer that may be bound for that ([`indirect_buffer`]).
+    ///
+    /// [`indirect_buffer`]: crate::indirect_buffer
+    pub fn dispatch_indirect(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &wgpu::Buffer) {
+        self.compute(kernel, |device, pass| kernel.dispatch(device, pass, bindings, Workgroups::In(workgroups)));
+    }
+
+    fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&wgpu::Device, &mut wgpu::ComputePass<'_>)) {
         let query = self.profiler.inner.begin_pass_query(kernel.label(), &mut self.encoder);
         let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(kernel.label()),
             timestamp_writes: query.compute_pass_timestamp_writes(),
         });
-        kernel.dispatch(self.device, &mut pass, bindings, workgroups);
+        dispatch(self.device, &mut pass);
         drop(pass);
         self.profiler.inner.end_query(&mut self.encoder, query);
     }

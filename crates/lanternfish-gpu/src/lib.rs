@@ -26,7 +26,9 @@ pub mod testing;
 
 pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
 pub use bindings::Bindings;
-pub use buffer::{checked, read_back, read_texture, storage_buffer, storage_buffer_of, uniform_buffer_of};
+pub use buffer::{
+    checked, indirect_buffer, read_back, read_texture, storage_buffer, storage_buffer_of, uniform_buffer_of,
+};
 pub use compute::ComputeKernel;
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler};

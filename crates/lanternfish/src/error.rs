@@ -29,6 +29,12 @@ pub enum RenderError {
         /// What works everywhere.
         instead: &'static str,
     },
+    /// No one frustum looks the way of all views that are to share a grid of clusters.
+    #[error(
+        "the views face apart: no perspective grid encloses them; use orthographic clusters (--clusters ortho:4), or a grid \
+         for each view (--cluster-views individual)"
+    )]
+    Unaligned,
     /// A list outgrew what one binding of the device can hold.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {

@@ -6,7 +6,7 @@ use crate::{
     debug_views::DebugViews,
     error::RenderError,
     gpu_scene::GpuScene,
-    light_culling::{LightCulling, LightLists, Reach},
+    light_culling::{LightCulling, LightLists, Reach, Seen},
     output::Output,
     prepass::Prepass,
     shading::{Forward, Radiance},
@@ -43,7 +43,8 @@ impl Passes {
         let view_buffer = &view.upload(frame.device);
         let draws = &scene.visible_draws(view);
         let surface = &self.prepass.record(frame, scene, draws, view_buffer, view.size)?;
-        let lights = &self.light_culling.record(frame, scene, view_buffer, surface, Reach::Surface)?;
+        let seen = &[Seen { view, buffer: view_buffer, surface, draws }];
+        let lights = &self.light_culling.record(frame, scene, seen, Reach::Surface)?[0];
 
         let mut plan = None;
         let radiance = match &mut self.shadows {
@@ -61,7 +62,7 @@ impl Passes {
 
         self.sky.record(frame, scene, view_buffer, surface, &radiance)?;
         if !draws.blended.is_empty() {
-            let lights = &self.light_culling.record(frame, scene, view_buffer, surface, Reach::Anywhere)?;
+            let lights = &self.light_culling.record(frame, scene, seen, Reach::Anywhere)?[0];
             self.forward.record_transparent(frame, scene, draws, view_buffer, surface, lights, &radiance)?;
         }
 

@@ -125,6 +125,11 @@ impl Renderer {
         let mut counters = scene.counters().to_vec();
         counters.push(("light_culling/light_tests".to_owned(), result.lights.tests));
         counters.push(("light_culling/listed_lights".to_owned(), result.lights.listed));
+        if let Some(clusters) = &result.lights.clusters {
+            counters.push(("light_culling/clusters".to_owned(), clusters.clusters));
+            counters.push(("light_culling/visible_clusters".to_owned(), clusters.visible));
+            counters.push(("light_culling/cluster_bytes".to_owned(), clusters.bytes));
+        }
         if let Some(plan) = &result.visibility {
             let (totals, bands) = plan.ray_totals();
             let rays = read_back::<u32>(&self.device, &self.queue, totals, bands)?;

@@ -47,17 +47,45 @@ impl Default for Settings {
 }
 
 /// How the lights of a point are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Culling {
     /// Every light for every point: the oracle.
     All,
     /// Lists per screen tile.
     Tiled(Tiled),
+    /// Lists per cluster of visible fragments.
+    Clustered(Clustered),
 }
 
 impl Default for Culling {
     fn default() -> Self {
-        Self::Tiled(Tiled::default())
+        Self::Clustered(Clustered::default())
+    }
+}
+
+pub use crate::light_culling::clustered::grid::ClusterShape;
+
+/// Lists per cluster [VanGelderen2020].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clustered {
+    /// Which clusters there are. Smaller: fewer lights a pixel, more lists.
+    pub shape: ClusterShape,
+    /// Whether several views share one grid [VanGelderen2020, §4.1].
+    pub grouping: Grouping,
+    /// How the lights of a cluster are found. The lists are the same.
+    pub assignment: Assignment,
+    /// How close to a cluster a light must come. The picture is the same.
+    pub test: ClusterTest,
+}
+
+impl Default for Clustered {
+    fn default() -> Self {
+        Self {
+            shape: ClusterShape::Perspective { pixels: 32 },
+            grouping: Grouping::Enclosed,
+            assignment: Assignment::Hierarchy,
+            test: ClusterTest::PlanesAndBox,
+        }
     }
 }
 
@@ -74,6 +102,36 @@ pub struct Tiled {
 impl Default for Tiled {
     fn default() -> Self {
         Self { tile_size: TileSize::Px16, aabb_test: true }
+    }
+}
+
+named_enum! {
+    /// Whether several views share one grid of clusters.
+    Grouping {
+        /// A grid, lists and all for each view.
+        Individual = "individual",
+        /// One grid around the frusta of all views.
+        Enclosed = "enclosed",
+    }
+}
+
+named_enum! {
+    /// How the lights of a cluster are found.
+    Assignment {
+        /// Every light is tested: the thesis'.
+        BruteForce = "brute_force",
+        /// A tree over the lights is walked.
+        Hierarchy = "hierarchy",
+    }
+}
+
+named_enum! {
+    /// How close to a cluster a light must come.
+    ClusterTest {
+        /// Behind none of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
+        Planes = "planes",
+        /// And within reach of the box around it: fewer lights that do not reach it.
+        PlanesAndBox = "planes-and-box",
     }
 }
 

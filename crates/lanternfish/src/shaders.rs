@@ -29,7 +29,14 @@ mod tests {
     use crate::{
         debug_views::DebugParameters,
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
-        light_culling::tiled::{Tile, TileGrid},
+        light_culling::{
+            Volume,
+            clustered::{
+                ClusterGrid,
+                tree::{LevelToJoin, LightTree},
+            },
+            tiled::TileGrid,
+        },
         lights::Light,
         output::OutputParameters,
         settings::{Attenuation, ToneMap},
@@ -46,13 +53,22 @@ mod tests {
         choices: &'static [&'static [&'static str]],
     }
 
-    const CULLING: &[&str] = &["", "culling_all"];
+    const CULLING: &[&str] = &["", "culling_all", "culling_clustered"];
     const TEXTURES: &[&str] = &["", "binding_arrays"];
 
     const ROOTS: &[Root] = &[
         Root { module: "prepass/prepass", entries: &["vertex", "fragment"], choices: &[&["", "masked"], TEXTURES] },
         Root { module: "light_culling/tiled/bounds", entries: &["bounds"], choices: &[] },
         Root { module: "light_culling/tiled/assign", entries: &["count", "write"], choices: &[] },
+        Root { module: "light_culling/clustered/mark", entries: &["mark"], choices: &[] },
+        Root { module: "light_culling/clustered/mark_drawn", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "light_culling/clustered/compact", entries: &["flag", "compact"], choices: &[] },
+        Root {
+            module: "light_culling/clustered/build_tree",
+            entries: &["keys", "place", "leaves", "join"],
+            choices: &[],
+        },
+        Root { module: "light_culling/clustered/assign", entries: &["count", "write"], choices: &[&["", "hierarchy"]] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -232,7 +248,10 @@ mod tests {
         check::<MaskRecord>(&shaders, &mut checked);
         check::<MaskHeader>(&shaders, &mut checked);
         check::<TileGrid>(&shaders, &mut checked);
-        check::<Tile>(&shaders, &mut checked);
+        check::<Volume>(&shaders, &mut checked);
+        check::<ClusterGrid>(&shaders, &mut checked);
+        check::<LightTree>(&shaders, &mut checked);
+        check::<LevelToJoin>(&shaders, &mut checked);
         check::<VisibilityGrid>(&shaders, &mut checked);
         check::<EnvironmentParameters>(&shaders, &mut checked);
         check::<OutputParameters>(&shaders, &mut checked);

@@ -1,10 +1,15 @@
 //! Parallel building blocks.
 
 mod scan;
+mod sort;
 
 pub use scan::Scan;
+pub use sort::RadixSort;
 
 use crate::ShaderLibrary;
 
 /// The shaders of this crate.
-pub const SHADERS: ShaderLibrary = ShaderLibrary::new(&[("primitives/scan/scan", include_str!("scan/scan.wesl"))]);
+pub const SHADERS: ShaderLibrary = ShaderLibrary::new(&[
+    ("primitives/scan/scan", include_str!("scan/scan.wesl")),
+    ("primitives/sort/sort", include_str!("sort/sort.wesl")),
+]);

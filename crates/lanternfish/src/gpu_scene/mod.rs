@@ -22,14 +22,14 @@ mod visible;
 pub use bvh::BvhTriangle;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
 pub use materials::{Material, TextureSlot};
-pub(crate) use raster::SceneRaster;
+pub(crate) use raster::{PassState, SceneRaster};
 pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 
 use glam::Vec3;
 use lanternfish_gpu::{Bindings, storage_buffer_of};
-use lanternfish_scene::{AlphaMode, Bounds, Scene};
+use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{bvh::Bvh, geometry::Geometry, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing};
 use crate::{
@@ -52,6 +52,8 @@ pub struct GpuScene {
     pub(crate) environment: Option<EnvironmentImage>,
     /// World-space box of everything.
     pub(crate) bounds: Bounds,
+    /// World-space box of the centres of all lights that have one; empty without such lights.
+    pub(crate) light_bounds: Bounds,
     materials: Materials,
     lights: wgpu::Buffer,
     bvh: Option<Bvh>,
@@ -104,6 +106,7 @@ impl GpuScene {
             sky: scene.sky,
             environment,
             bounds: scene.bounds(),
+            light_bounds: light_bounds(scene),
             materials,
             lights: storage_buffer_of(device, "scene/lights", &lights, none)?,
             bvh,
@@ -133,6 +136,13 @@ impl GpuScene {
     pub fn counters(&self) -> &[(String, u64)] {
         &self.counters
     }
+}
+
+fn light_bounds(scene: &Scene) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    let placed = scene.lights.iter().filter(|light| light.kind != LightKind::Directional);
+    placed.for_each(|light| bounds.add_point(light.position));
+    bounds
 }
 
 /// Which parts of a material count.

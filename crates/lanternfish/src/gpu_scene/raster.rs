@@ -19,10 +19,17 @@ pub(crate) struct SceneRaster {
     features: Vec<&'static str>,
     /// Whether masked draws get the `masked` variant.
     distinguish_masked: bool,
-    depth: wgpu::DepthStencilState,
-    target: wgpu::ColorTargetState,
+    state: PassState,
     shaders: HashMap<Vec<&'static str>, LinkedShader>,
     pipelines: HashMap<Key, RasterPipeline>,
+}
+
+/// What a pass over the geometry tests and writes.
+#[derive(Clone, Debug)]
+pub(crate) struct PassState {
+    pub depth: wgpu::DepthStencilState,
+    /// `None`: depth alone, or what the shader stores by itself.
+    pub target: Option<wgpu::ColorTargetState>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -41,16 +48,14 @@ impl SceneRaster {
         module: &'static str,
         features: &[&'static str],
         distinguish_masked: bool,
-        depth: wgpu::DepthStencilState,
-        target: wgpu::ColorTargetState,
+        state: PassState,
     ) -> Self {
         Self {
             label,
             module,
             features: features.to_vec(),
             distinguish_masked,
-            depth,
-            target,
+            state,
             shaders: HashMap::new(),
             pipelines: HashMap::new(),
         }
@@ -88,6 +93,7 @@ impl SceneRaster {
     fn pipeline(&self, device: &wgpu::Device, scene: &GpuScene, key: &Key) -> RasterPipeline {
         let mirrored = matches!(key.facing, Facing::FrontMirrored | Facing::BothMirrored);
         let both = matches!(key.facing, Facing::Both | Facing::BothMirrored);
+        let targets = [self.state.target.clone()];
         let state = RasterState {
             vertex_buffers: &vertex_layouts(),
             primitive: wgpu::PrimitiveState {
@@ -95,8 +101,8 @@ impl SceneRaster {
                 cull_mode: (!both).then_some(wgpu::Face::Back),
                 ..Default::default()
             },
-            depth: Some(self.depth.clone()),
-            targets: &[Some(self.target.clone())],
+            depth: Some(self.state.depth.clone()),
+            targets: &targets[..usize::from(self.state.target.is_some())],
             array_lengths: &scene.textures.array_lengths(),
         };
         RasterPipeline::new(device, &self.shaders[&key.features], "vertex", "fragment", self.label, &state)

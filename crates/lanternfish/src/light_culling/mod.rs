@@ -1,16 +1,41 @@
 //! Which lights a point must consider.
 //!
 //! Every scheme ends in one structure, read through `light_list.wesl`: cell c lists
-//! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. A scheme is a room: [`all`] (the oracle), [`tiled`].
+//! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. A scheme is a room: [`all`] (the oracle), [`tiled`],
+//! [`clustered`].
 
 pub mod all;
+pub mod clustered;
 #[cfg(test)]
 mod tests;
 pub mod tiled;
 
-use lanternfish_gpu::{Bindings, Frame};
+use glam::Vec4;
+use lanternfish_gpu::{Bindings, Frame, gpu_struct};
 
-use crate::{error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::Culling, view::ViewBuffer};
+use crate::{
+    error::RenderError,
+    gpu_scene::{GpuScene, VisibleDraws},
+    prepass::Surface,
+    settings::Culling,
+    view::{View, ViewBuffer},
+};
+
+gpu_struct! {
+    /// The volume of a tile or a cluster, in a space that has the eye at its origin and looks down −z.
+    pub struct Volume {
+        /// Slopes of its planes: left, right, bottom, top.
+        slopes: Vec4,
+        /// Least distance along the axis, m.
+        nearest: f32,
+        /// Greatest distance along the axis, m; less than nearest where there is no volume.
+        farthest: f32,
+        /// 1: the sides are parallel.
+        parallel: u32,
+        /// Unused.
+        _pad: u32,
+    }
+}
 
 /// The lists of one view.
 #[derive(Clone, Debug)]
@@ -23,19 +48,40 @@ pub struct LightLists {
     pub grid: Option<(&'static str, wgpu::Buffer)>,
     /// Entries of all lists.
     pub listed: u64,
-    /// Pairs of a light and a cell that were tested to find them.
+    /// Tests of a light, or of a node of a tree over lights, against a cell.
     pub tests: u64,
+    /// What the grid came to, where there are clusters.
+    pub clusters: Option<clustered::ClusterCounts>,
+    /// Visible fragments of every cluster.
+    pub fragments: Option<wgpu::Buffer>,
 }
 
 impl LightLists {
     /// What shaders call them.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = Bindings::new().buffer("light_cells", &self.cells).buffer("light_indices", &self.indices);
-        match &self.grid {
+        let bindings = match &self.grid {
             Some((name, buffer)) => bindings.buffer(name, buffer),
+            None => bindings,
+        };
+        match &self.fragments {
+            Some(fragments) => bindings.buffer("cluster_fragments", fragments),
             None => bindings,
         }
     }
+}
+
+/// What one view shows, for the passes that fill its lists.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<'a> {
+    /// The view.
+    pub view: &'a View,
+    /// The view on the device.
+    pub buffer: &'a ViewBuffer,
+    /// The prepass's result.
+    pub surface: &'a Surface,
+    /// What it may show.
+    pub draws: &'a VisibleDraws<'a>,
 }
 
 /// Lights in reach of which points.
@@ -54,6 +100,8 @@ pub enum LightCulling {
     All,
     /// Screen tiles.
     Tiled(Box<tiled::TiledCulling>),
+    /// Clusters.
+    Clustered(Box<clustered::ClusteredCulling>),
 }
 
 impl LightCulling {
@@ -62,6 +110,9 @@ impl LightCulling {
         Ok(match culling {
             Culling::All => Self::All,
             Culling::Tiled(settings) => Self::Tiled(Box::new(tiled::TiledCulling::new(device, settings)?)),
+            Culling::Clustered(settings) => {
+                Self::Clustered(Box::new(clustered::ClusteredCulling::new(device, settings)?))
+            }
         })
     }
 
@@ -70,21 +121,41 @@ impl LightCulling {
         match culling {
             Culling::All => Some("culling_all"),
             Culling::Tiled(_) => None,
+            Culling::Clustered(_) => Some("culling_clustered"),
         }
     }
 
-    /// Fills the lists of a view.
+    /// Fills the lists of views of one scene, in their order.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        view: &ViewBuffer,
-        surface: &Surface,
+        seen: &[Seen<'_>],
         reach: Reach,
-    ) -> Result<LightLists, RenderError> {
+    ) -> Result<Vec<LightLists>, RenderError> {
         match self {
-            Self::All => all::record(frame, scene),
-            Self::Tiled(tiled) => tiled.record(frame, scene, view, surface, reach),
+            Self::All => seen.iter().map(|_| all::record(frame, scene)).collect(),
+            Self::Tiled(tiled) => seen.iter().map(|s| tiled.record(frame, scene, s.buffer, s.surface, reach)).collect(),
+            // The clusters of blended fragments are among those of the surfaces.
+            Self::Clustered(clustered) if reach == Reach::Anywhere => Ok(clustered.lists.clone()),
+            Self::Clustered(clustered) => clustered.record(frame, scene, seen),
         }
     }
+}
+
+/// The sum of all counts from an exclusive scan of them modulo 2³², the last count being zero.
+fn total(starts: &[u32]) -> u64 {
+    starts.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0]))).sum()
+}
+
+#[test]
+fn a_sum_beyond_32_bits_is_added_up() {
+    let counts = [u32::MAX, 7, 0, u32::MAX - 1, 12];
+    let mut sum = 0u32;
+    let mut starts = vec![0];
+    starts.extend(counts.iter().map(|count| {
+        sum = sum.wrapping_add(*count);
+        sum
+    }));
+    assert_eq!(total(&starts), counts.iter().map(|count| u64::from(*count)).sum::<u64>());
 }

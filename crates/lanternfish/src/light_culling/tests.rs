@@ -10,11 +10,11 @@ use proptest::{
     test_runner::{RngAlgorithm, TestRng, TestRunner},
 };
 
-use super::{LightCulling, LightLists, Reach};
+use super::{LightCulling, LightLists, Reach, Seen};
 use crate::{
     Renderer, Settings,
     prepass::Prepass,
-    settings::{Culling, Shadows, TileSize, Tiled},
+    settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Shadows, TileSize, Tiled},
     testing::{Random, probe, quad, scene_of},
     view::{View, tightened},
 };
@@ -28,13 +28,14 @@ struct Bench<'g> {
     renderer: Renderer,
     profiler: Profiler,
     prepass: Prepass,
-    rooms: Vec<(Tiled, LightCulling)>,
-    pixels: ComputeKernel,
+    rooms: Vec<(Culling, LightCulling)>,
+    tiled_pixels: ComputeKernel,
+    clustered_pixels: ComputeKernel,
 }
 
 /// What one room lists for one view.
 struct Lists {
-    settings: Tiled,
+    settings: Culling,
     /// Depth of each pixel.
     depths: Vec<f32>,
     /// Listed lights of each pixel, a bit each; at most 64 lights.
@@ -46,10 +47,21 @@ impl<'g> Bench<'g> {
         let mut rooms = Vec::new();
         for tile_size in TileSize::ALL.iter().copied() {
             for aabb_test in [false, true] {
-                let tiled = Tiled { tile_size, aabb_test };
-                rooms.push((tiled, LightCulling::new(&gpu.device, Culling::Tiled(tiled)).unwrap()));
+                rooms.push(Culling::Tiled(Tiled { tile_size, aabb_test }));
             }
         }
+        for shape in [
+            ClusterShape::Perspective { pixels: 16 },
+            ClusterShape::Orthographic { side: 0.7 },
+            ClusterShape::Displaced { pixels: 16, distance: 2.0 },
+        ] {
+            for (assignment, test) in
+                [(Assignment::BruteForce, ClusterTest::Planes), (Assignment::Hierarchy, ClusterTest::PlanesAndBox)]
+            {
+                rooms.push(Culling::Clustered(Clustered { shape, assignment, test, ..Clustered::default() }));
+            }
+        }
+        let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c).unwrap())).collect();
         let settings = Settings { shadows: Shadows::None, ..Settings::default() };
         Self {
             gpu,
@@ -57,13 +69,14 @@ impl<'g> Bench<'g> {
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(),
             rooms,
-            pixels: probe(gpu, "testing/pixels", &[], "pixels"),
+            tiled_pixels: probe(gpu, "testing/pixels", &[], "pixels"),
+            clustered_pixels: probe(gpu, "testing/pixels", &["culling_clustered"], "pixels"),
         }
     }
 
     /// The lists of every room, after checking that each is in ascending order and names no light twice.
     fn lists(&mut self, scene: &Scene, camera: &Camera, reach: Reach) -> Vec<Lists> {
-        let Self { gpu, renderer, profiler, prepass, rooms, pixels } = self;
+        let Self { gpu, renderer, profiler, prepass, rooms, tiled_pixels, clustered_pixels } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
         let uploaded = renderer.upload(scene).unwrap();
         let seen = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds());
@@ -74,9 +87,16 @@ impl<'g> Bench<'g> {
         let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();
         let mut all = Vec::new();
         for (settings, room) in rooms {
+            let tiled = matches!(settings, Culling::Tiled(_));
+            // Clusters are made for what is seen, and not for any point of the view.
+            if !tiled && reach == Reach::Anywhere {
+                continue;
+            }
+            let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
             let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
-            let lights = room.record(&mut frame, &uploaded, &view, &surface, reach).unwrap();
+            let seen = Seen { view: &seen, buffer: &view, surface: &surface, draws: &draws };
+            let lights = room.record(&mut frame, &uploaded, &[seen], reach).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
             let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);
             frame.dispatch(pixels, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
@@ -100,9 +120,15 @@ fn bits(indices: &[u32], range: &[u32]) -> u64 {
 }
 
 /// Cells start at zero, do not overlap, and end at the total.
-fn check_cells(lights: &LightLists, gpu: &Gpu, settings: Tiled) {
-    let tile = settings.tile_size.pixels();
-    let cells = (SIZE.x.div_ceil(tile) * SIZE.y.div_ceil(tile)) as usize;
+fn check_cells(lights: &LightLists, gpu: &Gpu, settings: Culling) {
+    let cells = match (settings, &lights.clusters) {
+        (Culling::Tiled(tiled), None) => {
+            let tile = tiled.tile_size.pixels();
+            (SIZE.x.div_ceil(tile) * SIZE.y.div_ceil(tile)) as usize
+        }
+        (Culling::Clustered(_), Some(counts)) => counts.clusters as usize,
+        other => panic!("{other:?}"),
+    };
     let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cells + 1).unwrap();
     assert!(starts[0] == 0 && u64::from(starts[cells]) == lights.listed && starts.is_sorted(), "{starts:?}");
 }
@@ -266,11 +292,21 @@ fn gpu_culling_loses_no_light() {
                 *pairs.borrow_mut() += total;
             }
             // The box test takes lights away and never adds one.
-            for pair in lists.chunks_exact(2) {
+            let tiled: Vec<&Lists> = lists.iter().filter(|l| matches!(l.settings, Culling::Tiled(_))).collect();
+            for pair in tiled.chunks_exact(2) {
                 let [without, with] = pair else { unreachable!("two a tile size") };
-                prop_assert!(!without.settings.aabb_test && with.settings.aabb_test);
                 let added = with.listed.iter().zip(&without.listed).any(|(with, without)| with & !without != 0);
                 prop_assert!(!added, "{:?}", with.settings);
+            }
+            // The tree finds no light that the planes alone do not, and, for boxes, finds the same.
+            let clustered: Vec<&Lists> = lists.iter().filter(|l| !matches!(l.settings, Culling::Tiled(_))).collect();
+            for pair in clustered.chunks_exact(2) {
+                let [brute, tree] = pair else { unreachable!("two a shape") };
+                let added = tree.listed.iter().zip(&brute.listed).any(|(tree, brute)| tree & !brute != 0);
+                prop_assert!(!added, "{:?}", tree.settings);
+                if matches!(tree.settings, Culling::Clustered(c) if matches!(c.shape, ClusterShape::Orthographic { .. })) {
+                    prop_assert_eq!(&tree.listed, &brute.listed);
+                }
             }
         }
         Ok(())
@@ -330,7 +366,10 @@ fn gpu_smaller_tiles_and_the_box_test_list_less() {
         let seen = list.listed.iter().zip(&points).filter(|(_, point)| point.is_some());
         seen.map(|(bits, _)| bits.count_ones()).sum()
     };
-    let totals: Vec<_> = lists.iter().map(total).collect();
+    let tiled = lists.iter().filter(|l| matches!(l.settings, Culling::Tiled(_)));
+    let totals: Vec<_> = tiled.map(total).collect();
+    let clustered: Vec<_> = lists.iter().skip(totals.len()).map(|l| (l.settings, total(l))).collect();
+    println!("listed in clusters: {clustered:?}");
     println!("listed with 8 px, 8 px and boxes, 16 px, …: {totals:?}; needed {needed}");
     assert!(totals.windows(3).all(|t| t[0] < t[2]), "{totals:?}");
     assert!(totals.chunks_exact(2).all(|t| t[1] < t[0]), "{totals:?}");

@@ -164,7 +164,7 @@ fn kinds_are_the_shaders() {
         assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
     }
     assert_eq!(
-        crate::shaders::constant("light_culling/tiled/tile", "INFINITE") as f32,
+        crate::shaders::constant("light_culling/volume", "INFINITE") as f32,
         lanternfish_scene::shading::UNBOUNDED
     );
 }

@@ -5,7 +5,7 @@ use lanternfish_gpu::{Bindings, Frame};
 
 use crate::{
     error::RenderError,
-    gpu_scene::{GpuScene, SceneRaster, VisibleDraws},
+    gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
     texture::target,
     view::ViewBuffer,
 };
@@ -34,6 +34,11 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// As an attachment that is tested and not written.
+    pub(crate) fn read_depth(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+        wgpu::RenderPassDepthStencilAttachment { view: &self.depth, depth_ops: None, stencil_ops: None }
+    }
+
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("depth_texture", &self.depth).texture("surface_texture", &self.target)
@@ -51,7 +56,8 @@ impl Prepass {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let raster = SceneRaster::new("prepass", "prepass/prepass", &[], true, depth, SURFACE_FORMAT.into());
+        let state = PassState { depth, target: Some(SURFACE_FORMAT.into()) };
+        let raster = SceneRaster::new("prepass", "prepass/prepass", &[], true, state);
         Self { raster, surface: None }
     }
 

@@ -8,7 +8,7 @@ use lanternfish_gpu::Frame;
 
 use crate::{
     error::RenderError,
-    gpu_scene::{GpuScene, SceneRaster, VisibleDraws},
+    gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
     light_culling::{LightCulling, LightLists},
     prepass::{DEPTH_FORMAT, Surface},
     settings::Settings,
@@ -63,8 +63,20 @@ impl Forward {
         let nearer = depth(wgpu::CompareFunction::GreaterEqual);
         let module = "shading/forward";
         Self {
-            opaque: SceneRaster::new("shading/forward", module, &opaque, true, equal, RADIANCE_FORMAT.into()),
-            blended: SceneRaster::new("shading/transparent", module, &blended, false, nearer, over),
+            opaque: SceneRaster::new(
+                "shading/forward",
+                module,
+                &opaque,
+                true,
+                PassState { depth: equal, target: Some(RADIANCE_FORMAT.into()) },
+            ),
+            blended: SceneRaster::new(
+                "shading/transparent",
+                module,
+                &blended,
+                false,
+                PassState { depth: nearer, target: Some(over) },
+            ),
             radiance: None,
         }
     }
@@ -101,7 +113,7 @@ impl Forward {
             bindings = bindings.with(more);
         }
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
-        frame.render("shading/forward", &[Some(color(&radiance, load))], Some(depth(surface)), |device, pass| {
+        frame.render("shading/forward", &[Some(color(&radiance, load))], Some(surface.read_depth()), |device, pass| {
             pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             self.opaque.draw(device, pass, scene, &bindings, &draws.solid);
         });
@@ -123,7 +135,7 @@ impl Forward {
         self.blended.prepare(frame.device, scene, &draws.blended)?;
         let bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
         let color = color(radiance, wgpu::LoadOp::Load);
-        frame.render("shading/transparent", &[Some(color)], Some(depth(surface)), |device, pass| {
+        frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |device, pass| {
             self.blended.draw(device, pass, scene, &bindings, &draws.blended);
         });
         Ok(())
@@ -142,9 +154,4 @@ fn color(radiance: &Radiance, load: wgpu::LoadOp<wgpu::Color>) -> wgpu::RenderPa
         resolve_target: None,
         ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
     }
-}
-
-/// Read only.
-fn depth(surface: &Surface) -> wgpu::RenderPassDepthStencilAttachment<'_> {
-    wgpu::RenderPassDepthStencilAttachment { view: &surface.depth, depth_ops: None, stencil_ops: None }
 }

@@ -68,7 +68,7 @@ const MOST_WORDS: u64 = 1 << 26;
 pub struct Shadows {
     plan: ComputeKernel,
     trace: ComputeKernel,
-    scan: Option<Scan>,
+    scan: Scan,
     count_rays: bool,
     /// Words of a band at most; a lower number gives more bands. The device's binding limit unless a test lowers it.
     pub(crate) word_limit: u64,
@@ -145,7 +145,7 @@ impl Shadows {
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
             trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
-            scan: None,
+            scan: Scan::new(device, "shadows")?,
             count_rays,
             word_limit: (device.limits().max_storage_buffer_binding_size / 4).min(MOST_WORDS),
         })
@@ -175,10 +175,7 @@ impl Shadows {
             .buffer("visibility_grid", &grid_buffer)
             .buffer("word_counts", &starts);
         frame.dispatch(&self.plan, &bindings, [columns, rows, 1]);
-        if self.scan.as_ref().is_none_or(|scan| scan.count() != blocks + 1) {
-            self.scan = Some(Scan::new(device, "shadows", blocks + 1)?);
-        }
-        self.scan.as_ref().expect("made above").record(frame, &starts);
+        self.scan.record(frame, &starts, blocks + 1)?;
 
         let all_starts = frame.read_now::<u32>(&starts, blocks as usize + 1)?;
         let row_starts = row_starts(&all_starts, columns as usize);

@@ -1,8 +1,10 @@
 //! The view: a camera and an image size, as shaders read them. `view.wesl` states every space once.
 
-use glam::{Mat4, UVec2, Vec3, Vec4};
+use glam::{Affine3A, Mat4, UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::{Bounds, Camera, Projection};
+
+use crate::light_culling::clustered::grid::ViewFrustum;
 
 gpu_struct! {
     /// A view as shaders read it.
@@ -47,6 +49,31 @@ impl View {
             far: 2.0 * bounds.size().length() + bounds.center().distance(camera.eye()) + 1.0,
             sky,
             ..Default::default()
+        }
+    }
+
+    /// What clustering needs to know; near and far as tight as `bounds` allows.
+    pub(crate) fn frustum(&self, bounds: &Bounds) -> ViewFrustum {
+        let (a, c, o) = (self.clip_from_view.x_axis.x, self.clip_from_view.z_axis, self.clip_from_view.w_axis);
+        let b = self.clip_from_view.y_axis.y;
+        let parallel = self.orthographic == 1;
+        let slope = |ndc: f32, axis: usize, scale: f32| {
+            if parallel { (ndc - o[axis]) / scale } else { (ndc + c[axis]) / scale }
+        };
+        let near = if parallel { (o.z - 1.0) / c.z } else { o.z / (1.0 + c.z) };
+        let distances = bounds.corners().map(|corner| -self.view_from_world.transform_point3(corner).z);
+        let most = distances.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        let least = distances.into_iter().fold(f32::INFINITY, f32::min);
+        let near = if bounds.is_empty() { near } else { near.max(least * 0.999) };
+        let far = if bounds.is_empty() { f32::NEG_INFINITY } else { most * 1.001 };
+        let far = far.max(if parallel { near + 1e-3 } else { near * 1.01 });
+        ViewFrustum {
+            world_from_view: Affine3A::from_mat4(self.world_from_view),
+            slopes: [slope(-1.0, 0, a), slope(1.0, 0, a), slope(-1.0, 1, b), slope(1.0, 1, b)],
+            near,
+            far,
+            parallel,
+            size: self.size,
         }
     }
 

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use lanternfish::{
     Picture, Renderer, Settings,
-    settings::{Culling, RayCulling, Shadows, TextureBinding, TileSize, Tiled},
+    settings::{
+        Assignment, ClusterShape, ClusterTest, Clustered, Culling, RayCulling, Shadows, TextureBinding, TileSize, Tiled,
+    },
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, generate};
@@ -16,6 +18,19 @@ fn all_cullings() -> Vec<Culling> {
     let mut cullings = vec![Culling::All];
     for tile_size in TileSize::ALL.iter().copied() {
         cullings.extend([false, true].map(|aabb_test| Culling::Tiled(Tiled { tile_size, aabb_test })));
+    }
+    for shape in [
+        ClusterShape::Perspective { pixels: 16 },
+        ClusterShape::Perspective { pixels: 48 },
+        ClusterShape::Orthographic { side: 0.25 },
+        ClusterShape::Displaced { pixels: 32, distance: 3.0 },
+    ] {
+        for assignment in Assignment::ALL.iter().copied() {
+            for test in ClusterTest::ALL.iter().copied() {
+                let clustered = Clustered { shape, assignment, test, ..Clustered::default() };
+                cullings.push(Culling::Clustered(clustered));
+            }
+        }
     }
     cullings
 }
@@ -45,8 +60,8 @@ fn cornell_in_rain(seed: u32) -> (Scene, Camera) {
 }
 
 #[test]
-fn gpu_tiles_change_no_pixel() {
-    let Some(gpu) = testing::gpu("gpu_tiles_change_no_pixel") else { return };
+fn gpu_tiles_and_clusters_change_no_pixel() {
+    let Some(gpu) = testing::gpu("gpu_tiles_and_clusters_change_no_pixel") else { return };
     let (scene, camera) = cornell_in_rain(1);
     let picture =
         |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Default::default() });
@@ -58,7 +73,8 @@ fn gpu_tiles_change_no_pixel() {
         assert_eq!(tiled.display, all.display, "{culling:?}");
         // The same rays, too: a light more in a list is a light out of reach.
         assert_eq!(counter(&tiled, "shadows/rays"), counter(&all, "shadows/rays"), "{culling:?}");
-        listed.push(counter(&tiled, "light_culling/listed_lights"));
+        let tests = counter(&tiled, "light_culling/light_tests");
+        listed.push((counter(&tiled, "light_culling/listed_lights"), tests));
     }
     println!("listed lights, all, then 8, 16, 32 px without and with boxes: {listed:?}");
     // It can fail: other rain is another picture, and so is a light whose range is a tenth shorter.

@@ -20,7 +20,8 @@ gpu_struct! {
 pub struct Scan {
     blocks: ComputeKernel,
     add: ComputeKernel,
-    capacity: u32,
+    label: String,
+    /// Of the length in hand; empty before the first.
     levels: Vec<Level>,
 }
 
@@ -33,39 +34,48 @@ struct Level {
 }
 
 impl Scan {
-    /// For lists of exactly `count` values.
-    pub fn new(device: &wgpu::Device, label: &str, count: u32) -> Result<Self, GpuError> {
+    /// Compiles the passes.
+    pub fn new(device: &wgpu::Device, label: &str) -> Result<Self, GpuError> {
         let shader = super::SHADERS.link("primitives/scan/scan", &[])?;
-        let mut levels = Vec::new();
+        Ok(Self {
+            blocks: ComputeKernel::new(device, &shader, "scan_blocks", &format!("{label}/scan")),
+            add: ComputeKernel::new(device, &shader, "add_block_starts", &format!("{label}/scan_add")),
+            label: label.to_owned(),
+            levels: Vec::new(),
+        })
+    }
+
+    /// Room for the sums of `count` values.
+    fn resize(&mut self, device: &wgpu::Device, count: u32) -> Result<(), GpuError> {
+        if self.levels.first().is_some_and(|level| level.count == count) {
+            return Ok(());
+        }
+        self.levels.clear();
         let mut level_count = count;
         loop {
             let blocks = level_count.div_ceil(BLOCK).max(1);
             let parameters = ScanParameters { count: level_count, width: grid(blocks)[0] };
-            levels.push(Level {
-                parameters: uniform_buffer_of(device, label, &parameters),
-                totals: storage_buffer(device, &format!("{label}/totals"), 4 * u64::from(blocks))?,
+            self.levels.push(Level {
+                parameters: uniform_buffer_of(device, &self.label, &parameters),
+                totals: storage_buffer(device, &format!("{}/totals", self.label), 4 * u64::from(blocks))?,
                 count: level_count,
             });
             if blocks == 1 {
-                break;
+                return Ok(());
             }
             level_count = blocks;
         }
-        Ok(Self {
-            blocks: ComputeKernel::new(device, &shader, "scan_blocks", &format!("{label}/scan")),
-            add: ComputeKernel::new(device, &shader, "add_block_starts", &format!("{label}/scan_add")),
-            capacity: count,
-            levels,
-        })
     }
 
-    /// Number of values it was made for.
-    pub fn count(&self) -> u32 {
-        self.capacity
-    }
-
-    /// Replaces the values (at least [`Scan::count`] of them) by the sums of all before each.
-    pub fn record(&self, frame: &mut Frame<'_>, values: &wgpu::Buffer) {
+    /// Replaces the first `count` values by the sums of all before each. Returns their total, one u32, which holds until the
+    /// next call.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        values: &wgpu::Buffer,
+        count: u32,
+    ) -> Result<&wgpu::Buffer, GpuError> {
+        self.resize(frame.device, count)?;
         let list = |level: usize| if level == 0 { values } else { &self.levels[level - 1].totals };
         let bindings = |level: usize| {
             Bindings::new()
@@ -80,11 +90,7 @@ impl Scan {
         for (level, l) in self.levels.iter().enumerate().rev().skip(1) {
             frame.dispatch(&self.add, &bindings(level), grid(l.count.div_ceil(BLOCK).max(1)));
         }
-    }
-
-    /// The sum of all values, one u32, after [`Scan::record`] has run.
-    pub fn total(&self) -> &wgpu::Buffer {
-        &self.levels.last().expect("there is at least one level").totals
+        Ok(&self.levels.last().expect("there is at least one level").totals)
     }
 }
 
@@ -124,16 +130,16 @@ mod tests {
     fn gpu_scan_is_its_twin_around_every_size() {
         let Some(gpu) = testing::gpu("scan") else { return };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let mut scan = Scan::new(&gpu.device, "test").unwrap();
         for count in [0, 1, 1023, 1024, 1025, 1024 * 1024 - 1, 1024 * 1024 + 1, 1_500_000] {
             let values: Vec<u32> = (0..count).map(|i: u32| i.wrapping_mul(2_654_435_761) >> 20).collect();
             let buffer = storage_buffer_of(&gpu.device, "values", &values, wgpu::BufferUsages::empty()).unwrap();
-            let scan = Scan::new(&gpu.device, "test", count).unwrap();
             let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-            scan.record(&mut frame, &buffer);
+            let found_total = scan.record(&mut frame, &buffer, count).unwrap().clone();
             frame.submit();
             let (starts, total) = twin(&values);
             assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &buffer, count as usize).unwrap(), starts, "{count}");
-            assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, scan.total(), 1).unwrap(), [total], "{count}");
+            assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &found_total, 1).unwrap(), [total], "{count}");
         }
     }
 }

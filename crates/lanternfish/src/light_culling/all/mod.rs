@@ -15,5 +15,7 @@ pub fn record(frame: &mut Frame<'_>, scene: &GpuScene) -> Result<LightLists, Ren
         grid: None,
         listed: u64::from(scene.light_count),
         tests: 0,
+        clusters: None,
+        fragments: None,
     })
 }

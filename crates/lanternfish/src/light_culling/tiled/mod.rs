@@ -1,9 +1,8 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
-use glam::{UVec2, Vec4};
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of};
 
-use super::{LightLists, Reach};
+use super::{LightLists, Reach, Volume};
 use crate::{
     error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::Tiled, shaders::SHADERS, view::ViewBuffer,
 };
@@ -30,20 +29,6 @@ gpu_struct! {
     }
 }
 
-gpu_struct! {
-    /// The volume of a tile in view space.
-    pub struct Tile {
-        /// Slopes of its planes: left, right, bottom, top.
-        slopes: Vec4,
-        /// Distance of its nearest surface, m.
-        nearest: f32,
-        /// Distance of its farthest surface, m; less than nearest where there is none.
-        farthest: f32,
-        /// Unused.
-        _pad: UVec2,
-    }
-}
-
 /// Lights a tile that the list has room for at first; it grows.
 const FIRST_LIGHTS_PER_TILE: u32 = 64;
 
@@ -54,7 +39,7 @@ pub struct TiledCulling {
     bounds: ComputeKernel,
     count: ComputeKernel,
     write: ComputeKernel,
-    scan: Option<Scan>,
+    scan: Scan,
     capacity: u32,
 }
 
@@ -68,7 +53,7 @@ impl TiledCulling {
             bounds: ComputeKernel::new(device, &bounds, "bounds", "light_culling/tiled/bounds"),
             count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
             write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
-            scan: None,
+            scan: Scan::new(device, "light_culling/tiled")?,
             capacity: 0,
         })
     }
@@ -102,7 +87,7 @@ impl TiledCulling {
             _pad: 0,
         };
         let mut grid_buffer = uniform_buffer_of(device, "light_culling/grid", &grid);
-        let tiles = storage_buffer(device, "light_culling/tiles", u64::from(tile_count) * size_of::<Tile>() as u64)?;
+        let tiles = storage_buffer(device, "light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
         let cells = storage_buffer(device, "light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
         let shared = view.bindings().with(&scene.bindings()).with(&surface.bindings()).buffer("tiles", &tiles);
 
@@ -110,17 +95,13 @@ impl TiledCulling {
         let bindings = shared.clone().buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
         frame.dispatch(&self.bounds, &bindings, workgroups);
         frame.dispatch(&self.count, &bindings, workgroups);
-        if self.scan.as_ref().is_none_or(|scan| scan.count() != tile_count + 1) {
-            self.scan = Some(Scan::new(device, "light_culling/tiled", tile_count + 1)?);
-        }
-        let scan = self.scan.as_ref().expect("made above");
-        scan.record(frame, &cells);
+        let total = self.scan.record(frame, &cells, tile_count + 1)?.clone();
 
         // Grow before writing, so that no image is ever made from a list that was cut.
         let listed = match tile_count.checked_mul(scene.light_count) {
-            Some(_) => u64::from(frame.read_now::<u32>(scan.total(), 1)?[0]),
+            Some(_) => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
             // The device's sum may have started over at 2³²: add up what lies between the starts.
-            None => total(&frame.read_now::<u32>(&cells, tile_count as usize + 1)?),
+            None => super::total(&frame.read_now::<u32>(&cells, tile_count as usize + 1)?),
         };
         if listed > u64::from(limit) {
             return Err(RenderError::Overflow {
@@ -147,28 +128,8 @@ impl TiledCulling {
             grid: Some(("tile_grid", grid_buffer)),
             listed: listed.into(),
             tests: u64::from(tile_count) * u64::from(scene.light_count),
+            clusters: None,
+            fragments: None,
         })
-    }
-}
-
-/// The sum of all counts from an exclusive scan of them modulo 2³², the last count being zero.
-fn total(starts: &[u32]) -> u64 {
-    starts.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0]))).sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sum_beyond_32_bits_is_added_up() {
-        let counts = [u32::MAX, 7, 0, u32::MAX - 1, 12];
-        let mut sum = 0u32;
-        let mut starts = vec![0];
-        starts.extend(counts.iter().map(|count| {
-            sum = sum.wrapping_add(*count);
-            sum
-        }));
-        assert_eq!(total(&starts), counts.iter().map(|count| u64::from(*count)).sum::<u64>());
     }
 }

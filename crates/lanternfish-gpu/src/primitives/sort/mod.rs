@@ -1,0 +1,145 @@
+//! Stable radix sort of keys and values.
+
+use super::Scan;
+use crate::{Bindings, ComputeKernel, Frame, GpuError, gpu_struct, storage_buffer, uniform_buffer_of};
+
+/// Pairs an invocation takes, and values of a digit: the shader's.
+const BLOCK: u32 = 128;
+const DIGITS: u32 = 16;
+const DIGIT_BITS: u32 = 4;
+
+gpu_struct! {
+    /// One pass's digit.
+    struct SortParameters {
+        /// Pairs.
+        count: u32,
+        /// Of the digit's lowest bit.
+        shift: u32,
+        /// Blocks of pairs.
+        blocks: u32,
+    }
+}
+
+/// Sorts pairs by key, equal keys in the order in which they came: four bits a pass, an invocation a block of 128 pairs.
+/// Made for tens of thousands of pairs and more; deterministic.
+#[derive(Debug)]
+pub struct RadixSort {
+    count_digits: ComputeKernel,
+    scatter: ComputeKernel,
+    scan: Scan,
+    label: String,
+    count: u32,
+    /// Keys and values that every second pass writes, and the digits' places.
+    buffers: Option<[wgpu::Buffer; 3]>,
+}
+
+impl RadixSort {
+    /// Compiles the passes.
+    pub fn new(device: &wgpu::Device, label: &str) -> Result<Self, GpuError> {
+        let shader = super::SHADERS.link("primitives/sort/sort", &[])?;
+        let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("{label}/{entry}"));
+        Ok(Self {
+            count_digits: kernel("count_digits"),
+            scatter: kernel("scatter"),
+            scan: Scan::new(device, label)?,
+            label: label.to_owned(),
+            count: 0,
+            buffers: None,
+        })
+    }
+
+    /// Sorts the first `count` pairs by the lowest `bits` of their keys, in place. Both buffers hold `count` u32 at least.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        keys: &wgpu::Buffer,
+        values: &wgpu::Buffer,
+        count: u32,
+        bits: u32,
+    ) -> Result<(), GpuError> {
+        if count < 2 {
+            return Ok(());
+        }
+        let blocks = count.div_ceil(BLOCK);
+        if self.count != count {
+            let buffer =
+                |name: &str, length: u64| storage_buffer(frame.device, &format!("{}/{name}", self.label), 4 * length);
+            let length = u64::from(count);
+            self.buffers = Some([
+                buffer("keys", length)?,
+                buffer("values", length)?,
+                buffer("digit_places", u64::from(DIGITS) * u64::from(blocks))?,
+            ]);
+            self.count = count;
+        }
+        let [other_keys, other_values, places] = self.buffers.as_ref().expect("made above");
+        // An even number of passes ends where it began.
+        let passes = bits.div_ceil(DIGIT_BITS).next_multiple_of(2);
+        for pass in 0..passes {
+            let parameters = SortParameters { count, shift: (DIGIT_BITS * pass).min(28), blocks };
+            let parameters = uniform_buffer_of(frame.device, &self.label, &parameters);
+            let lists = if pass % 2 == 0 {
+                [keys, values, other_keys, other_values]
+            } else {
+                [other_keys, other_values, keys, values]
+            };
+            let bindings = Bindings::new()
+                .buffer("sort_parameters", &parameters)
+                .buffer("keys_in", lists[0])
+                .buffer("values_in", lists[1])
+                .buffer("keys_out", lists[2])
+                .buffer("values_out", lists[3])
+                .buffer("digit_places", places);
+            let workgroups = [blocks.div_ceil(self.count_digits.workgroup_size()[0]), 1, 1];
+            frame.dispatch(&self.count_digits, &bindings, workgroups);
+            self.scan.record(frame, places, DIGITS * blocks)?;
+            frame.dispatch(&self.scatter, &bindings, workgroups);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(all(test, feature = "testing"))]
+mod tests {
+    use super::*;
+    use crate::{Profiler, check_layout, read_back, storage_buffer_of, testing};
+
+    #[test]
+    fn parameters_are_laid_out_as_shaders_read_them() {
+        let shader = crate::primitives::SHADERS.link("primitives/sort/sort", &[]).unwrap();
+        check_layout::<SortParameters>(&shader).unwrap();
+    }
+
+    #[test]
+    fn gpu_sort_is_its_twin_around_every_size() {
+        let Some(gpu) = testing::gpu("sort") else { return };
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let mut sort = RadixSort::new(&gpu.device, "test").unwrap();
+        for (count, bits, mask) in [
+            (0u32, 30, u32::MAX >> 2),
+            (1, 30, u32::MAX >> 2),
+            (2, 32, u32::MAX),
+            (127, 4, 0xf),
+            (128, 8, 0xff),
+            (129, 12, 0xfff),
+            // Many equal keys: the order of the values tells whether it is stable.
+            (5_000, 30, 0x7),
+            (64 * 128 + 1, 30, u32::MAX >> 2),
+            (150_000, 32, u32::MAX),
+        ] {
+            let keys: Vec<u32> = (0..count).map(|i| (i.wrapping_mul(2_654_435_761) ^ (i >> 3)) & mask).collect();
+            let values: Vec<u32> = (0..count).collect();
+            let none = wgpu::BufferUsages::empty();
+            let key_buffer = storage_buffer_of(&gpu.device, "keys", &keys, none).unwrap();
+            let value_buffer = storage_buffer_of(&gpu.device, "values", &values, none).unwrap();
+            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+            sort.record(&mut frame, &key_buffer, &value_buffer, count, bits).unwrap();
+            frame.submit();
+            let mut expected: Vec<(u32, u32)> = keys.into_iter().zip(values).collect();
+            expected.sort_by_key(|(key, _)| *key);
+            let read = |buffer| read_back::<u32>(&gpu.device, &gpu.queue, buffer, count as usize).unwrap();
+            let found: Vec<(u32, u32)> = read(&key_buffer).into_iter().zip(read(&value_buffer)).collect();
+            assert_eq!(found, expected, "{count} pairs by {bits} bits");
+        }
+    }
+}

@@ -1,0 +1,289 @@
+//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020], for one view or several at once.
+//!
+//! 1. Grid: from the frusta of the views, one each or one for all of them ([`grid`]).
+//! 2. Mark: fragments of every cluster, from depth, and from blended fragments as they are drawn.
+//! 3. Compact: the list of visible clusters.
+//! 4. Assign: lights of every visible cluster are counted, the counts scanned, the lights written ([`tree`]).
+
+pub mod grid;
+#[cfg(test)]
+mod tests;
+pub mod tree;
+
+use glam::{Affine3A, Mat4, UVec3, Vec3};
+use lanternfish_gpu::{
+    ComputeKernel, Frame, gpu_struct, indirect_buffer, primitives::Scan, storage_buffer, uniform_buffer_of,
+};
+
+use self::{
+    grid::{GridError, GridGeometry, MOST_CLUSTERS, ViewFrustum},
+    tree::TreeBuilder,
+};
+use super::{LightLists, Seen};
+use crate::{
+    error::RenderError,
+    gpu_scene::{GpuScene, PassState, SceneRaster},
+    prepass::DEPTH_FORMAT,
+    settings::{Assignment, ClusterTest, Clustered, Grouping},
+    shaders::SHADERS,
+};
+
+gpu_struct! {
+    /// The grid of clusters as shaders read it.
+    pub struct ClusterGrid {
+        /// From the space of the view that is drawn.
+        cluster_from_view: Mat4,
+        /// From world space.
+        cluster_from_world: Mat4,
+        /// x and y: least slopes or coordinates, m; z: least distance, m.
+        low: Vec3,
+        /// 1: sides are parallel.
+        parallel: u32,
+        /// Size of a cluster in the same terms; z: logarithm of the ratio of distances, or m.
+        cell: Vec3,
+        /// Entries that the list has room for.
+        capacity: u32,
+        /// Clusters along x, y and z.
+        dimensions: UVec3,
+        /// 1: lights are also tested against the box around a cluster.
+        box_test: u32,
+    }
+}
+
+/// Workgroups along x of the passes over all clusters: the shader's `WIDTH`.
+const WIDTH: u32 = 1024;
+
+/// What the grid of clusters of a frame came to; counts are exact.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClusterCounts {
+    /// Clusters of all grids.
+    pub clusters: u64,
+    /// Those with visible fragments.
+    pub visible: u64,
+    /// Bytes of marks, lists and trees.
+    pub bytes: u64,
+}
+
+/// The passes, and a list that keeps its size from frame to frame.
+#[derive(Debug)]
+pub struct ClusteredCulling {
+    settings: Clustered,
+    mark: ComputeKernel,
+    mark_blended: SceneRaster,
+    flag: ComputeKernel,
+    compact: ComputeKernel,
+    count: ComputeKernel,
+    write: ComputeKernel,
+    scan: Scan,
+    tree: TreeBuilder,
+    capacity: u32,
+    /// Lists of the last call, which hold blended fragments too.
+    pub(super) lists: Vec<LightLists>,
+}
+
+impl ClusteredCulling {
+    /// Compiles the passes.
+    pub fn new(device: &wgpu::Device, settings: Clustered) -> Result<Self, RenderError> {
+        let label = |entry: &str| format!("light_culling/clustered/{entry}");
+        let mark = SHADERS.link("light_culling/clustered/mark", &[])?;
+        let compact = SHADERS.link("light_culling/clustered/compact", &[])?;
+        let hierarchy: &[&str] = if settings.assignment == Assignment::Hierarchy { &["hierarchy"] } else { &[] };
+        let assign = SHADERS.link("light_culling/clustered/assign", hierarchy)?;
+        let seen = wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(false),
+            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+            stencil: Default::default(),
+            bias: Default::default(),
+        };
+        let state = PassState { depth: seen, target: None };
+        Ok(Self {
+            settings,
+            mark: ComputeKernel::new(device, &mark, "mark", &label("mark")),
+            mark_blended: SceneRaster::new(
+                "light_culling/clustered/mark_blended",
+                "light_culling/clustered/mark_drawn",
+                &[],
+                false,
+                state,
+            ),
+            flag: ComputeKernel::new(device, &compact, "flag", &label("flag")),
+            compact: ComputeKernel::new(device, &compact, "compact", &label("compact")),
+            count: ComputeKernel::new(device, &assign, "count", &label("count")),
+            write: ComputeKernel::new(device, &assign, "write", &label("write")),
+            scan: Scan::new(device, "light_culling/clustered")?,
+            tree: TreeBuilder::new(device, settings.assignment)?,
+            capacity: 0,
+            lists: Vec::new(),
+        })
+    }
+
+    /// Lists for these views, in their order. Where views share a grid they share its lists.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        seen: &[Seen<'_>],
+    ) -> Result<Vec<LightLists>, RenderError> {
+        let groups: Vec<&[Seen<'_>]> = match self.settings.grouping {
+            Grouping::Individual => seen.chunks(1).collect(),
+            Grouping::Enclosed => vec![seen],
+        };
+        let mut lists = Vec::new();
+        for group in groups {
+            lists.extend(self.record_group(frame, scene, group)?);
+        }
+        self.lists.clone_from(&lists);
+        Ok(lists)
+    }
+
+    fn record_group(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        seen: &[Seen<'_>],
+    ) -> Result<Vec<LightLists>, RenderError> {
+        let device = frame.device;
+        let frusta: Vec<ViewFrustum> = seen.iter().map(|s| s.view.frustum(&scene.bounds)).collect();
+        let geometry = GridGeometry::new(&frusta, self.settings.shape).map_err(refused)?;
+        let clusters = geometry.cluster_count() as u32;
+        let grids: Vec<ClusterGrid> = frusta.iter().map(|f| self.grid(&geometry, &f.world_from_view)).collect();
+        let upload = |grid: &ClusterGrid| uniform_buffer_of(device, "light_culling/cluster_grid", grid);
+        let uploaded: Vec<wgpu::Buffer> = grids.iter().map(upload).collect();
+
+        // Which clusters have visible fragments.
+        let fragments = storage_buffer(device, "light_culling/fragments", 4 * u64::from(clusters))?;
+        for (seen, grid) in seen.iter().zip(&uploaded) {
+            self.mark(frame, scene, seen, grid, &fragments)?;
+        }
+        let places = storage_buffer(device, "light_culling/places", 4 * (u64::from(clusters) + 1))?;
+        let visible = storage_buffer(device, "light_culling/visible", 4 * (u64::from(clusters) + 1))?;
+        let workgroups = indirect_buffer(device, "light_culling/workgroups");
+        let grid = &uploaded[0];
+        let all = [WIDTH.min(clusters.div_ceil(64)), clusters.div_ceil(64 * WIDTH), 1];
+        let bindings = lanternfish_gpu::Bindings::new()
+            .buffer("cluster_grid", grid)
+            .buffer("cluster_fragments", &fragments)
+            .buffer("visible_places", &places)
+            .buffer("visible_clusters", &visible)
+            .buffer("visible_dispatch", &workgroups);
+        frame.dispatch(&self.flag, &bindings, all);
+        self.scan.record(frame, &places, clusters + 1)?;
+        frame.dispatch(&self.compact, &bindings, all);
+
+        // Their lights: count, scan, write. A list that is too small is grown before it is written.
+        let lights = self.tree.record(frame, scene, grid)?;
+        let cells = storage_buffer(device, "light_culling/cells", 4 * (u64::from(clusters) + 1))?;
+        let tests = storage_buffer(device, "light_culling/tests", 8)?;
+        let scene_bindings = scene.bindings();
+        let shared = scene_bindings
+            .with(&lights.bindings())
+            .buffer("visible_clusters", &visible)
+            .buffer("cell_starts", &cells)
+            .buffer("light_tests", &tests);
+        let no_list = storage_buffer(device, "light_culling/no_list", 4)?;
+        let bindings = shared.clone().buffer("cluster_grid", grid).buffer("listed_lights", &no_list);
+        frame.dispatch_indirect(&self.count, &bindings, &workgroups);
+        let total = self.scan.record(frame, &cells, clusters + 1)?.clone();
+        // Sums of 32 bits hold where all visible clusters could list all lights; else they are added up here.
+        let listed = match clusters.checked_mul(scene.light_count) {
+            Some(_) => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
+            None => super::total(&frame.read_now::<u32>(&cells, clusters as usize + 1)?),
+        };
+        let test_words = frame.read_now::<u32>(&tests, 2)?;
+        let visible_count = u64::from(frame.read_now::<u32>(&visible, 1)?[0]);
+        self.grow(device, listed)?;
+        let indices = storage_buffer(device, "light_culling/indices", 4 * u64::from(self.capacity))?;
+        let uploaded: Vec<wgpu::Buffer> =
+            grids.iter().map(|grid| upload(&ClusterGrid { capacity: self.capacity, ..*grid })).collect();
+        let bindings = shared.buffer("cluster_grid", &uploaded[0]).buffer("listed_lights", &indices);
+        frame.dispatch_indirect(&self.write, &bindings, &workgroups);
+
+        let counts = ClusterCounts {
+            clusters: clusters.into(),
+            visible: visible_count,
+            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum(),
+        };
+        let tests = u64::from(test_words[0]) | u64::from(test_words[1]) << 32;
+        let lists = |(i, grid): (usize, wgpu::Buffer)| LightLists {
+            cells: cells.clone(),
+            indices: indices.clone(),
+            grid: Some(("cluster_grid", grid)),
+            // What views share is counted once.
+            listed: if i == 0 { listed } else { 0 },
+            tests: if i == 0 { tests } else { 0 },
+            clusters: (i == 0).then(|| counts.clone()),
+            fragments: Some(fragments.clone()),
+        };
+        Ok(uploaded.into_iter().enumerate().map(lists).collect())
+    }
+
+    fn grid(&self, geometry: &GridGeometry, world_from_view: &Affine3A) -> ClusterGrid {
+        let cluster_from_world = geometry.world_from_cluster.inverse();
+        let same = geometry.world_from_cluster == *world_from_view;
+        let cluster_from_view = if same { Affine3A::IDENTITY } else { cluster_from_world * *world_from_view };
+        ClusterGrid {
+            cluster_from_view: Mat4::from(cluster_from_view),
+            cluster_from_world: Mat4::from(cluster_from_world),
+            low: geometry.low,
+            parallel: u32::from(geometry.parallel),
+            cell: geometry.cell,
+            capacity: 0,
+            dimensions: geometry.dimensions,
+            box_test: u32::from(self.settings.test == ClusterTest::PlanesAndBox || geometry.parallel),
+        }
+    }
+
+    /// Marks the clusters of a view's fragments: those that the depth buffer holds, and the blended ones before them.
+    fn mark(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        seen: &Seen<'_>,
+        grid: &wgpu::Buffer,
+        fragments: &wgpu::Buffer,
+    ) -> Result<(), RenderError> {
+        let view_bindings = seen.buffer.bindings();
+        let bindings = view_bindings.buffer("cluster_grid", grid).buffer("cluster_fragments", fragments);
+        let size = seen.surface.size;
+        let surface_bindings = seen.surface.bindings();
+        let from_depth = bindings.clone().with(&surface_bindings);
+        frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
+        if !seen.draws.blended.is_empty() {
+            self.mark_blended.prepare(frame.device, scene, &seen.draws.blended)?;
+            let scene_bindings = scene.bindings();
+            let bindings = bindings.with(&scene_bindings);
+            let depth = seen.surface.read_depth();
+            frame.render("light_culling/clustered/mark_blended", &[], Some(depth), |device, pass| {
+                self.mark_blended.draw(device, pass, scene, &bindings, &seen.draws.blended);
+            });
+        }
+        Ok(())
+    }
+
+    fn grow(&mut self, device: &wgpu::Device, listed: u64) -> Result<(), RenderError> {
+        let limit = (device.limits().max_storage_buffer_binding_size / 4).min(u32::MAX.into());
+        if listed > limit {
+            return Err(RenderError::Overflow {
+                list: "light_culling/indices",
+                needed: listed,
+                limit,
+                remedy: "give the lights a shorter range, or use larger clusters",
+            });
+        }
+        if listed as u32 > self.capacity {
+            tracing::debug!(listed, capacity = self.capacity, "light_culling/indices grows");
+            self.capacity = listed as u32;
+        }
+        Ok(())
+    }
+}
+
+fn refused(error: GridError) -> RenderError {
+    match error {
+        GridError::Unaligned => RenderError::Unaligned,
+        GridError::TooMany { needed, .. } => {
+            RenderError::Overflow { list: "clusters", needed, limit: MOST_CLUSTERS, remedy: "use larger clusters" }
+        }
+    }
+}

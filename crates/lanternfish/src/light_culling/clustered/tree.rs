@@ -1,0 +1,171 @@
+//! A tree over the lights, rebuilt every frame on the device; `light_tree.wesl` says how it lies.
+
+use glam::{UVec4, Vec3};
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Frame, gpu_struct, primitives::RadixSort, storage_buffer, storage_buffer_of,
+    uniform_buffer_of,
+};
+use lanternfish_scene::Bounds;
+
+use crate::{error::RenderError, gpu_scene::GpuScene, settings::Assignment, shaders::SHADERS};
+
+/// Children a node, and levels at most: the shader's.
+const FANOUT: u32 = 8;
+const MOST_LEVELS: usize = 9;
+/// Bits of a Morton code.
+const KEY_BITS: u32 = 30;
+
+gpu_struct! {
+    /// Where the levels of the tree lie.
+    pub struct LightTree {
+        /// x: first node of each level; y: nodes of it.
+        levels: [UVec4; MOST_LEVELS],
+        /// World-space box of the lights' centres, m.
+        low: Vec3,
+        /// Levels.
+        level_count: u32,
+        /// Of the box, m.
+        size: Vec3,
+        /// Lights.
+        light_count: u32,
+    }
+}
+
+gpu_struct! {
+    /// Which level is made of the one below.
+    pub struct LevelToJoin {
+        /// Its number.
+        level: u32,
+    }
+}
+
+impl LightTree {
+    /// Over so many lights.
+    fn new(light_count: u32, bounds: &Bounds) -> Self {
+        let mut tree = Self { low: bounds.min, size: bounds.size(), light_count, ..Self::default() };
+        let (mut nodes, mut first) = (light_count.div_ceil(FANOUT).max(1), 0);
+        loop {
+            tree.levels[tree.level_count as usize] = UVec4::new(first, nodes, 0, 0);
+            tree.level_count += 1;
+            first += nodes;
+            if nodes <= FANOUT {
+                return tree;
+            }
+            nodes = nodes.div_ceil(FANOUT);
+        }
+    }
+
+    fn node_count(&self) -> u32 {
+        let top = self.levels[self.level_count as usize - 1];
+        top.x + top.y
+    }
+}
+
+/// Lights as one grid's assignment reads them.
+#[derive(Debug)]
+pub struct PlacedLights {
+    tree: wgpu::Buffer,
+    order: wgpu::Buffer,
+    placed: wgpu::Buffer,
+    nodes: Option<wgpu::Buffer>,
+}
+
+impl PlacedLights {
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        let bindings = Bindings::new()
+            .buffer("light_tree", &self.tree)
+            .buffer("light_order", &self.order)
+            .buffer("placed_lights", &self.placed);
+        match &self.nodes {
+            Some(nodes) => bindings.buffer("tree_nodes", nodes),
+            None => bindings,
+        }
+    }
+}
+
+/// The passes.
+#[derive(Debug)]
+pub struct TreeBuilder {
+    assignment: Assignment,
+    keys: ComputeKernel,
+    place: ComputeKernel,
+    leaves: ComputeKernel,
+    join: ComputeKernel,
+    sort: RadixSort,
+}
+
+impl TreeBuilder {
+    /// Compiles them.
+    pub fn new(device: &wgpu::Device, assignment: Assignment) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("light_culling/clustered/build_tree", &[])?;
+        let kernel =
+            |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("light_culling/clustered/{entry}"));
+        Ok(Self {
+            assignment,
+            keys: kernel("keys"),
+            place: kernel("place"),
+            leaves: kernel("leaves"),
+            join: kernel("join"),
+            sort: RadixSort::new(device, "light_culling/clustered/sort")?,
+        })
+    }
+
+    /// Lights in the space of `grid` (bound as `cluster_grid`), and, for the hierarchy, sorted and with boxes around them.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        grid: &wgpu::Buffer,
+    ) -> Result<PlacedLights, RenderError> {
+        let (device, count) = (frame.device, scene.light_count);
+        let none = wgpu::BufferUsages::empty();
+        let tree = LightTree::new(count, &scene.light_bounds);
+        let mut lights = PlacedLights {
+            tree: uniform_buffer_of(device, "light_culling/tree", &tree),
+            order: storage_buffer_of(device, "light_culling/order", &(0..count).collect::<Vec<u32>>(), none)?,
+            placed: storage_buffer(device, "light_culling/placed", 16 * u64::from(count))?,
+            nodes: None,
+        };
+        let groups = |kernel: &ComputeKernel, items: u32| [items.div_ceil(kernel.workgroup_size()[0]).max(1), 1, 1];
+        if self.assignment == Assignment::Hierarchy {
+            let keys = storage_buffer(device, "light_culling/keys", 4 * u64::from(count))?;
+            lights.nodes = Some(storage_buffer(device, "light_culling/nodes", 32 * u64::from(tree.node_count()))?);
+            let bindings = scene.bindings().with(&lights.bindings()).buffer("light_keys", &keys);
+            frame.dispatch(&self.keys, &bindings, groups(&self.keys, count));
+            self.sort.record(frame, &keys, &lights.order, count, KEY_BITS)?;
+        }
+        let scene_bindings = scene.bindings();
+        let shared = scene_bindings.with(&lights.bindings()).buffer("cluster_grid", grid);
+        frame.dispatch(&self.place, &shared, groups(&self.place, count));
+        if lights.nodes.is_some() {
+            frame.dispatch(&self.leaves, &shared, groups(&self.leaves, tree.levels[0].y));
+            for level in 1..tree.level_count {
+                let level_to_join = uniform_buffer_of(device, "light_culling/level", &LevelToJoin { level });
+                let bindings = shared.clone().buffer("level_to_join", &level_to_join);
+                frame.dispatch(&self.join, &bindings, groups(&self.join, tree.levels[level as usize].y));
+            }
+        }
+        Ok(lights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_hold_all_nodes_of_the_one_below() {
+        for count in [0, 1, 7, 8, 9, 64, 65, 4096, 100_000, 8_388_608] {
+            let tree = LightTree::new(count, &Bounds::EMPTY);
+            let levels = &tree.levels[..tree.level_count as usize];
+            assert!(levels[0].y * FANOUT >= count && levels.last().unwrap().y <= FANOUT, "{count}: {levels:?}");
+            for pair in levels.windows(2) {
+                assert_eq!(pair[1].x, pair[0].x + pair[0].y);
+                assert_eq!(pair[1].y, pair[0].y.div_ceil(FANOUT));
+            }
+        }
+        assert_eq!(crate::shaders::constant("light_culling/clustered/light_tree", "FANOUT"), f64::from(FANOUT));
+        assert_eq!(crate::shaders::constant("light_culling/clustered/light_tree", "MOST_LEVELS"), MOST_LEVELS as f64);
+    }
+}
