@@ -107,6 +107,7 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<ExitCode, CliError>
             target.write(film, &making, dropped + film.dropped(), &look)
         })
     })?;
+    drop(bar);
     let dropped = dropped + film.dropped();
     progress.step("write", &format!("Writing {}", target.path.display()), || {
         target.write(&film, &making, dropped, &look)
