@@ -305,7 +305,9 @@ fn an_interrupt_writes_what_there_is() {
         let mut command = lanternfish(folder.path(), words);
         let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         sleep(Duration::from_secs(seconds));
-        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        // Twice at once, as `timeout` does.
+        let child_id = child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &child_id, &child_id]).status().unwrap().success());
         child.wait_with_output().unwrap()
     };
     // On a machine that does much else the signal may come before it is listened to, and end the process at once.
