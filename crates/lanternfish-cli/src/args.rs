@@ -15,6 +15,7 @@ use crate::{
     choices::choice,
     compare::{self, CompareArgs},
     parse::{self, Rain, Size},
+    reference::{self, ReferenceArgs},
     shot,
 };
 
@@ -66,6 +67,12 @@ pub enum Command {
     /// A path is written as it is given, and is read relative to the shot's folder.
     #[command(after_help = shot::HELP, args_override_self = true)]
     Shot(Box<RenderArgs>),
+    /// Traces every path light takes, on the processor: the ground truth of a picture.
+    ///
+    /// Takes what `render` takes. What a shot says of culling, shadows and the like has no meaning here and is left aside, as
+    /// is the shot's output.
+    #[command(after_help = reference::HELP, args_override_self = true)]
+    Reference(Box<ReferenceArgs>),
     /// Prints what a scene holds, or which adapters can render it.
     Info(InfoArgs),
     /// Says how two pictures differ: in numbers, in a picture, and by its exit code.
@@ -295,7 +302,7 @@ impl From<bool> for Switch {
 }
 
 /// The built-in scenes as they are named on the command line.
-fn demos() -> String {
+pub fn demos() -> String {
     DEMOS.iter().map(|name| format!("demo:{name}")).collect::<Vec<_>>().join(", ")
 }
 

@@ -4,6 +4,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
     Attenuation, DebugView, Materials, RayCulling, Shadows, TextureBinding, TileSize, ToneMap,
 };
+use lanternfish_reference::settings::LightChoice;
 
 /// A setting chosen by name.
 pub trait Choice: Copy + Send + Sync + 'static {
@@ -90,6 +91,10 @@ meanings! {
         RayCount: "Shadow rays of a pixel, as a heat map",
         Visibility: "Share of a pixel's listed lights that reach it",
         Nan: "Magenta where the result is not a number",
+    }
+    LightChoice {
+        Tree: "By a tree over the lights, those first that send most",
+        Uniform: "Each alike: for comparison",
     }
     TextureBinding {
         Auto: "array where the adapter has it",

@@ -11,6 +11,7 @@ use std::{
 use lanternfish::RenderError;
 use lanternfish_gpu::GpuError;
 use lanternfish_metrics::MetricsError;
+use lanternfish_reference::ReferenceError;
 use lanternfish_scene::SceneError;
 
 /// Why the program stops.
@@ -107,6 +108,17 @@ impl From<RenderError> for CliError {
             RenderError::Size { .. } => "choose a smaller --size",
             RenderError::MissingFeature { .. } => "`lanternfish info --adapters` lists what each adapter has",
             // Its message says how to shrink the list.
+            _ => "",
+        };
+        Self::new(&error, hint)
+    }
+}
+
+impl From<ReferenceError> for CliError {
+    fn from(error: ReferenceError) -> Self {
+        let hint = match &error {
+            ReferenceError::InvalidScene { .. } => "this is a bug of Lanternfish; please report it with the scene",
+            // The others say what may be given.
             _ => "",
         };
         Self::new(&error, hint)

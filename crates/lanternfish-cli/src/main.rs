@@ -10,6 +10,7 @@ mod info;
 mod output;
 mod parse;
 mod progress;
+mod reference;
 mod render;
 mod report;
 mod scene;
@@ -27,8 +28,12 @@ fn main() -> ExitCode {
     error::install_panic_message();
     quieten_mesa();
     let result = match Cli::parse().command {
-        Command::Render(args) => shot::resolve(*args).and_then(|shot| render::run(&shot, started)),
-        Command::Shot(args) => shot::write(*args),
+        Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)),
+        Command::Shot(args) => shot::write(&args.scene),
+        Command::Reference(args) => match reference::run(&args, started) {
+            Ok(code) => return code,
+            Err(error) => Err(error),
+        },
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => return compare::main(&args),

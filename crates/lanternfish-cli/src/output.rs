@@ -79,7 +79,7 @@ impl Output {
 }
 
 /// The scene's name with `.png`, in the current folder: never beside the scene, which may not be ours to write to.
-fn default_path(scene: &str) -> PathBuf {
+pub fn default_path(scene: &str) -> PathBuf {
     let name = match scene.strip_prefix("demo:") {
         Some(name) => name.as_ref(),
         None => Path::new(scene).file_stem().unwrap_or("picture".as_ref()),

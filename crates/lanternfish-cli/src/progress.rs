@@ -22,7 +22,7 @@ impl Progress {
     pub fn start(quiet: bool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let line = ProgressBar::with_draw_target(None, target);
-        line.set_style(ProgressStyle::with_template("{spinner:.cyan} {msg} {elapsed:.dim}").expect("a valid template"));
+        line.set_style(steps());
         let default = if quiet { "error" } else { "warn" };
         let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
         tracing_subscriber::fmt()
@@ -61,6 +61,11 @@ impl Progress {
         }
     }
 
+    /// The line as a bar, for a step that knows how far it is.
+    pub fn bar(&self) -> Bar {
+        Bar(self.line.clone())
+    }
+
     /// Removes the line, so that results can be printed, and gives the seconds each step took.
     pub fn finish(mut self) -> Vec<(&'static str, f64)> {
         std::mem::take(&mut self.seconds)
@@ -72,6 +77,36 @@ impl Drop for Progress {
         // The log keeps a handle to the line, so it does not go away by itself.
         self.line.finish_and_clear();
     }
+}
+
+/// The progress line while a step says how far it is; the step's name again when dropped.
+pub struct Bar(ProgressBar);
+
+impl Bar {
+    /// Whether anybody looks.
+    pub fn is_seen(&self) -> bool {
+        !self.0.is_hidden()
+    }
+
+    /// `share` of the work is done, 0 to 1.
+    pub fn show(&self, share: f64, text: String) {
+        const LENGTH: u64 = 1000;
+        let template = "{spinner:.cyan} [{bar:20}] {msg}";
+        self.0.set_style(ProgressStyle::with_template(template).expect("a valid template").progress_chars("=> "));
+        self.0.set_length(LENGTH);
+        self.0.set_position((share * LENGTH as f64) as u64);
+        self.0.set_message(text);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.set_style(steps());
+    }
+}
+
+fn steps() -> ProgressStyle {
+    ProgressStyle::with_template("{spinner:.cyan} {msg} {elapsed:.dim}").expect("a valid template")
 }
 
 /// Writes to standard error above the progress line.

@@ -70,14 +70,15 @@ pub struct Shot {
     words: Vec<(String, OsString)>,
 }
 
-/// What the arguments ask for: as they are where they name a scene, else the shot they name, under its flags.
-pub fn resolve(args: RenderArgs) -> Result<Shot, CliError> {
+/// What this process's arguments ask for, whose scene is `scene`: that, or the shot that it names, under its flags. For every
+/// subcommand that has flags of `render`, or some of them, by the same ids.
+pub fn resolve(scene: &str) -> Result<Shot, CliError> {
     // The arguments of this process, once more: which were said, and which are defaults.
     let matches = Cli::command().get_matches();
     let flags = matches.subcommand().map(|(_, matches)| said(matches)).unwrap_or_default();
-    let shot = match is_shot(&args.scene) {
-        true => read(Path::new(&args.scene), flags)?,
-        false => Shot { args, track: None, words: flags },
+    let shot = match is_shot(scene) {
+        true => read(Path::new(scene), flags)?,
+        false => Shot { args: parsed(scene, &flags, &keys::keys()), track: None, words: flags },
     };
     shot.check()?;
     Ok(shot)
@@ -121,7 +122,9 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
 /// The flags that were said, in the order of help, by id and value.
 fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
     let mut words = Vec::new();
-    for key in keys::keys() {
+    // A subcommand that has but some of the flags does not know the ids of others.
+    let known = |key: &Key| matches.ids().any(|id| id.as_str() == key.id);
+    for key in keys::keys().into_iter().filter(known) {
         if matches.value_source(&key.id) == Some(ValueSource::CommandLine) {
             let values = matches.get_raw(&key.id).into_iter().flatten();
             words.extend(values.map(|value| (key.id.clone(), value.to_owned())));

@@ -13,7 +13,7 @@ use super::{
     keys::{Key, Kind, keys},
     track::{Interpolation, Track},
 };
-use crate::{args::RenderArgs, camera, error::CliError, scene};
+use crate::{camera, error::CliError, scene};
 
 const HEADER: &str = "\
 # A shot of Lanternfish: lanternfish render THIS.toml
@@ -34,10 +34,10 @@ const TRACK: &str = "\
 /// Most columns of a comment.
 const WIDTH: usize = 118;
 
-/// Prints the shot that renders what `lanternfish render` renders with the same arguments. The scene is read, so that
-/// what cannot be rendered is told now.
-pub fn write(args: RenderArgs) -> Result<(), CliError> {
-    let shot = super::resolve(args)?;
+/// Prints the shot that renders what `lanternfish render` renders with the same arguments, of which `scene` is one. The
+/// scene is read, so that what cannot be rendered is told now.
+pub fn write(scene: &str) -> Result<(), CliError> {
+    let shot = super::resolve(scene)?;
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, args.part.scene_of_file.as_deref())?;
     let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;

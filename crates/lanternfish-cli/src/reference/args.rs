@@ -1,0 +1,289 @@
+//! The flags of `lanternfish reference`.
+
+use std::path::PathBuf;
+
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum, builder::NonEmptyStringValueParser};
+use lanternfish_reference::{
+    Settings,
+    settings::{Integrator, LightChoice, UNLIMITED},
+};
+
+use crate::{
+    args::{RenderArgs, demos},
+    choices::choice,
+    error::CliError,
+    parse,
+};
+
+pub const HELP: &str = "\
+Examples:
+  What a shot looks like with all the light there is, 1024 samples a pixel:
+    lanternfish reference shot.toml --spp 1024 -o truth.exr
+  The same later, with four times as many, from where it was left:
+    lanternfish reference shot.toml --spp 4096 --resume -o truth.exr
+  Until the expected error is 1 %, and whether a fast picture agrees:
+    lanternfish reference demo:cornell --until-error 0.01 -o truth.exr
+    lanternfish compare fast.exr truth.exr
+  Direct light only; one bounce:
+    lanternfish reference demo:cornell --max-depth 2 -o direct.exr
+    lanternfish reference demo:cornell --max-depth 3 -o one-bounce.exr
+  How open every place is:
+    lanternfish reference demo:atrium --integrator obscurance --max-distance 1.5 -o obscurance.exr
+
+The EXR holds R, G, B (the mean), the layer `variance` (of that mean, by its own samples), and as text attributes
+`lanternfish.…` how it was made. It is written at least once a minute while it grows.
+
+Ctrl-C stops after the samples in progress, writes what there is, and exits with 130; once more, and it stops at once.
+The last line of standard output is the picture's path.";
+
+/// Samples a pixel where nothing else says when to stop.
+pub const SPP: u64 = 256;
+
+#[derive(Debug, Args)]
+pub struct ReferenceArgs {
+    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
+    pub scene: String,
+
+    #[command(flatten, next_help_heading = "Output")]
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub shared: SharedArgs,
+    #[command(flatten, next_help_heading = "Light transport")]
+    pub transport: TransportArgs,
+    #[command(flatten, next_help_heading = "Samples")]
+    pub samples: SampleArgs,
+    #[command(flatten, next_help_heading = "Run")]
+    pub run: RunArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct OutputArgs {
+    /// The picture. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png
+    /// (tone-mapped). Without it: the scene's (or shot's) name with .reference.exr, in the current folder.
+    #[arg(id = "reference_output", short = 'o', long = "output", value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Writes the variance of every value as a picture of its own, too.
+    #[arg(long, value_name = "FILE.exr")]
+    pub variance: Option<PathBuf>,
+    /// Goes on from the output, if it is there: it must be of the same scene, view and settings. The result is that of an
+    /// uninterrupted run but for the rounding of 32 bits.
+    #[arg(long)]
+    pub resume: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct TransportArgs {
+    /// What a pixel shows.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = IntegratorName::Path)]
+    pub integrator: IntegratorName,
+    /// Longest path, in segments from the camera on: 1 shows what glows, 2 direct light, 3 one bounce.
+    #[arg(long, value_name = "N", value_parser = max_depth, default_value = "unlimited", allow_hyphen_values = true)]
+    pub max_depth: u32,
+    /// Distance from which on nothing occludes, m: needed with --integrator obscurance.
+    #[arg(long, value_name = "M", value_parser = parse::positive, allow_hyphen_values = true)]
+    pub max_distance: Option<f32>,
+    /// How one of many lights is chosen at a surface. The picture is the same, its noise is not.
+    #[arg(long, value_name = "NAME", value_parser = choice::<LightChoice>())]
+    #[arg(default_value_t = Settings::default().light_choice)]
+    pub light_choice: LightChoice,
+}
+
+#[derive(Debug, Args)]
+pub struct SampleArgs {
+    /// Samples a pixel. Four times as many: half the noise. Without it: 256, or no limit with --until-error or
+    /// --time-limit.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
+    #[arg(allow_hyphen_values = true)]
+    pub spp: Option<u64>,
+    /// Stops where the expected relative error of the picture, by its own variance, is this or less: 0.01 is 1 %. Looked at
+    /// from 16 samples on, each time there are an eighth more.
+    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
+    pub until_error: Option<f32>,
+    /// Stops after so many seconds of tracing.
+    #[arg(long, value_name = "SECONDS", value_parser = parse::positive, allow_hyphen_values = true)]
+    pub time_limit: Option<f32>,
+    /// Another seed, other noise around the same picture; the same seed, the same picture to the last bit. Where the rain
+    /// of --lights falls is said by --rain-seed.
+    #[arg(id = "noise_seed", long = "seed", value_name = "N", allow_hyphen_values = true)]
+    pub seed: Option<u64>,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// Processor threads that trace. Without it: all. The picture is the same.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_hyphen_values = true)]
+    pub threads: Option<u16>,
+}
+
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum IntegratorName {
+    /// Radiance, by path tracing
+    Path,
+    /// Share of the hemisphere around the normal, weighted by the cosine, that is open; 1 where there is no surface
+    Occlusion,
+    /// The same, with occluders the less the farther they are: 1 − (d / max-distance)²
+    Obscurance,
+    /// The shading normal, world space, as (n + 1) / 2; 0 where there is no surface
+    Normal,
+}
+
+/// The flags of `render` that say the same here: all that choose a scene, its lights and the view, and some more. Their
+/// values come through the shot, which reads them once more.
+#[derive(Debug)]
+pub struct SharedArgs;
+
+/// Headings of which every flag is shared.
+const HEADINGS: [&str; 2] = ["View", "Lights (beside those of the file)"];
+/// More flags that are, by id.
+const MORE: [&str; 8] = ["size", "time", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
+
+/// Whether a flag of `render` is one of `reference` as well.
+fn is_shared(flag: &Arg) -> bool {
+    flag.get_long().is_some()
+        && (flag.get_help_heading().is_some_and(|heading| HEADINGS.contains(&heading))
+            || MORE.contains(&flag.get_id().as_str()))
+}
+
+impl Args for SharedArgs {
+    fn augment_args(mut command: Command) -> Command {
+        let render = RenderArgs::augment_args(Command::new("render"));
+        for flag in render.get_arguments().filter(|flag| is_shared(flag)) {
+            let flag = flag.clone();
+            command = command.arg(match flag.get_id().as_str() {
+                "seed" => flag
+                    .long("rain-seed")
+                    .help("Where the rain of --lights falls: what `render` calls --seed.")
+                    .help_heading(HEADINGS[1]),
+                // There is no light that a path does not find.
+                "sky" | "environment" => {
+                    let help = flag.get_help().map(ToString::to_string).unwrap_or_default();
+                    flag.help(help.replace("It is seen, but lights nothing yet", "It is seen, and gives light"))
+                }
+                _ => flag,
+            });
+        }
+        command
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SharedArgs {
+    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
+        Ok(())
+    }
+}
+
+fn max_depth(text: &str) -> Result<u32, String> {
+    match text {
+        "unlimited" => Ok(UNLIMITED),
+        _ => text
+            .parse()
+            .ok()
+            .filter(|depth| *depth > 0)
+            .ok_or_else(|| "expected a whole number from 1, or unlimited".to_owned()),
+    }
+}
+
+impl ReferenceArgs {
+    /// The tracer's settings: what light does by these flags, what shines on what by the shot's.
+    pub fn settings(&self, shot: &RenderArgs, seed: u64) -> Result<Settings, CliError> {
+        let transport = &self.transport;
+        let integrator = match (transport.integrator, transport.max_distance) {
+            (IntegratorName::Obscurance, Some(max_distance)) => Integrator::Obscurance { max_distance },
+            (IntegratorName::Obscurance, None) => {
+                return Err(CliError::new(
+                    "--integrator obscurance needs a distance from which on nothing occludes",
+                    "give one in metres: --max-distance 1.5",
+                ));
+            }
+            (_, Some(_)) => {
+                return Err(CliError::new(
+                    "--max-distance is for --integrator obscurance",
+                    "choose that, or leave --max-distance out",
+                ));
+            }
+            (IntegratorName::Path, None) => Integrator::Path,
+            (IntegratorName::Occlusion, None) => Integrator::Occlusion,
+            (IntegratorName::Normal, None) => Integrator::Normal,
+        };
+        Ok(Settings {
+            integrator,
+            max_depth: transport.max_depth,
+            materials: shot.look.materials,
+            attenuation: shot.lights.attenuation,
+            range_threshold: shot.lights.range_threshold,
+            light_choice: transport.light_choice,
+            seed,
+            ..Settings::default()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::*;
+    use crate::args::{Cli, Command as Subcommand};
+
+    fn parsed(words: &str) -> Result<ReferenceArgs, clap::Error> {
+        let line = ["lanternfish", "reference", "a.glb"].into_iter().chain(words.split_whitespace());
+        match Cli::try_parse_from(line)?.command {
+            Subcommand::Reference(args) => Ok(*args),
+            _ => unreachable!("the words start with reference"),
+        }
+    }
+
+    #[test]
+    fn what_chooses_lights_and_view_is_that_of_render() {
+        let mut command = Cli::command();
+        let flags = |name: &str| -> Vec<_> {
+            let command = command.find_subcommand(name).unwrap();
+            command.get_arguments().filter_map(|flag| flag.get_long().map(str::to_owned)).collect()
+        };
+        let (render, reference) = (flags("render"), flags("reference"));
+        for flag in ["eye", "camera", "scene", "point", "environment", "lights", "attenuation", "size", "time", "quiet"]
+        {
+            assert!(render.contains(&flag.to_owned()) && reference.contains(&flag.to_owned()), "{flag}");
+        }
+        for flag in ["shadows", "culling", "frames", "debug-view", "adapter", "report"] {
+            assert!(render.contains(&flag.to_owned()) && !reference.contains(&flag.to_owned()), "{flag}");
+        }
+        let help = command.find_subcommand_mut("reference").unwrap().render_long_help().to_string();
+        assert!(!help.contains("lights nothing") && help.contains("--rain-seed") && help.contains("--seed"), "{help}");
+    }
+
+    #[test]
+    fn depths_are_numbers_from_one_or_without_end() {
+        let depth = |words: &str| parsed(words).map(|args| args.transport.max_depth);
+        assert_eq!((depth("").unwrap(), depth("--max-depth 3").unwrap()), (UNLIMITED, 3));
+        assert_eq!(depth("--max-depth unlimited").unwrap(), UNLIMITED);
+        for bad in ["0", "-1", "1.5", "many", "99999999999"] {
+            let error = depth(&format!("--max-depth {bad}")).unwrap_err().to_string();
+            assert!(error.contains("or unlimited"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_distance_belongs_to_obscurance() {
+        let Subcommand::Render(shot) = Cli::parse_from(["lanternfish", "render", "a.glb"]).command else { panic!() };
+        let settings = |words: &str| parsed(words).unwrap().settings(&shot, 7).map_err(|error| error.to_string());
+        assert_eq!(settings(""), Ok(Settings { seed: 7, ..Settings::default() }));
+        let obscurance = settings("--integrator obscurance --max-distance 2.5").unwrap();
+        assert_eq!(obscurance.integrator, Integrator::Obscurance { max_distance: 2.5 });
+        assert!(settings("--integrator obscurance").unwrap_err().contains("hint: give one in metres"));
+        assert!(settings("--max-distance 2").unwrap_err().contains("--integrator obscurance"));
+        assert!(
+            parsed("--max-distance 0").is_err() && parsed("--spp 0").is_err() && parsed("--until-error 0").is_err()
+        );
+    }
+}

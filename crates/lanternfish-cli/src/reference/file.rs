@@ -1,0 +1,193 @@
+//! The picture on disk: what it holds, and how it is gone on from.
+
+use std::path::{Path, PathBuf};
+
+use lanternfish::settings::ToneMap;
+use lanternfish_metrics::{
+    ColorType, MetricsError, RgbImage, read_exr_attributes, read_exr_layer, write_exr_layers, write_png,
+};
+use lanternfish_reference::{Film, settings::Integrator};
+
+use super::{display, interrupt};
+use crate::{
+    error::CliError,
+    output::{check_writable, same_file},
+    parse::Size,
+};
+
+/// Names of text attributes.
+const SAMPLES: &str = "lanternfish.samples";
+const SEED: &str = "lanternfish.seed";
+const DROPPED: &str = "lanternfish.dropped";
+const NOISE: &str = "lanternfish.noise";
+const FINGERPRINT: &str = "lanternfish.fingerprint";
+
+/// The layer of the variance.
+const VARIANCE: &str = "variance";
+
+/// Where the picture goes.
+#[derive(Debug)]
+pub struct Target {
+    pub path: PathBuf,
+    /// Of the mean, not of an EXR file.
+    is_png: bool,
+    /// The variance as a picture of its own.
+    variance: Option<PathBuf>,
+}
+
+/// How the picture is made; stands in the file.
+#[derive(Debug)]
+pub struct Making {
+    /// [`super::fingerprint::of`] all that its mean depends on.
+    pub fingerprint: String,
+    pub seed: u64,
+    /// More to read, by name.
+    pub facts: Vec<(&'static str, String)>,
+}
+
+/// What was there before.
+#[derive(Debug)]
+pub struct Before {
+    pub film: Film,
+    pub seed: u64,
+    /// Samples that were not finite.
+    pub dropped: u64,
+}
+
+impl Target {
+    /// What can be refused without work is refused here.
+    pub fn choose(path: PathBuf, variance: Option<PathBuf>, resume: bool) -> Result<Self, CliError> {
+        let ends =
+            |path: &Path, wanted: &str| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
+        let failed = |path: &Path, what: &str, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
+        let is_png = ends(&path, "png");
+        if !is_png && !ends(&path, "exr") {
+            let hint = "end the name with .exr (linear, with the variance) or .png (tone-mapped)";
+            return Err(failed(&path, "the ending names no format that is written", hint));
+        }
+        if is_png && resume {
+            let what = "--resume needs the samples' sums, which PNG does not hold";
+            return Err(failed(&path, what, "end the name with .exr, or leave --resume out"));
+        }
+        check_writable(&path)?;
+        if let Some(variance) = &variance {
+            if !ends(variance, "exr") {
+                return Err(failed(variance, "--variance writes EXR only", "end the name with .exr"));
+            }
+            check_writable(variance)?;
+            if same_file(variance, &path) {
+                return Err(failed(variance, "both the picture and --variance", "give them different names"));
+            }
+        }
+        Ok(Self { path, is_png, variance })
+    }
+
+    /// Whether another run can go on from it.
+    pub fn is_resumable(&self) -> bool {
+        !self.is_png
+    }
+
+    /// The first of its files that is one of `others`.
+    pub fn overlap<'o>(&self, mut others: impl Iterator<Item = &'o Path>) -> Option<&'o Path> {
+        let own = || std::iter::once(&self.path).chain(&self.variance);
+        others.find(|other| own().any(|path| same_file(path, other)))
+    }
+
+    /// Puts the film as it is into the files, each whole or not at all. `dropped` counts samples of the film and before.
+    pub fn write(&self, film: &Film, making: &Making, dropped: u64, look: &Look) -> Result<(), CliError> {
+        let (width, height) = film.size();
+        let image = |pixels| RgbImage::new(width, height, pixels);
+        let mean = film.mean();
+        let variance = if self.is_png && self.variance.is_none() { Vec::new() } else { film.variance() };
+
+        let numbers = [
+            (SAMPLES, film.samples().to_string()),
+            (SEED, making.seed.to_string()),
+            (DROPPED, dropped.to_string()),
+            (NOISE, format!("{:.3e}", film.noise().relative)),
+            (FINGERPRINT, making.fingerprint.clone()),
+        ];
+        let facts = making.facts.iter().map(|(name, value)| (*name, value.as_str()));
+        let attributes: Vec<(&str, &str)> =
+            numbers.iter().map(|(n, value)| (*n, value.as_str())).chain(facts).collect();
+        interrupt::while_writing(|| {
+            let shown = if let Some(path) = &self.variance {
+                let variance = image(variance)?;
+                write_exr_layers(path, &[("", &variance)], &attributes)?;
+                variance.pixels
+            } else {
+                variance
+            };
+            if self.is_png {
+                let side = |pixels: usize| u32::try_from(pixels).expect("sides were given as u32");
+                write_png(&self.path, side(width), side(height), ColorType::Rgb, &look.bytes(&mean))?;
+            } else {
+                write_exr_layers(&self.path, &[("", &image(mean)?), (VARIANCE, &image(shown)?)], &attributes)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// What the file holds, to go on from; none where there is no file. Refused where it is not of this making; `seed` is
+    /// one that was asked for.
+    pub fn before(&self, making: &Making, size: Size, seed: Option<u64>) -> Result<Option<Before>, CliError> {
+        if !self.path.exists() {
+            return Ok(None);
+        }
+        let failed = |what: &str, hint: &str| CliError::new(format!("{}: {what}", self.path.display()), hint);
+        let unreadable = |error: MetricsError| CliError::new(error, "leave --resume out to start anew in its place");
+        let attributes = read_exr_attributes(&self.path).map_err(unreadable)?;
+        let number = |name: &str| attributes.get(name).and_then(|text| text.parse::<u64>().ok());
+        let (Some(samples @ 1..), Some(its_seed), Some(fingerprint)) =
+            (number(SAMPLES), number(SEED), attributes.get(FINGERPRINT))
+        else {
+            let hint = "choose another name, or leave --resume out to start anew in its place";
+            return Err(failed("not a picture of `lanternfish reference`, so there is nothing to go on from", hint));
+        };
+        if *fingerprint != making.fingerprint {
+            let other = |(name, value): &(&'static str, String)| {
+                let its = attributes.get(*name).map_or("nothing", String::as_str);
+                let short = name.rsplit('.').next().unwrap_or(name);
+                (its != value).then(|| format!("{short} is {its} there and {value} here"))
+            };
+            let others: Vec<_> = making.facts.iter().filter_map(other).collect();
+            let why = match others.is_empty() {
+                true => "the scene's content is another".to_owned(),
+                false => others.join(", "),
+            };
+            let hint = "repeat the command that made it, choose another name, or leave --resume out to start anew";
+            return Err(failed(&format!("cannot be gone on from: {why}"), hint));
+        }
+        if let Some(seed) = seed.filter(|seed| *seed != its_seed) {
+            let what = format!("its seed is {its_seed}, not {seed}");
+            return Err(failed(&what, "leave --seed out: --resume goes on with the file's"));
+        }
+        let mean = read_exr_layer(&self.path, "").map_err(unreadable)?;
+        let mut variance = read_exr_layer(&self.path, VARIANCE).map_err(unreadable)?;
+        // Of one sample there is no variance; its sums need none.
+        variance.pixels.iter_mut().flatten().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
+        let (width, height) = (size.width as usize, size.height as usize);
+        let film = Film::resume(width, height, samples, &mean.pixels, &variance.pixels)?;
+        Ok(Some(Before { film, seed: its_seed, dropped: number(DROPPED).unwrap_or(0) }))
+    }
+}
+
+/// How PNG shows the mean.
+#[derive(Debug)]
+pub struct Look {
+    pub integrator: Integrator,
+    pub exposure: f32,
+    pub tone_map: ToneMap,
+}
+
+impl Look {
+    fn bytes(&self, mean: &[[f32; 3]]) -> Vec<u8> {
+        match self.integrator {
+            Integrator::Path => display::encoded(mean, self.exposure, self.tone_map),
+            // Shares of light, which no camera exposes.
+            Integrator::Occlusion | Integrator::Obscurance { .. } => display::encoded(mean, 0.0, ToneMap::None),
+            // As --debug-view normal has it.
+            Integrator::Normal => display::raw(mean),
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! A number that two runs share if their samples may be put into one picture.
+
+use std::fmt::{self, Debug, Write as _};
+
+use bytemuck::{NoUninit, cast_slice};
+use lanternfish_reference::Settings;
+use lanternfish_scene::{Camera, Environment, Image, Instance, Mesh, Primitive, Scene};
+
+use crate::parse::Size;
+
+/// Of everything that the mean of a pixel depends on: geometry, surfaces, images, lights, surroundings, camera, size and
+/// settings, by value; and of the version of this program. Not of names, nor of the seed.
+pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> String {
+    let mut hash = Fnv::new();
+    hash.text(&env!("CARGO_PKG_VERSION"));
+    // Whole, so that a new field of a scene does not compile before it is thought of here.
+    let Scene {
+        name: _,
+        meshes,
+        instances,
+        materials,
+        textures,
+        images,
+        samplers,
+        lights,
+        cameras: _,
+        sky,
+        environment,
+    } = scene;
+    for Mesh { name: _, primitives } in meshes {
+        hash.text(&primitives.len());
+        for Primitive { material, positions, normals, tangents, uv0, uv1, colors, indices } in primitives {
+            hash.text(material);
+            hash.list(positions);
+            hash.list(normals);
+            hash.list(tangents);
+            hash.list(uv0);
+            hash.list(uv1);
+            hash.list(colors);
+            hash.list(indices);
+        }
+    }
+    for Instance { name: _, mesh, world_from_object } in instances {
+        hash.text(&(mesh, world_from_object));
+    }
+    for material in materials {
+        hash.text(&lanternfish_scene::Material { name: String::new(), ..material.clone() });
+    }
+    hash.text(&(textures, samplers));
+    for Image { name: _, width, height, rgba } in images {
+        hash.text(&(width, height));
+        hash.list(rgba);
+    }
+    for light in lights {
+        hash.text(&lanternfish_scene::Light { name: String::new(), ..light.clone() });
+    }
+    hash.text(sky);
+    if let Some(Environment { width, height, pixels, rotation }) = environment {
+        hash.text(&(width, height, rotation));
+        hash.list(pixels);
+    }
+    let Camera { name: _, world_from_camera, projection } = camera;
+    hash.text(&(world_from_camera, projection));
+    hash.text(&size);
+    hash.text(&Settings { seed: 0, ..settings.clone() });
+    format!("{:016x}", hash.0)
+}
+
+/// FNV-1a of 64 bits.
+struct Fnv(u64);
+
+impl Fnv {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    /// A value as Rust writes it, in which floats are exact, and an end that none contains.
+    fn text(&mut self, value: &dyn Debug) {
+        write!(self, "{value:?}\n\n").expect("a number takes everything");
+    }
+
+    /// A list with its length, in the bytes of this machine.
+    fn list<T: NoUninit>(&mut self, list: &[T]) {
+        self.bytes(&(list.len() as u64).to_le_bytes());
+        self.bytes(cast_slice(list));
+    }
+}
+
+impl fmt::Write for Fnv {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.bytes(text.as_bytes());
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use lanternfish_reference::settings::Integrator;
+    use lanternfish_scene::generate;
+
+    use super::*;
+
+    fn of_cornell(change: impl FnOnce(&mut Scene, &mut Size, &mut Settings)) -> String {
+        let mut scene = lanternfish_scene::load(&format!("demo:{}", generate::DEMOS[1])).unwrap();
+        let camera = Camera::framing(&scene.bounds(), 0.7, 1.0);
+        let (mut size, mut settings) = (Size { width: 4, height: 3 }, Settings::default());
+        change(&mut scene, &mut size, &mut settings);
+        of(&scene, &camera, size, &settings)
+    }
+
+    #[test]
+    fn what_the_picture_depends_on_changes_it_and_nothing_else() {
+        let same = of_cornell(|_, _, _| {});
+        assert_eq!(same.len(), 16);
+        assert_eq!(of_cornell(|scene, _, _| scene.materials[0].name = "other".to_owned()), same);
+        assert_eq!(of_cornell(|_, _, settings| settings.seed = 5), same);
+        let others = [
+            of_cornell(|scene, _, _| scene.materials[0].base_color.x += 1e-7),
+            of_cornell(|scene, _, _| scene.meshes[0].primitives[0].positions[0].y += 1e-6),
+            of_cornell(|scene, _, _| scene.instances[0].world_from_object.translation.x += 1e-6),
+            of_cornell(|scene, _, _| scene.lights.push(lanternfish_scene::Light::point(Vec3::ONE, Vec3::ONE))),
+            of_cornell(|scene, _, _| scene.sky = Vec3::X),
+            of_cornell(|_, size, _| size.width = 5),
+            of_cornell(|_, _, settings| settings.max_depth = 2),
+            of_cornell(|_, _, settings| settings.integrator = Integrator::Occlusion),
+        ];
+        for (i, other) in others.iter().enumerate() {
+            assert!(*other != same && !others[..i].contains(other), "change {i}");
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! `lanternfish reference`: what a shot looks like with all the light there is, by path tracing on the processor.
+//!
+//! 1. Read the scene as `render` does ([`crate::shot`], [`crate::scene`], [`crate::camera`]).
+//! 2. Go on from the output, if that is asked for and it is of the same making ([`fingerprint`], [`mod@file`]).
+//! 3. Add samples pass by pass until there are enough, or somebody asks to end ([`trace`], [`interrupt`]).
+//! 4. Write mean and variance.
+
+mod args;
+pub mod display;
+mod file;
+pub mod fingerprint;
+mod interrupt;
+mod trace;
+
+use std::{fmt::Write as _, io::Write as _, process::ExitCode, time::Instant};
+
+use lanternfish_reference::{
+    Film, Settings, Tracer,
+    settings::{Integrator, UNLIMITED},
+};
+use lanternfish_scene::{Camera, Scene};
+
+pub use self::args::{HELP, ReferenceArgs};
+use self::{
+    file::{Before, Look, Making, Target},
+    trace::Goal,
+};
+use crate::{
+    args::RenderArgs,
+    camera,
+    error::{CliError, say},
+    output,
+    parse::Size,
+    progress::Progress,
+    render::apply_lights,
+    report::grouped,
+    scene, shot,
+};
+
+/// Traces, and gives what the process exits with: success, or what Ctrl-C exits with.
+pub fn run(args: &ReferenceArgs, started: Instant) -> Result<ExitCode, CliError> {
+    let mut shot = shot::resolve(&args.scene)?;
+    let is_track = shot.args.track.frames.take().is_some();
+    let view = shot.views().swap_remove(0);
+    let (flags, size) = (&shot.args, shot.args.output.size);
+    let settings = args.settings(flags, args.samples.seed.unwrap_or(0))?;
+    let path = args.output.output.clone();
+    let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension("reference.exr"));
+    let target = Target::choose(path, args.output.variance.clone(), args.output.resume)?;
+    let environment = flags.lights.environment.as_deref();
+    let read = [args.scene.as_ref(), flags.scene.as_ref()].into_iter().chain(environment);
+    if let Some(other) = target.overlap(read) {
+        let what = format!("{}: both read and written", other.display());
+        return Err(CliError::new(what, "give the picture another name"));
+    }
+    if let Some(threads) = args.run.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        pool.map_err(|error| CliError::new(format_args!("--threads {threads}: {error}"), "choose fewer"))?;
+    }
+    let mut progress = Progress::start(flags.run.quiet);
+    if is_track {
+        progress.note("a reference is one picture: the first of the track; --time chooses another moment");
+    }
+    if flags.lights.lights.is_some() && args.samples.seed.is_some() && flags.run.seed == 0 {
+        progress.note("--seed chooses the noise; where the rain of --lights falls is said by --rain-seed");
+    }
+
+    let part = flags.part.scene_of_file.as_deref();
+    let scene = progress.step("load", &format!("Loading {}", flags.scene), || {
+        let mut scene = scene::load_part(&flags.scene, part)?;
+        apply_lights(&mut scene, &flags.lights, flags.run.seed)?;
+        Ok::<_, CliError>(scene)
+    })?;
+    if settings.integrator == Integrator::Path && is_dark(&scene) {
+        progress.note("nothing in the scene shines; try --sun 0.3,-1,0.2,3, --lights rain:100 or --sky 1,1,1");
+    }
+    let camera = camera::choose(&scene, &view, size.width as f32 / size.height as f32)?;
+
+    let making = Making {
+        fingerprint: fingerprint::of(&scene, &camera, size, &settings),
+        seed: settings.seed,
+        facts: facts(flags, &settings, &camera, size),
+    };
+    let before = match args.output.resume {
+        true => target.before(&making, size, args.samples.seed)?,
+        false => None,
+    };
+    if args.output.resume && before.is_none() {
+        progress.note(&format!("{}: not there yet, so this starts anew", target.path.display()));
+    }
+    let Before { mut film, seed, dropped } = match before {
+        Some(before) => before,
+        None => {
+            let film = Film::new(size.width as usize, size.height as usize)?;
+            Before { film, seed: settings.seed, dropped: 0 }
+        }
+    };
+    let (settings, making) = (Settings { seed, ..settings }, Making { seed, ..making });
+    let look = Look { integrator: settings.integrator, exposure: flags.look.exposure, tone_map: flags.look.tone_map };
+
+    let tracer = progress.step("build", "Building trees", || Tracer::new(&scene, settings.clone()))?;
+    interrupt::install()?;
+    let goal = goal(args);
+    let bar = progress.bar();
+    let run = progress.step("trace", "Tracing", || {
+        trace::trace(&tracer, &camera, &mut film, &goal, &bar, |film| {
+            target.write(film, &making, dropped + film.dropped(), &look)
+        })
+    })?;
+    drop(bar);
+    let dropped = dropped + film.dropped();
+    progress.step("write", &format!("Writing {}", target.path.display()), || {
+        target.write(&film, &making, dropped, &look)
+    })?;
+
+    let noise = film.noise().relative;
+    if run.interrupted {
+        let goal = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
+        let on = if target.is_resumable() { "; the same command with --resume goes on from there" } else { "" };
+        progress.note(&format!("stopped at {}{goal} samples a pixel{on}", film.samples()));
+    } else if let Some(error) = goal.until_error.filter(|error| noise > *error) {
+        progress.note(&format!(
+            "the expected error is {:.3} % after {} samples a pixel, not yet {:.3} %",
+            100.0 * noise,
+            film.samples(),
+            100.0 * error
+        ));
+    }
+    let mut seconds = progress.finish();
+    seconds.push(("total", started.elapsed().as_secs_f64()));
+    if dropped > 0 {
+        say(&format_args!(
+            "warning: {} samples were no numbers and count as black: a fault of the scene or of Lanternfish",
+            grouped(dropped)
+        ));
+    }
+    let mut text = String::new();
+    if flags.run.timings {
+        text = table(&tracer, &scene, &film, &run, dropped, &seconds);
+    }
+    text += &format!("{}\n", target.path.display());
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)?;
+    Ok(if run.interrupted { ExitCode::from(interrupt::EXIT) } else { ExitCode::SUCCESS })
+}
+
+fn goal(args: &ReferenceArgs) -> Goal {
+    let samples = &args.samples;
+    let is_unbounded = samples.until_error.is_some() || samples.time_limit.is_some();
+    Goal {
+        spp: samples.spp.or((!is_unbounded).then_some(args::SPP)),
+        until_error: samples.until_error.map(f64::from),
+        time_limit: samples.time_limit.map(f64::from),
+    }
+}
+
+/// Whether a path finds no light anywhere.
+fn is_dark(scene: &Scene) -> bool {
+    scene.lights.is_empty()
+        && scene.environment.is_none()
+        && scene.sky == glam::Vec3::ZERO
+        && scene.materials.iter().all(|m| m.emissive == glam::Vec3::ZERO && !m.unlit)
+}
+
+/// What stands in the file for people, and tells two makings apart.
+fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -> Vec<(&'static str, String)> {
+    let point = |p: glam::Vec3| format!("{},{},{}", p.x, p.y, p.z);
+    let eye = camera.eye();
+    let forward = camera.world_from_camera.transform_vector3(glam::Vec3::NEG_Z);
+    let (integrator, max_distance) = match settings.integrator {
+        Integrator::Path => ("path", None),
+        Integrator::Occlusion => ("occlusion", None),
+        Integrator::Obscurance { max_distance } => ("obscurance", Some(max_distance)),
+        Integrator::Normal => ("normal", None),
+    };
+    let max_depth = match settings.max_depth {
+        UNLIMITED => "unlimited".to_owned(),
+        depth => depth.to_string(),
+    };
+    let mut facts = vec![
+        ("lanternfish.version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("lanternfish.scene", flags.scene.clone()),
+        ("lanternfish.size", format!("{}x{}", size.width, size.height)),
+        ("lanternfish.eye", point(eye)),
+        ("lanternfish.forward", point(forward)),
+        ("lanternfish.integrator", integrator.to_owned()),
+        ("lanternfish.max-depth", max_depth),
+        ("lanternfish.materials", settings.materials.to_string()),
+        ("lanternfish.attenuation", settings.attenuation.to_string()),
+        ("lanternfish.range-threshold", settings.range_threshold.to_string()),
+        ("lanternfish.light-choice", settings.light_choice.to_string()),
+    ];
+    facts.extend(max_distance.map(|distance| ("lanternfish.max-distance", distance.to_string())));
+    facts
+}
+
+/// What was counted and how long it took.
+fn table(
+    tracer: &Tracer<'_>,
+    scene: &Scene,
+    film: &Film,
+    run: &trace::Run,
+    dropped: u64,
+    seconds: &[(&'static str, f64)],
+) -> String {
+    let (width, height) = film.size();
+    let added = run.added * (width * height) as u64;
+    let rate = added as f64 / run.seconds.max(1e-9);
+    let mut text = String::new();
+    let mut line = |name: &str, value: &str| writeln!(text, "{name:<18}{value:>14}").expect("String");
+    line("counter", "value");
+    line("triangles", &grouped(tracer.triangle_count() as u64));
+    line("lights", &grouped(scene.lights.len() as u64));
+    line("threads", &rayon::current_num_threads().to_string());
+    line("samples a pixel", &grouped(film.samples()));
+    line("samples, this run", &grouped(added));
+    line("samples a second", &trace::metric(rate));
+    line("samples dropped", &grouped(dropped));
+    line("expected error", &format!("{:.3} %", 100.0 * film.noise().relative));
+    line("", "");
+    line("step", "s");
+    for (name, seconds) in seconds {
+        line(name, &format!("{seconds:.2}"));
+    }
+    text.lines().flat_map(|line| [line.trim_end(), "\n"]).collect::<String>() + "\n"
+}

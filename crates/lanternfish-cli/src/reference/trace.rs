@@ -1,0 +1,200 @@
+//! Samples, pass by pass, until there are enough.
+
+use std::time::{Duration, Instant};
+
+use lanternfish_reference::{Film, Tracer};
+use lanternfish_scene::Camera;
+
+use super::interrupt;
+use crate::{error::CliError, progress::Bar};
+
+/// A pass takes about this long, s, so that Ctrl-C and the progress line do not wait for more.
+const PASS_SECONDS: f64 = 1.0;
+/// Most samples of a pass.
+const MOST_A_PASS: u64 = 64;
+/// The file is written at least this often, s.
+const CHECKPOINT_SECONDS: f64 = 60.0;
+/// Below so many samples the error that they estimate of themselves says little.
+const FIRST_CHECK: u64 = 16;
+
+/// When there are enough. Without any, never.
+#[derive(Clone, Debug, Default)]
+pub struct Goal {
+    /// Samples a pixel.
+    pub spp: Option<u64>,
+    /// [`lanternfish_reference::Noise::relative`]. Looked at where the number of samples is one of a fixed row, so that the
+    /// picture depends on no clock.
+    pub until_error: Option<f64>,
+    /// Seconds of this run.
+    pub time_limit: Option<f64>,
+}
+
+/// How a run ended.
+#[derive(Debug)]
+pub struct Run {
+    pub interrupted: bool,
+    /// Samples a pixel that this run added.
+    pub added: u64,
+    pub seconds: f64,
+}
+
+impl Goal {
+    fn is_reached(&self, film: &Film, seconds: f64) -> bool {
+        let samples = film.samples();
+        self.spp.is_some_and(|spp| samples >= spp)
+            || (samples > 0 && self.time_limit.is_some_and(|limit| seconds >= limit))
+            || self.until_error.is_some_and(|error| is_check(samples) && film.noise().relative <= error)
+    }
+
+    /// Most samples of a pass after which the goal may have been reached.
+    fn most(&self, samples: u64) -> u64 {
+        let spp = self.spp.map_or(u64::MAX, |spp| spp.saturating_sub(samples));
+        let check = self.until_error.map_or(u64::MAX, |_| next_check(samples) - samples);
+        spp.min(check).max(1)
+    }
+
+    /// Seconds that are left at this pace, by whatever comes first.
+    fn seconds_left(&self, samples: u64, noise: f64, seconds: f64, each: f64) -> Option<f64> {
+        let of_samples = |wanted: f64| ((wanted - samples as f64) * each).max(0.0);
+        let left = [
+            self.spp.map(|spp| of_samples(spp as f64)),
+            // The error falls with the root of the samples.
+            self.until_error.map(|error| of_samples(samples as f64 * (noise / error).powi(2))),
+            self.time_limit.map(|limit| limit - seconds),
+        ];
+        left.into_iter().flatten().filter(|left| left.is_finite()).min_by(f64::total_cmp)
+    }
+}
+
+/// The first number of samples above `samples` at which the error is looked at: 16, and on by an eighth each time.
+fn next_check(samples: u64) -> u64 {
+    let mut check = FIRST_CHECK;
+    while check <= samples {
+        check += check / 8;
+    }
+    check
+}
+
+fn is_check(samples: u64) -> bool {
+    samples > 0 && next_check(samples - 1) == samples
+}
+
+/// Adds samples until the goal is reached or somebody asks to end, and calls `save` once in a while. At least one pass
+/// where the goal is not reached to begin with.
+pub fn trace(
+    tracer: &Tracer<'_>,
+    camera: &Camera,
+    film: &mut Film,
+    goal: &Goal,
+    bar: &Bar,
+    mut save: impl FnMut(&Film) -> Result<(), CliError>,
+) -> Result<Run, CliError> {
+    let (started, first) = (Instant::now(), film.samples());
+    let mut saved = started;
+    let mut pass = 1;
+    loop {
+        let (seconds, added) = (started.elapsed().as_secs_f64(), film.samples() - first);
+        let end = |interrupted| Run { interrupted, added, seconds };
+        if goal.is_reached(film, seconds) {
+            return Ok(end(false));
+        }
+        if interrupt::asked() && film.samples() > 0 {
+            return Ok(end(true));
+        }
+        let pass_started = Instant::now();
+        let samples = pass.min(goal.most(film.samples()));
+        tracer.render(camera, film, samples);
+        let pass_seconds = pass_started.elapsed().as_secs_f64();
+        let each = pass_seconds.max(1e-6) / samples as f64;
+        let seconds = started.elapsed().as_secs_f64();
+        let time = goal.time_limit.map_or(PASS_SECONDS, |limit| PASS_SECONDS.min(limit - seconds));
+        pass = ((time / each) as u64).clamp(1, MOST_A_PASS);
+        if bar.is_seen() {
+            show(bar, film, goal, film.samples() - first, seconds);
+        }
+        if (saved.elapsed() + Duration::from_secs_f64(pass_seconds)).as_secs_f64() > CHECKPOINT_SECONDS {
+            save(film)?;
+            saved = Instant::now();
+        }
+    }
+}
+
+fn show(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) {
+    let ((width, height), samples, noise) = (film.size(), film.samples(), film.noise().relative);
+    let left = goal.seconds_left(samples, noise, seconds, seconds / added as f64);
+    let of = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
+    let rate = (added as f64) * (width * height) as f64 / seconds;
+    let mut text = format!("{samples}{of} samples a pixel, {} samples/s", metric(rate));
+    if noise.is_finite() {
+        text += &format!(", error {:.2} %", 100.0 * noise);
+    }
+    if let Some(left) = left {
+        text += &format!(", {} left", duration(left));
+    }
+    let share = left.map_or(0.0, |left| seconds / (seconds + left));
+    bar.show(share, text);
+}
+
+/// A number with three digits and k, M or G.
+pub fn metric(number: f64) -> String {
+    let (unit, name) = [(1e9, " G"), (1e6, " M"), (1e3, " k")]
+        .into_iter()
+        .find(|(unit, _)| number >= 0.9995 * unit)
+        .unwrap_or((1.0, ""));
+    let scaled = number / unit;
+    let digits = if scaled >= 99.95 {
+        0
+    } else if scaled >= 9.995 {
+        1
+    } else {
+        2
+    };
+    format!("{scaled:.digits$}{name}")
+}
+
+fn duration(seconds: f64) -> String {
+    let whole = seconds.ceil() as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m} min {s} s"),
+        (h, m, _) => format!("{h} h {m} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checks_are_a_fixed_row() {
+        let mut row = vec![next_check(0)];
+        while row.len() < 6 {
+            row.push(next_check(row[row.len() - 1]));
+        }
+        assert_eq!(row, [16, 18, 20, 22, 24, 27]);
+        assert!(is_check(27) && !is_check(26) && !is_check(0) && !is_check(1));
+    }
+
+    #[test]
+    fn a_pass_stops_where_the_goal_may_be_reached() {
+        let goal = Goal { spp: Some(25), until_error: Some(0.1), time_limit: None };
+        assert_eq!((goal.most(0), goal.most(16), goal.most(24)), (16, 2, 1));
+        assert_eq!(Goal::default().most(5), u64::MAX);
+        let left = goal.seconds_left(20, 0.2, 7.0, 1.0);
+        assert_eq!(left, Some(5.0), "the samples run out before the error is reached");
+        assert_eq!(Goal { spp: None, ..goal }.seconds_left(20, 0.2, 7.0, 1.0), Some(60.0));
+        assert_eq!(Goal::default().seconds_left(20, f64::INFINITY, 7.0, 1.0), None);
+    }
+
+    #[test]
+    fn numbers_for_people() {
+        for (number, text) in
+            [(0.0, "0.00"), (999.9, "1.00 k"), (12_345.0, "12.3 k"), (1.5e6, "1.50 M"), (2e11, "200 G")]
+        {
+            assert_eq!(metric(number), text);
+        }
+        for (seconds, text) in [(0.2, "1 s"), (61.0, "1 min 1 s"), (7200.0, "2 h 0 min")] {
+            assert_eq!(duration(seconds), text);
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! `lanternfish reference`, from the command line to files.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+};
+
+use lanternfish_metrics::{RgbImage, exr_layers, read_exr, read_exr_attributes, read_exr_layer, read_png};
+
+fn lanternfish(folder: &Path, words: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
+    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).args(words.split_whitespace());
+    command
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+fn output(folder: &Path, words: &str) -> Output {
+    lanternfish(folder, words).output().unwrap()
+}
+
+/// Standard output and standard error of a run of `reference demo:cornell` at 32 × 32 that succeeds.
+#[track_caller]
+fn cornell(folder: &Path, words: &str) -> (String, String) {
+    let output = output(folder, &format!("reference demo:cornell --size 32x32 {words}"));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    (text(&output.stdout).to_owned(), text(&output.stderr).to_owned())
+}
+
+/// Standard error of a run that fails with one error and leaves the folder's files as they are.
+#[track_caller]
+fn refused(folder: &Path, words: &str) -> String {
+    let before = contents(folder);
+    let output = output(folder, &format!("reference {words}"));
+    let error = text(&output.stderr).to_owned();
+    assert!(!output.status.success() && output.stdout.is_empty(), "{output:?}");
+    assert_eq!(error.lines().filter(|line| line.starts_with("error")).count(), 1, "{error}");
+    assert!(!error.contains("internal error"), "{error}");
+    assert!(contents(folder) == before, "{error}");
+    error
+}
+
+fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files.into_iter().map(|path| (path.clone(), fs::read(path).unwrap_or_default())).collect()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    contents(folder).iter().map(|(path, _)| path.file_name().unwrap().to_str().unwrap().to_owned()).collect()
+}
+
+fn samples(path: &Path) -> u64 {
+    read_exr_attributes(path).unwrap()["lanternfish.samples"].parse().unwrap()
+}
+
+fn values(image: &RgbImage) -> impl Iterator<Item = f32> {
+    image.pixels.iter().flatten().copied()
+}
+
+#[test]
+fn the_file_has_mean_variance_and_how_it_was_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let (stdout, stderr) = cornell(folder.path(), "--spp 8 --seed 3 --max-depth 3 -o a.exr --variance v.exr");
+    assert_eq!((stdout.as_str(), stderr.as_str()), ("a.exr\n", ""));
+    assert_eq!(names(folder.path()), ["a.exr", "v.exr"]);
+    let path = folder.path().join("a.exr");
+    assert_eq!(exr_layers(&path).unwrap(), ["", "variance"]);
+    let attributes = read_exr_attributes(&path).unwrap();
+    for (name, value) in [
+        ("samples", "8"),
+        ("seed", "3"),
+        ("dropped", "0"),
+        ("scene", "demo:cornell"),
+        ("size", "32x32"),
+        ("integrator", "path"),
+        ("max-depth", "3"),
+        ("light-choice", "tree"),
+    ] {
+        assert_eq!(attributes[&format!("lanternfish.{name}")], value, "{name}");
+    }
+    assert_eq!(attributes["lanternfish.fingerprint"].len(), 16);
+    let (mean, variance) = (read_exr(&path).unwrap(), read_exr_layer(&path, "variance").unwrap());
+    assert_eq!((mean.width, mean.height), (32, 32));
+    for image in [&mean, &variance] {
+        assert!(values(image).all(|value| value.is_finite() && value >= 0.0) && values(image).any(|value| value > 0.0));
+    }
+    assert_eq!(read_exr(&folder.path().join("v.exr")).unwrap(), variance);
+}
+
+#[test]
+fn a_seed_is_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |words: &str| {
+        cornell(folder.path(), &format!("--spp 4 -o a.exr {words}"));
+        fs::read(folder.path().join("a.exr")).unwrap()
+    };
+    let first = bytes("--seed 1");
+    // Neither threads nor what only a display shows make a difference.
+    assert!(bytes("--seed 1 --threads 1 --exposure 2") == first);
+    let mean = |bytes: &[u8]| {
+        fs::write(folder.path().join("b.exr"), bytes).unwrap();
+        read_exr(&folder.path().join("b.exr")).unwrap()
+    };
+    assert_ne!(mean(&bytes("--seed 2")), mean(&first));
+}
+
+#[test]
+fn resumed_is_as_if_never_interrupted() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str, layer: &str| read_exr_layer(&folder.path().join(name), layer).unwrap();
+    cornell(folder.path(), "--spp 64 -o whole.exr");
+    let (_, stderr) = cornell(folder.path(), "--spp 1 --resume -o parts.exr");
+    assert!(stderr.starts_with("note: parts.exr: not there yet"), "{stderr}");
+    for spp in [32, 64] {
+        assert_eq!(cornell(folder.path(), &format!("--spp {spp} --resume -o parts.exr")).1, "");
+    }
+    assert_eq!(samples(&folder.path().join("parts.exr")), 64);
+    // The mean is rounded to 24 bits twice. The variance is a difference of squares, in which the mean's roundings weigh by
+    // how much greater the mean is than it.
+    for ((whole, part), variance) in
+        values(&read("whole.exr", "")).zip(values(&read("parts.exr", ""))).zip(values(&read("whole.exr", "variance")))
+    {
+        assert!((whole - part).abs() <= 1e-5 * whole, "{whole} {part} {variance}");
+    }
+    for (whole, part) in values(&read("whole.exr", "variance")).zip(values(&read("parts.exr", "variance"))) {
+        assert!((whole - part).abs() <= 1e-3 * whole + 1e-9, "variance {whole} {part}");
+    }
+    // There are enough already.
+    let before = fs::read(folder.path().join("parts.exr")).unwrap();
+    cornell(folder.path(), "--spp 10 --resume -o parts.exr");
+    assert!(fs::read(folder.path().join("parts.exr")).unwrap() == before);
+}
+
+#[test]
+fn another_making_is_not_gone_on_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |words: &str| refused(folder.path(), &format!("{words} --resume"));
+    cornell(folder.path(), "--spp 2 --seed 5 -o a.exr");
+    for (words, why) in [
+        ("demo:cornell --size 32x16 -o a.exr", "size is 32x32 there and 32x16 here"),
+        ("demo:cornell --size 32x32 --max-depth 2 -o a.exr", "max-depth is unlimited there and 2 here"),
+        ("demo:cornell --size 32x32 --eye 0,1,3 -o a.exr", "eye is"),
+        ("demo:cornell --size 32x32 --point 0,1,0,5 -o a.exr", "content is another"),
+        ("demo:cornell --size 32x32 --seed 6 -o a.exr", "its seed is 5, not 6"),
+    ] {
+        let error = refused(words);
+        assert!(error.contains(why) && error.contains("hint"), "{why:?} is not in: {error}");
+    }
+    // Without a seed the file's is taken.
+    cornell(folder.path(), "--spp 4 -o a.exr --resume");
+    assert_eq!(read_exr_attributes(&folder.path().join("a.exr")).unwrap()["lanternfish.seed"], "5");
+
+    lanternfish_metrics::write_exr(&folder.path().join("b.exr"), &read_exr(&folder.path().join("a.exr")).unwrap())
+        .unwrap();
+    assert!(refused("demo:cornell -o b.exr").contains("not a picture of `lanternfish reference`"));
+    fs::write(folder.path().join("c.exr"), "no picture").unwrap();
+    assert!(refused("demo:cornell -o c.exr").contains("c.exr"));
+    assert!(refused("demo:cornell -o d.png").contains("end the name with .exr"));
+}
+
+#[test]
+fn mistakes_are_told_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    for (words, what) in [
+        ("demo:cornell --integrator obscurance -o a.exr", "--max-distance"),
+        ("demo:cornell --max-distance 1 -o a.exr", "--integrator obscurance"),
+        ("demo:cornell -o a.jpg", ".exr (linear"),
+        ("demo:cornell -o missing/a.exr", "no folder"),
+        ("demo:cornell -o a.exr --variance a.png", "EXR only"),
+        ("demo:cornell -o a.exr --variance ./a.exr", "both the picture and --variance"),
+        ("demo:cornell --environment a.exr -o a.exr", "both read and written"),
+        ("demo:cornell --shadows none", "--shadows"),
+        ("demo:cornell --spp 0", "--spp"),
+        ("demo:cornell --threads 0", "--threads"),
+        ("demo:nothing", "demo:nothing"),
+        ("nowhere.glb", "nowhere.glb"),
+        ("nowhere.toml", "nowhere.toml"),
+        ("demo:cornell --time 1", "no camera track"),
+    ] {
+        let error = refused(folder.path(), words);
+        assert!(error.contains(what), "{words}: {error}");
+    }
+}
+
+#[test]
+fn it_stops_at_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |words: &str| cornell(folder.path(), &format!("--max-depth 2 -o a.exr {words}")).1;
+    let noise =
+        || read_exr_attributes(&folder.path().join("a.exr")).unwrap()["lanternfish.noise"].parse::<f64>().unwrap();
+    let count = || samples(&folder.path().join("a.exr"));
+    run("--until-error 0.2");
+    assert!(noise() <= 0.2 && count() >= 16, "{} {}", noise(), count());
+    let few = count();
+    run("--until-error 0.1");
+    assert!(noise() <= 0.1 && count() > few, "{} {}", noise(), count());
+    // How fast the machine is does not matter.
+    let bytes = fs::read(folder.path().join("a.exr")).unwrap();
+    run("--until-error 0.1 --threads 1");
+    assert!(fs::read(folder.path().join("a.exr")).unwrap() == bytes);
+    // A number of samples beside it is the most there are.
+    let stderr = run("--until-error 1e-6 --spp 20");
+    assert!(stderr.contains("after 20 samples a pixel, not yet") && count() == 20, "{stderr}");
+    run("--time-limit 0.05");
+    assert!(count() >= 1);
+}
+
+#[test]
+fn integrators_show_what_they_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let mean = |words: &str| {
+        cornell(folder.path(), &format!("--spp 16 -o a.exr {words}"));
+        read_exr(&folder.path().join("a.exr")).unwrap()
+    };
+    let normal = mean("--integrator normal");
+    let is_normal = |p: &[f32; 3]| {
+        let n = p.map(|v| 2.0 * v - 1.0);
+        (n.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-3
+    };
+    assert!(normal.pixels.iter().filter(|p| is_normal(p)).count() > 700, "most of the picture is inside a face");
+    let occlusion = mean("--integrator occlusion");
+    assert!(values(&occlusion).all(|value| (0.0..=1.0).contains(&value)));
+    // What is far occludes less, and nothing as near as a millimetre is in the way but beside edges.
+    let sum = |image: &RgbImage| values(image).map(f64::from).sum::<f64>();
+    let (near, far) =
+        (mean("--integrator obscurance --max-distance 0.001"), mean("--integrator obscurance --max-distance 1"));
+    assert!(sum(&occlusion) < sum(&far) && sum(&far) < sum(&near) && sum(&near) > 0.99 * 3.0 * 1024.0);
+    // Bounced light is more light.
+    let (direct, bounced) = (mean("--max-depth 2"), mean("--max-depth 3"));
+    assert!(sum(&direct) > 0.0 && sum(&bounced) > 1.05 * sum(&direct), "{} {}", sum(&direct), sum(&bounced));
+}
+
+#[test]
+fn a_shot_says_what_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let shot = "scene = \"demo:cornell\"
+        [output]
+        output = \"shot.png\"
+        size = [16, 8]
+        [lights]
+        point = [[0, 1, 0, 5]]
+        [technique]
+        shadows = \"none\"
+        [look]
+        materials = \"lambert\"
+        debug-view = \"nan\"
+        [track]
+        frames = 9
+        keyframes = [{ time = 0, eye = [0, 1, 3], target = [0, 1, 0] }, { time = 1, eye = [0, 1, 2.5], target = [0, 1, 0] }]
+        [run]
+        quiet = true";
+    fs::write(folder.path().join("night.toml"), shot).unwrap();
+    let run = |words: &str| {
+        let output = output(folder.path(), &format!("reference night.toml --spp 2 {words}"));
+        assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
+        text(&output.stdout).to_owned()
+    };
+    assert_eq!(run(""), "night.reference.exr\n");
+    let image = read_exr(&folder.path().join("night.reference.exr")).unwrap();
+    assert_eq!((image.width, image.height), (16, 8));
+    let attributes = read_exr_attributes(&folder.path().join("night.reference.exr")).unwrap();
+    assert_eq!((&attributes["lanternfish.materials"][..], &attributes["lanternfish.eye"][..]), ("lambert", "0,1,3"));
+    run("--time 1 --size 4x4 -o b.exr");
+    assert_eq!(read_exr_attributes(&folder.path().join("b.exr")).unwrap()["lanternfish.eye"], "0,1,2.5");
+    assert_eq!(names(folder.path()), ["b.exr", "night.reference.exr", "night.toml"]);
+}
+
+#[test]
+fn seeds_of_noise_and_of_rain_are_two() {
+    let folder = tempfile::tempdir().unwrap();
+    let fingerprint = |words: &str| {
+        let stderr = cornell(folder.path(), &format!("--lights rain:9 --spp 1 -o a.exr {words}")).1;
+        (read_exr_attributes(&folder.path().join("a.exr")).unwrap()["lanternfish.fingerprint"].clone(), stderr)
+    };
+    let (first, stderr) = fingerprint("");
+    assert_eq!(stderr, "");
+    let (same, stderr) = fingerprint("--seed 4");
+    assert!(same == first && stderr.contains("--rain-seed"), "{stderr}");
+    assert_ne!(fingerprint("--rain-seed 4").0, first);
+}
+
+#[test]
+fn the_table_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let (stdout, _) = cornell(folder.path(), "--spp 2 --timings -o a.png");
+    for line in ["triangles", "samples a pixel", "samples dropped", "expected error", "trace", "total"] {
+        assert!(stdout.lines().any(|l| l.starts_with(line)), "{line}: {stdout}");
+    }
+    assert!(stdout.lines().any(|line| line.split_whitespace().eq(["samples,", "this", "run", "2,048"])), "{stdout}");
+    assert_eq!(stdout.lines().last(), Some("a.png"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_writes_what_there_is() {
+    use std::{thread::sleep, time::Duration};
+
+    let folder = tempfile::tempdir().unwrap();
+    let words = "reference demo:cornell --size 32x32 --until-error 1e-9 -o a.exr";
+    let interrupted_after = |seconds: u64| {
+        let mut command = lanternfish(folder.path(), words);
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        sleep(Duration::from_secs(seconds));
+        // Twice at once, as `timeout` does.
+        let child_id = child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &child_id, &child_id]).status().unwrap().success());
+        child.wait_with_output().unwrap()
+    };
+    // On a machine that does much else the signal may come before it is listened to, and end the process at once.
+    let output = [2, 8, 30].into_iter().map(interrupted_after).find(|output| output.status.code().is_some());
+    let output = output.expect("half a minute is enough to start");
+    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stdout), "a.exr\n");
+    let count = samples(&folder.path().join("a.exr"));
+    let said = format!("note: stopped at {count} samples a pixel; the same command with --resume goes on from there");
+    assert_eq!(text(&output.stderr).trim(), said);
+    assert_eq!(names(folder.path()), ["a.exr"]);
+    cornell(folder.path(), &format!("--spp {} --resume -o a.exr", count + 3));
+    assert_eq!(samples(&folder.path().join("a.exr")), count + 3);
+}
+
+#[test]
+fn gpu_a_png_is_shown_as_render_shows_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("empty.gltf"), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
+    let png = |command: &str, words: &str| {
+        let line = format!("{command} empty.gltf --quiet --size 4x4 -o a.png {words}");
+        let output = output(folder.path(), &line);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        read_png(&folder.path().join("a.png")).unwrap()
+    };
+    for curve in ["none", "neutral", "reinhard", "aces"] {
+        for (sky, exposure) in
+            [("0.02,0.3,0.9", "0"), ("1,0.5,0.001", "1.5"), ("40,3,0", "-1"), ("0.0001,0.7,0.1", "-0.3")]
+        {
+            let words = format!("--sky {sky} --tone-map {curve} --exposure {exposure}");
+            let (ours, theirs) = (png("reference", &format!("{words} --spp 1")), png("render --adapter cpu", &words));
+            // One step of 255, where half floats round the other way.
+            for (a, b) in values(&ours).zip(values(&theirs)) {
+                assert!((a - b).abs() <= 1.01 / 255.0, "{words}: {a} {b}");
+            }
+        }
+    }
+}
