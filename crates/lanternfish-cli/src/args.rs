@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
 use glam::Vec3;
 use lanternfish::settings::{
-    Attenuation, Culling, DebugView, Materials, RayCulling, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+    Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials, RayCulling,
+    Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Light, generate::DEMOS};
@@ -14,7 +15,7 @@ use crate::{
     bench::BenchArgs,
     choices::choice,
     compare::{self, CompareArgs},
-    parse::{self, Rain, Size},
+    parse::{self, LightSet, Size},
     reference::{self, ReferenceArgs},
     shot,
 };
@@ -190,10 +191,11 @@ pub struct LightArgs {
     /// A constant background, linear radiance (nits). It is seen, but lights nothing yet.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
-    /// N coloured point lights that fall like rain through the scene's box; --seed chooses where. The radius is how far
-    /// each reaches, m; without it, it is chosen by the scene's size and N. N is at most 2097152.
-    #[arg(long, value_name = "rain:N[:radius]", value_parser = parse::rain, allow_hyphen_values = true)]
-    pub lights: Option<Rain>,
+    /// N coloured point lights, at most 2097152. rain:N[:radius]: falling through the scene's box; --seed chooses where; the
+    /// radius is how far each reaches, m, by default chosen by the scene's size and N. random:N:radius:seed:x0,y0,z0,x1,y1,z1:
+    /// at random places of a box, by a rule that other renderers can follow.
+    #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
+    pub lights: Option<LightSet>,
     /// How light falls off with distance. R is the light's range.
     #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
     #[arg(default_value_t = Settings::default().attenuation)]
@@ -243,6 +245,23 @@ pub struct TechniqueArgs {
     /// Also tests lights against a box around the tile, with --culling tiled. The picture is the same.
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Switch::from(Tiled::default().aabb_test))]
     pub aabb: Switch,
+    /// Shape of the clusters, with --culling clustered: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or
+    /// displ:P:D (as persp, from D m behind the camera). The picture is the same.
+    #[arg(long, value_name = "SHAPE", value_parser = parse::cluster_shape)]
+    #[arg(default_value = "persp:32")]
+    pub clusters: ClusterShape,
+    /// Whether several views share one grid of clusters. The picture is the same.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Grouping>())]
+    #[arg(default_value_t = Clustered::default().grouping)]
+    pub cluster_views: Grouping,
+    /// How the lights of a cluster are found. The picture is the same.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Assignment>())]
+    #[arg(default_value_t = Clustered::default().assignment)]
+    pub light_assignment: Assignment,
+    /// How close to a cluster a light must come to be listed. The picture is the same.
+    #[arg(long, value_name = "NAME", value_parser = choice::<ClusterTest>())]
+    #[arg(default_value_t = Clustered::default().test)]
+    pub cluster_test: ClusterTest,
     /// How textures reach the shader. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
     #[arg(default_value_t = Settings::default().textures)]
@@ -276,6 +295,8 @@ pub enum CullingName {
     All,
     /// A list of lights for every tile of the screen
     Tiled,
+    /// A list of lights for every cluster of what is visible
+    Clustered,
 }
 
 impl Default for CullingName {
@@ -283,6 +304,7 @@ impl Default for CullingName {
         match Culling::default() {
             Culling::All => Self::All,
             Culling::Tiled(_) => Self::Tiled,
+            Culling::Clustered(_) => Self::Clustered,
         }
     }
 }
@@ -324,6 +346,12 @@ impl RenderArgs {
                 CullingName::Tiled => {
                     Culling::Tiled(Tiled { tile_size: technique.tile_size, aabb_test: technique.aabb == Switch::On })
                 }
+                CullingName::Clustered => Culling::Clustered(Clustered {
+                    shape: technique.clusters,
+                    grouping: technique.cluster_views,
+                    assignment: technique.light_assignment,
+                    test: technique.cluster_test,
+                }),
             },
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,

@@ -2,7 +2,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Attenuation, DebugView, Materials, RayCulling, Shadows, TextureBinding, TileSize, ToneMap,
+    Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Shadows, TextureBinding,
+    TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
 
@@ -44,6 +45,18 @@ meanings! {
         Px8: "Fewest lights a pixel, most lists",
         Px16: "A good balance",
         Px32: "Fewest lists, most lights a pixel",
+    }
+    Grouping {
+        Individual: "A grid for each view",
+        Enclosed: "One grid around all views: lights are assigned once",
+    }
+    Assignment {
+        BruteForce: "Every light is tested against every cluster",
+        Hierarchy: "A tree over the lights is walked: for thousands of lights",
+    }
+    ClusterTest {
+        Planes: "Behind none of the cluster's planes: some lights too many",
+        PlanesAndBox: "And within reach of the box around it",
     }
     Shadows {
         Auto: "The faster one of this adapter",

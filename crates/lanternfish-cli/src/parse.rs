@@ -1,7 +1,8 @@
 //! From the words of the command line to vectors, sizes and lights. Messages say what was expected, with an example.
 
 use glam::Vec3;
-use lanternfish_scene::Light;
+use lanternfish::settings::ClusterShape;
+use lanternfish_scene::{Bounds, Light};
 
 /// Pixels a side that are accepted.
 const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
@@ -100,34 +101,93 @@ fn intensity(values: &[f32]) -> Result<Vec3, String> {
 
 /// Lights made by rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rain {
-    /// How many.
-    pub count: u32,
-    /// How far each reaches, m; `None`: chosen by the scene's size.
-    pub radius: Option<f32>,
+pub enum LightSet {
+    /// Falling through the scene's box.
+    Rain {
+        /// How many.
+        count: u32,
+        /// How far each reaches, m; `None`: chosen by the scene's size.
+        radius: Option<f32>,
+    },
+    /// At random places of a box, by a rule that other renderers can follow.
+    Random {
+        /// How many.
+        count: u32,
+        /// How far each reaches, m.
+        radius: f32,
+        /// Of the random numbers.
+        seed: u64,
+        /// The box.
+        bounds: Bounds,
+    },
 }
 
-/// `rain:N[:radius]`.
-pub fn rain(text: &str) -> Result<Rain, String> {
-    let expected = "expected rain:N or rain:N:radius, e.g. rain:1000 or rain:1000:0.8";
-    let mut parts = text.split(':');
-    let (Some("rain"), Some(count), radius, None) = (parts.next(), parts.next(), parts.next(), parts.next()) else {
-        return Err(expected.to_owned());
+/// `rain:N[:radius]` or `random:N:radius:seed:x0,y0,z0,x1,y1,z1`.
+pub fn light_set(text: &str) -> Result<LightSet, String> {
+    let expected = "expected rain:N, rain:N:radius or random:N:radius:seed:x0,y0,z0,x1,y1,z1, e.g. rain:1000 or \
+                    random:1000:1.5:7:-9,0,-4,9,9,4";
+    let radius_of = |text: &str| {
+        let metres = number(text).ok_or_else(|| "expected a number".to_owned()).and_then(reach);
+        metres.map_err(|error| format!("radius {text:?}: {error}"))
     };
-    if count.is_empty() || !count.bytes().all(|b| b.is_ascii_digit()) {
-        return Err(format!("number of lights {count:?}: {expected}"));
+    match text.split(':').collect::<Vec<_>>()[..] {
+        ["rain", count] => Ok(LightSet::Rain { count: light_count(count, expected)?, radius: None }),
+        ["rain", count, radius] => {
+            Ok(LightSet::Rain { count: light_count(count, expected)?, radius: Some(radius_of(radius)?) })
+        }
+        ["random", count, radius, seed, corners] => {
+            let wrong = || format!("box {corners:?}: expected x0,y0,z0,x1,y1,z1, the lower corner first, m");
+            let corners = numbers(corners).and_then(|v| <[f32; 6]>::try_from(v).ok()).ok_or_else(wrong)?;
+            let (min, max) = (near_enough(Vec3::from_slice(&corners))?, near_enough(Vec3::from_slice(&corners[3..]))?);
+            if !min.cmple(max).all() {
+                return Err(wrong());
+            }
+            Ok(LightSet::Random {
+                count: light_count(count, expected)?,
+                radius: radius_of(radius)?,
+                seed: seed.parse().map_err(|_| format!("seed {seed:?}: expected a whole number, 0 to {}", u64::MAX))?,
+                bounds: Bounds { min, max },
+            })
+        }
+        _ => Err(expected.to_owned()),
+    }
+}
+
+fn light_count(text: &str, expected: &str) -> Result<u32, String> {
+    if text.is_empty() || !text.bytes().all(|b| b.is_ascii_digit()) {
+        return Err(format!("number of lights {text:?}: {expected}"));
     }
     // Digits that do not fit are too many lights as well.
-    let count = count
-        .parse()
-        .ok()
-        .filter(|count| *count <= MOST_LIGHTS)
-        .ok_or_else(|| format!("number of lights {count}: expected at most {MOST_LIGHTS}"))?;
-    let radius = radius
-        .map(|text| number(text).ok_or_else(|| "expected a number".to_owned()).and_then(reach).map_err(|e| (text, e)))
-        .transpose()
-        .map_err(|(text, error)| format!("radius {text:?}: {error}"))?;
-    Ok(Rain { count, radius })
+    let count = text.parse().ok().filter(|count| *count <= MOST_LIGHTS);
+    count.ok_or_else(|| format!("number of lights {text}: expected at most {MOST_LIGHTS}"))
+}
+
+/// `persp:P`, `ortho:S` or `displ:P:D` [VanGelderen2020, table 5.1].
+pub fn cluster_shape(text: &str) -> Result<ClusterShape, String> {
+    let expected = "expected persp:PIXELS, ortho:METRES or displ:PIXELS:METRES, e.g. persp:32, ortho:2 or displ:64:32";
+    let pixels = |text: &str| {
+        let pixels = text.parse::<u32>().ok().filter(|pixels| (4..=4096).contains(pixels));
+        pixels.ok_or_else(|| format!("{text:?} pixels: expected 4 to 4096"))
+    };
+    let metres = |text: &str| {
+        let metres = number(text).ok_or_else(|| "expected a number".to_owned()).and_then(reach);
+        metres.map_err(|error| format!("{text:?} metres: {error}"))
+    };
+    match text.split(':').collect::<Vec<_>>()[..] {
+        ["persp", size] => Ok(ClusterShape::Perspective { pixels: pixels(size)? }),
+        ["ortho", side] => Ok(ClusterShape::Orthographic { side: metres(side)? }),
+        ["displ", size, distance] => Ok(ClusterShape::Displaced { pixels: pixels(size)?, distance: metres(distance)? }),
+        _ => Err(expected.to_owned()),
+    }
+}
+
+/// As [`cluster_shape`] reads it.
+pub fn cluster_shape_text(shape: ClusterShape) -> String {
+    match shape {
+        ClusterShape::Perspective { pixels } => format!("persp:{pixels}"),
+        ClusterShape::Orthographic { side } => format!("ortho:{side}"),
+        ClusterShape::Displaced { pixels, distance } => format!("displ:{pixels}:{distance}"),
+    }
 }
 
 /// How far a light reaches, m.
@@ -241,17 +301,56 @@ mod tests {
     }
 
     #[test]
-    fn rains() {
-        assert_eq!(rain("rain:1000"), Ok(Rain { count: 1000, radius: None }));
-        assert_eq!(rain("rain:5:0.25"), Ok(Rain { count: 5, radius: Some(0.25) }));
-        for bad in ["rain", "rain:", "rain:x", "rain:-1", "rain:+1", "rain:5:0", "rain:5:", "rain:5:1:1", "snow:5"] {
-            assert!(rain(bad).is_err(), "{bad}");
+    fn sets_of_lights() {
+        let rain = |count, radius| Ok(LightSet::Rain { count, radius });
+        assert_eq!(light_set("rain:1000"), rain(1000, None));
+        assert_eq!(light_set("rain:5:0.25"), rain(5, Some(0.25)));
+        assert_eq!(light_set("rain:2097152"), rain(2_097_152, None));
+        let bounds = Bounds { min: Vec3::new(-9.0, 0.0, -4.0), max: Vec3::new(9.0, 9.0, 4.0) };
+        let random = LightSet::Random { count: 10, radius: 1.5, seed: u64::MAX, bounds };
+        assert_eq!(light_set("random:10:1.5:18446744073709551615:-9,0,-4,9,9,4"), Ok(random));
+        for bad in [
+            "rain",
+            "rain:",
+            "rain:x",
+            "rain:-1",
+            "rain:+1",
+            "rain:5:0",
+            "rain:5:",
+            "rain:5:1:1",
+            "snow:5",
+            "random:5",
+            "random:5:1:1:0,0,0,1,1",
+            "random:5:1:x:0,0,0,1,1,1",
+            "random:5:0:1:0,0,0,1,1,1",
+            "random:5:1:1:1,0,0,0,1,1",
+        ] {
+            assert!(light_set(bad).is_err(), "{bad}");
         }
-        // The intensity is chosen by the square of the radius.
-        assert!(rain("rain:5:1e30").unwrap_err().contains("1e12"));
-        assert_eq!(rain("rain:2097152").unwrap().count, 2_097_152);
-        for bad in ["rain:2097153", "rain:4000000000", "rain:99999999999999999999"] {
-            assert!(rain(bad).unwrap_err().contains("at most 2097152"), "{bad}");
+        assert!(light_set("rain:5:1e30").unwrap_err().contains("1e12"));
+        for bad in ["rain:2097153", "rain:4000000000", "rain:99999999999999999999", "random:2097153:1:1:0,0,0,1,1,1"] {
+            assert!(light_set(bad).unwrap_err().contains("at most 2097152"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn shapes_of_clusters_are_read_as_they_are_written() {
+        for text in ["persp:64", "ortho:4", "ortho:0.25", "displ:64:32"] {
+            assert_eq!(cluster_shape_text(cluster_shape(text).unwrap()), text);
+        }
+        for bad in [
+            "",
+            "persp",
+            "persp:3",
+            "persp:1e9",
+            "ortho:0",
+            "ortho:-1",
+            "ortho:nan",
+            "displ:64",
+            "displ:64:x",
+            "cube:4",
+        ] {
+            assert!(cluster_shape(bad).is_err(), "{bad}");
         }
     }
 

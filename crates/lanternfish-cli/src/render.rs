@@ -4,13 +4,17 @@ use std::{io::Write, path::Path, time::Instant};
 
 use lanternfish::{Renderer, Report};
 use lanternfish_gpu::Gpu;
-use lanternfish_scene::{Environment, Scene, generate::light_rain};
+use lanternfish_scene::{
+    Environment, Scene,
+    generate::{light_rain, random_lights},
+};
 
 use crate::{
     args::LightArgs,
     camera,
     error::CliError,
     output::{self, Output},
+    parse::LightSet,
     progress::Progress,
     report::{self, Run},
     scene,
@@ -99,8 +103,14 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
 
 /// Adds the lights of the flags to those of the file, and puts their surroundings in the place of the file's.
 pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<(), CliError> {
-    if let Some(rain) = flags.lights {
-        scene.lights.extend(light_rain(&scene.bounds(), rain.count, rain.radius, seed, 0.0));
+    match flags.lights {
+        Some(LightSet::Rain { count, radius }) => {
+            scene.lights.extend(light_rain(&scene.bounds(), count, radius, seed, 0.0));
+        }
+        Some(LightSet::Random { count, radius, seed, bounds }) => {
+            scene.lights.extend(random_lights(&bounds, count, radius, seed));
+        }
+        None => {}
     }
     scene.lights.extend(flags.points.iter().cloned());
     scene.lights.extend(flags.sun.clone());

@@ -9,7 +9,7 @@ use lanternfish::{
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
 
-use crate::parse::Size;
+use crate::parse::{Size, cluster_shape_text};
 
 /// Everything worth knowing about a run.
 #[derive(Debug, Serialize)]
@@ -135,6 +135,13 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
             names.insert("culling", "tiled".to_owned());
             names.insert("tile-size", tiled.tile_size.to_string());
             names.insert("aabb", if tiled.aabb_test { "on" } else { "off" }.to_owned());
+        }
+        Culling::Clustered(clustered) => {
+            names.insert("culling", "clustered".to_owned());
+            names.insert("clusters", cluster_shape_text(clustered.shape));
+            names.insert("cluster-views", clustered.grouping.to_string());
+            names.insert("light-assignment", clustered.assignment.to_string());
+            names.insert("cluster-test", clustered.test.to_string());
         }
     }
     if let Some(view) = settings.debug_view {

@@ -39,6 +39,16 @@ fn every_flag_reaches_its_setting() {
     };
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
+    let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \
+                 --cluster-test planes";
+    let clustered = Clustered {
+        shape: ClusterShape::Displaced { pixels: 64, distance: 32.0 },
+        grouping: Grouping::Individual,
+        assignment: Assignment::BruteForce,
+        test: ClusterTest::Planes,
+    };
+    let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
+    assert_eq!(args.settings().culling, Culling::Clustered(clustered));
 }
 
 #[test]
@@ -56,7 +66,8 @@ fn what_is_said_last_counts_but_points_add_up() {
     let words = "--lights rain:1000 --seed 1 --timings -o a.png --point 0,0,0,1 \
                  --lights rain:5 --seed 2 --timings --output b.png --point 1,1,1,1 --quiet -q";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
-    assert_eq!((args.lights.lights.unwrap().count, args.run.seed), (5, 2));
+    assert_eq!(args.lights.lights, Some(LightSet::Rain { count: 5, radius: None }));
+    assert_eq!(args.run.seed, 2);
     assert_eq!(args.output.output, Some("b.png".into()));
     assert_eq!(args.lights.points.len(), 2);
     assert!(args.run.timings && args.run.quiet);
@@ -69,6 +80,10 @@ fn unknown_values_are_refused_with_the_known_ones() {
         ("--shadows", "ray-query"),
         ("--culling", "tiled"),
         ("--tile-size", "16"),
+        ("--clusters", "displ:"),
+        ("--cluster-views", "enclosed"),
+        ("--light-assignment", "hierarchy"),
+        ("--cluster-test", "planes-and-box"),
         ("--tone-map", "neutral"),
         ("--attenuation", "physical_smooth_2"),
         ("--materials", "lambert"),

@@ -4,6 +4,7 @@ use glam::Vec3;
 use lanternfish::settings::{Culling, DebugView, TileSize, Tiled, ToneMap};
 
 use super::{keys::keys, *};
+use crate::parse::LightSet;
 
 /// The shot of this text in a folder of its own, under these flags.
 fn shot(text: &str, flags: &str) -> Result<Shot, String> {
@@ -87,7 +88,7 @@ fn every_kind_of_value_reaches_its_flag() {
     assert_eq!((args.view.camera.as_deref(), args.part.scene_of_file.as_deref()), (Some("court"), Some("1")));
     assert_eq!((args.lights.points.len(), args.lights.points[1].range), (2, Some(8.0)));
     assert_eq!(args.lights.sun.as_ref().unwrap().direction, Vec3::NEG_Y);
-    assert_eq!(args.lights.lights.unwrap().radius, Some(0.5));
+    assert_eq!(args.lights.lights, Some(LightSet::Rain { count: 10, radius: Some(0.5) }));
     assert_eq!((args.run.seed, args.run.timings, args.run.quiet), (16, true, false));
     let settings = args.settings();
     assert_eq!((settings.tone_map, settings.exposure), (ToneMap::Aces, -1.0));

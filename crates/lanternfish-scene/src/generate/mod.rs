@@ -6,12 +6,14 @@ mod cornell;
 mod furnace;
 mod hash;
 mod rain;
+mod random;
 mod street;
 mod surface;
 mod texture;
 
 pub(crate) use build::Shape;
 pub use rain::light_rain;
+pub use random::random_lights;
 pub(crate) use surface::Surface;
 
 use crate::{Scene, SceneError};
