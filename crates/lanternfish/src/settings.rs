@@ -27,6 +27,9 @@ pub struct Settings {
     pub debug_view: Option<DebugView>,
     /// How material textures reach the shader. The picture is the same.
     pub textures: TextureBinding,
+    /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
+    /// once.
+    pub samples: Samples,
 }
 
 impl Default for Settings {
@@ -42,6 +45,7 @@ impl Default for Settings {
             tone_map: ToneMap::Neutral,
             debug_view: None,
             textures: TextureBinding::Auto,
+            samples: Samples::One,
         }
     }
 }
@@ -225,6 +229,32 @@ named_enum! {
         Visibility = "visibility",
         /// Magenta where the radiance is not finite, grey elsewhere.
         Nan = "nan",
+    }
+}
+
+named_enum! {
+    /// Samples a pixel at edges of triangles (multisample antialiasing).
+    Samples {
+        /// One.
+        One = "1",
+        /// Two, where the adapter has it.
+        Two = "2",
+        /// Four: on every adapter.
+        Four = "4",
+        /// Eight, where the adapter has it.
+        Eight = "8",
+    }
+}
+
+impl Samples {
+    /// The number.
+    pub const fn count(self) -> u32 {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+            Self::Four => 4,
+            Self::Eight => 8,
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use super::{LightCulling, LightLists, Reach, Seen};
 use crate::{
     Renderer, Settings,
     prepass::Prepass,
-    settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Shadows, TileSize, Tiled},
+    settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Samples, Shadows, TileSize, Tiled},
     testing::{Random, probe, quad, scene_of},
     view::{View, tightened},
 };
@@ -61,13 +61,13 @@ impl<'g> Bench<'g> {
                 rooms.push(Culling::Clustered(Clustered { shape, assignment, test, ..Clustered::default() }));
             }
         }
-        let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c).unwrap())).collect();
+        let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c, Samples::One).unwrap())).collect();
         let settings = Settings { shadows: Shadows::None, ..Settings::default() };
         Self {
             gpu,
             renderer: Renderer::new(&gpu.device, &gpu.queue, settings).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
-            prepass: Prepass::new(),
+            prepass: Prepass::new(true, 1),
             rooms,
             tiled_pixels: probe(gpu, "testing/pixels", &[], "pixels"),
             clustered_pixels: probe(gpu, "testing/pixels", &["culling_clustered"], "pixels"),
@@ -94,7 +94,7 @@ impl<'g> Bench<'g> {
             }
             let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
+            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE, 0).unwrap();
             let seen = Seen { view: &seen, buffer: &view, surface: &surface, draws: &draws };
             let lights = room.record(&mut frame, &uploaded, &[seen], reach).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
