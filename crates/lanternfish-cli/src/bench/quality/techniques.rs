@@ -4,9 +4,13 @@
 //! [`techniques`] takes [`Settings`] apart whole, so that a new setting does not compile, and a new value does not pass,
 //! without a row.
 
-use lanternfish::settings::{Culling, Materials, RayCulling, Settings, Shadows, TextureBinding, TileSize, Tiled};
+use lanternfish::settings::{
+    Assignment, ClusterShape, ClusterTest, Clustered, Culling, Materials, RayCulling, Samples, Settings, Shadows,
+    TextureBinding, TileSize, Tiled,
+};
 
 use super::truths::Truth;
+use crate::parse::cluster_shape_text;
 
 /// One way to make the picture.
 #[derive(Clone, Debug)]
@@ -21,7 +25,7 @@ pub struct Technique {
 impl Technique {
     /// Its name as a part of a file's.
     pub fn file_name(&self) -> String {
-        self.name.replace(", ", "-").replace(' ', "-")
+        self.name.replace(", ", "-").replace([' ', ':'], "-")
     }
 }
 
@@ -35,6 +39,7 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         ray_culling,
         materials,
         textures,
+        samples,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,
@@ -59,6 +64,10 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         let settings = Settings { textures: *other, ..default.clone() };
         rows.push(row(format!("textures {other}"), Truth::Direct, settings));
     }
+    for other in Samples::ALL.iter().filter(|other| *other != samples) {
+        let settings = Settings { samples: *other, ..default.clone() };
+        rows.push(row(format!("samples {other}"), Truth::Direct, settings));
+    }
     for other in Materials::ALL.iter().filter(|other| *other != materials) {
         let truth = match other {
             Materials::File => Truth::Direct,
@@ -77,7 +86,20 @@ fn cullings() -> Vec<Culling> {
     let tiled = TileSize::ALL.iter().flat_map(|tile_size| {
         [true, false].map(|aabb_test| Culling::Tiled(Tiled { tile_size: *tile_size, aabb_test }))
     });
-    std::iter::once(Culling::All).chain(tiled).collect()
+    let clustered = |change: fn(&mut Clustered)| {
+        let mut clustered = Clustered::default();
+        change(&mut clustered);
+        Culling::Clustered(clustered)
+    };
+    // One view shares its grid with no other: the grouping has no row.
+    let clusters = [
+        clustered(|_| ()),
+        clustered(|c| c.shape = ClusterShape::Orthographic { side: 1.0 }),
+        clustered(|c| c.shape = ClusterShape::Displaced { pixels: 64, distance: 8.0 }),
+        clustered(|c| c.assignment = Assignment::BruteForce),
+        clustered(|c| c.test = ClusterTest::Planes),
+    ];
+    std::iter::once(Culling::All).chain(tiled).chain(clusters).collect()
 }
 
 /// By the flags of the command line. A new scheme goes into [`cullings`] as well.
@@ -86,6 +108,16 @@ fn culling_name(culling: Culling) -> String {
         Culling::All => "culling all".to_owned(),
         Culling::Tiled(Tiled { tile_size, aabb_test: true }) => format!("culling tiled {tile_size}"),
         Culling::Tiled(Tiled { tile_size, aabb_test: false }) => format!("culling tiled {tile_size}, aabb off"),
+        Culling::Clustered(Clustered { shape, assignment, test, grouping: _ }) => {
+            let mut name = format!("culling clustered {}", cluster_shape_text(shape));
+            if assignment != Clustered::default().assignment {
+                name += &format!(", {assignment}");
+            }
+            if test != Clustered::default().test {
+                name += &format!(", {test}");
+            }
+            name
+        }
     }
 }
 
@@ -111,26 +143,33 @@ mod tests {
         assert_every(Materials::ALL, |settings| settings.materials);
         assert_every(TextureBinding::ALL, |settings| settings.textures);
 
-        // `Culling` lists no values of its own: from each scheme to the next, so that a new one does not compile without.
-        fn next(culling: Culling) -> Option<Culling> {
-            match culling {
-                Culling::All => Some(Culling::Tiled(Tiled { tile_size: TileSize::Px8, aabb_test: true })),
-                Culling::Tiled(Tiled { tile_size, aabb_test: true }) => {
-                    Some(Culling::Tiled(Tiled { tile_size, aabb_test: false }))
-                }
-                Culling::Tiled(Tiled { tile_size, aabb_test: false }) => {
-                    let larger = match tile_size {
-                        TileSize::Px8 => TileSize::Px16,
-                        TileSize::Px16 => TileSize::Px32,
-                        TileSize::Px32 => return None,
-                    };
-                    Some(Culling::Tiled(Tiled { tile_size: larger, aabb_test: true }))
-                }
-            }
+        assert_every(Samples::ALL, |settings| settings.samples);
+
+        // `Culling` lists no values of its own: each part of each scheme.
+        let clustered = |culling| match culling {
+            Culling::Clustered(clustered) => Some(clustered),
+            Culling::All | Culling::Tiled(_) => None,
+        };
+        let tiled = |culling| match culling {
+            Culling::Tiled(Tiled { tile_size, aabb_test }) => Some((tile_size, aabb_test)),
+            Culling::All | Culling::Clustered(_) => None,
+        };
+        let shape = |shape| match shape {
+            ClusterShape::Perspective { .. } => 0,
+            ClusterShape::Orthographic { .. } => 1,
+            ClusterShape::Displaced { .. } => 2,
+        };
+        assert_every(&[Culling::All], |settings| settings.culling);
+        for size in TileSize::ALL {
+            assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(settings.culling));
         }
-        let every: Vec<_> = std::iter::successors(Some(Culling::All), |culling| next(*culling)).collect();
-        assert_eq!(every.len(), 7);
-        assert_every(&every, |settings| settings.culling);
+        assert_every(&[Some(0), Some(1), Some(2)], |settings| clustered(settings.culling).map(|c| shape(c.shape)));
+        for assignment in Assignment::ALL {
+            assert_every(&[Some(*assignment)], |settings| clustered(settings.culling).map(|c| c.assignment));
+        }
+        for test in ClusterTest::ALL {
+            assert_every(&[Some(*test)], |settings| clustered(settings.culling).map(|c| c.test));
+        }
     }
 
     #[test]
@@ -145,6 +184,7 @@ mod tests {
                 s.ray_culling != default.ray_culling,
                 s.materials != default.materials,
                 s.textures != default.textures,
+                s.samples != default.samples,
                 row.truth == Truth::Full,
             ];
             let count = changes.iter().filter(|changed| **changed).count();
