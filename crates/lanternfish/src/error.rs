@@ -35,6 +35,12 @@ pub enum RenderError {
          for each view (--cluster-views individual)"
     )]
     Unaligned,
+    /// There is no such set of directions.
+    #[error("deep images: {what}")]
+    Directions {
+        /// What is wrong with it.
+        what: String,
+    },
     /// A list outgrew what one binding of the device can hold.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {

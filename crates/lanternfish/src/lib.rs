@@ -55,6 +55,7 @@
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit.
 
 pub mod debug_views;
+pub mod deep_images;
 mod error;
 mod frame;
 pub mod gpu_scene;

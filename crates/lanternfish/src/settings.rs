@@ -67,7 +67,7 @@ impl Default for Culling {
     }
 }
 
-pub use crate::light_culling::clustered::grid::ClusterShape;
+pub use crate::{deep_images::directions::DirectionSet, light_culling::clustered::grid::ClusterShape};
 
 /// Lists per cluster [VanGelderen2020].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,6 +159,47 @@ impl TileSize {
             Self::Px16 => 16,
             Self::Px32 => 32,
         }
+    }
+}
+
+/// How the scene is kept as deep images [Archer2019; Niessner2010].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeepImageSettings {
+    /// Which directions there are images of. More: rays closer to an image's axis, more memory.
+    pub directions: DirectionSet,
+    /// Texels across and down an image. More: finer, more memory (by the square).
+    pub resolution: u32,
+    /// How they are built.
+    pub builder: DeepBuilder,
+    /// How many times finer than an image the single pass draws. More: fewer holes, slower by the square.
+    pub supersampling: u32,
+    /// Fragments of a texel nearer to each other than so many texels are one surface. More: fewer fragments; thin walls lose
+    /// their thickness.
+    pub merge_texels: f32,
+    /// Fragments expected of a texel, by which images are divided into chunks.
+    pub fragments_a_texel: u64,
+}
+
+impl Default for DeepImageSettings {
+    fn default() -> Self {
+        Self {
+            directions: DirectionSet::StacksSlices { stacks: 13, slices: 13 },
+            resolution: 64,
+            builder: DeepBuilder::SinglePass,
+            supersampling: 2,
+            merge_texels: 0.5,
+            fragments_a_texel: 32,
+        }
+    }
+}
+
+named_enum! {
+    /// How deep images are built.
+    DeepBuilder {
+        /// All from one draw of the scene [Archer2019, §3.1].
+        SinglePass = "single_pass",
+        /// A draw for each direction: the yardstick.
+        PerDirection = "per_direction",
     }
 }
 

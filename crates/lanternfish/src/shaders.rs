@@ -28,6 +28,7 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
+        deep_images::{DeepFrame, DeepGrid},
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::{
             Volume,
@@ -70,6 +71,10 @@ mod tests {
             choices: &[],
         },
         Root { module: "light_culling/clustered/assign", entries: &["count", "write"], choices: &[&["", "hierarchy"]] },
+        Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
+        Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
+        Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
+        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -253,6 +258,8 @@ mod tests {
         check::<MaskRecord>(&shaders, &mut checked);
         check::<MaskHeader>(&shaders, &mut checked);
         check::<TileGrid>(&shaders, &mut checked);
+        check::<DeepGrid>(&shaders, &mut checked);
+        check::<DeepFrame>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);
         check::<LightTree>(&shaders, &mut checked);

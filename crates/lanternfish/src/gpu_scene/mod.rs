@@ -46,6 +46,8 @@ pub struct GpuScene {
     pub(crate) geometry: Geometry,
     pub(crate) textures: Textures,
     pub(crate) light_count: u32,
+    /// Triangles that rays are traced through.
+    pub(crate) traced_triangles: u32,
     /// Radiance of everything that no surface covers, nits.
     pub(crate) sky: Vec3,
     /// The same as an image, where the scene has one.
@@ -103,6 +105,7 @@ impl GpuScene {
             geometry,
             textures,
             light_count: lights.len() as u32,
+            traced_triangles: tracing.triangles.len() as u32,
             sky: scene.sky,
             environment,
             bounds: scene.bounds(),
@@ -130,6 +133,12 @@ impl GpuScene {
             bindings = bindings.resource("scene_tlas", tlas.tlas.as_binding());
         }
         bindings
+    }
+
+    /// The BVH's triangles, where there is a BVH.
+    #[cfg(test)]
+    pub(crate) fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
+        self.bvh.as_ref().map(|bvh| &bvh.triangles)
     }
 
     /// Sizes of what was uploaded.

@@ -1,0 +1,317 @@
+//! The scene as sorted rays: orthographic images of every direction of a set, each texel a list of all surfaces along its
+//! axis [Archer2019, §3.1; Niessner2010, §3.1].
+//!
+//! 1. Grid: a sphere around the scene; images of one size around it; as many images a chunk as fit one binding.
+//! 2. Count: the scene is drawn, every fragment adds one to its lists.
+//! 3. Scan: counts become starts; the host reads the total and makes room.
+//! 4. Fill: the scene is drawn again, every fragment goes to its lists.
+//! 5. Sort, merge, compact: lists in ascending order, one entry a surface, nothing between them.
+
+pub mod directions;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod twin;
+
+use glam::{UVec2, Vec3};
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, primitives::Scan, storage_buffer,
+    storage_buffer_of, uniform_buffer_of,
+};
+
+use self::directions::Directions;
+use crate::{
+    error::RenderError,
+    gpu_scene::GpuScene,
+    settings::{DeepBuilder, DeepImageSettings},
+    shaders::SHADERS,
+    texture::target,
+};
+
+gpu_struct! {
+    /// Where deep images lie.
+    pub struct DeepGrid {
+        /// Of the sphere around the scene, world space, m.
+        center: Vec3,
+        /// Of the same, m.
+        radius: f32,
+        /// Texels across an image over its width in metres.
+        texels_per_metre: f32,
+        /// Texels across and down an image.
+        resolution: u32,
+        /// Images of the chunk in hand.
+        image_count: u32,
+        /// Images of all chunks before it.
+        first_image: u32,
+        /// Triangles that are drawn.
+        triangle_count: u32,
+        /// Fragments that the chunk's lists have room for.
+        capacity: u32,
+        /// Fragments of one list nearer to each other than this are one surface, m.
+        merge_distance: f32,
+        /// Unused.
+        _pad: u32,
+    }
+}
+
+gpu_struct! {
+    /// Unit axes of an image, world space.
+    pub struct DeepFrame {
+        /// Right.
+        x: Vec3,
+        /// Unused.
+        _pad_x: f32,
+        /// Up.
+        y: Vec3,
+        /// Unused.
+        _pad_y: f32,
+        /// Along the image's direction.
+        z: Vec3,
+        /// Unused.
+        _pad_z: f32,
+    }
+}
+
+/// Workgroups along x of passes over lists: the shaders' `WIDTH`.
+pub(crate) const WIDTH: u32 = 1024;
+/// Invocations of their workgroups.
+pub(crate) const WORKGROUP: u32 = 64;
+
+/// Deep images of a scene, in chunks.
+#[derive(Debug)]
+pub struct DeepImages {
+    /// Their directions.
+    pub directions: Directions,
+    /// Axes of all images on the device, bound as `deep_frames`.
+    pub frames: wgpu::Buffer,
+    /// Together they hold every image.
+    pub chunks: Vec<Chunk>,
+    /// What building came to.
+    pub counts: DeepCounts,
+}
+
+/// Some of the images.
+#[derive(Clone, Debug)]
+pub struct Chunk {
+    /// Where the chunk's images lie.
+    pub grid: DeepGrid,
+    /// The same, bound as `deep_grid`.
+    pub grid_buffer: wgpu::Buffer,
+    /// Where lists end: see `lists.wesl`.
+    pub list_ends: wgpu::Buffer,
+    /// Depths of all lists, m along the image's axis from the scene's middle.
+    pub depths: wgpu::Buffer,
+    /// Triangle of each fragment, in the order of the BVH's leaves.
+    pub triangles: wgpu::Buffer,
+    /// Fragments of all lists.
+    pub fragments: u64,
+}
+
+/// What building came to; exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeepCounts {
+    /// Fragments that were drawn into lists.
+    pub drawn: u64,
+    /// Those that are left after merging.
+    pub kept: u64,
+    /// Bytes of lists and fragments.
+    pub bytes: u64,
+}
+
+impl Chunk {
+    /// What shaders call it; with `frames`, of the images it is a chunk of.
+    pub fn bindings<'a>(&'a self, frames: &'a wgpu::Buffer) -> Bindings<'a> {
+        Bindings::new()
+            .buffer("deep_grid", &self.grid_buffer)
+            .buffer("deep_frames", frames)
+            .buffer("list_ends", &self.list_ends)
+            .buffer("fragment_depths", &self.depths)
+            .buffer("fragment_triangles", &self.triangles)
+    }
+
+    /// Lists: a texel of an image each.
+    pub fn list_count(&self) -> u32 {
+        self.grid.image_count * self.grid.resolution * self.grid.resolution
+    }
+}
+
+/// The passes.
+#[derive(Debug)]
+pub struct DeepImageBuilder {
+    settings: DeepImageSettings,
+    count: RasterPipeline,
+    fill: RasterPipeline,
+    sort: ComputeKernel,
+    compact: ComputeKernel,
+    scan: Scan,
+}
+
+/// Written by nothing: a pass needs an attachment.
+const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+impl DeepImageBuilder {
+    /// Compiles the passes.
+    pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
+        let module = match settings.builder {
+            DeepBuilder::SinglePass => "deep_images/build/single_pass",
+            DeepBuilder::PerDirection => "deep_images/build/per_direction",
+        };
+        let nothing =
+            wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
+        let targets = [Some(nothing)];
+        let state = RasterState { targets: &targets, ..Default::default() };
+        let pipeline = |features: &[&str], label: &str| {
+            let shader = SHADERS.link(module, features)?;
+            Ok::<_, RenderError>(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
+        };
+        let sort = SHADERS.link("deep_images/sort/sort", &[])?;
+        Ok(Self {
+            settings,
+            count: pipeline(&[], "deep_images/count")?,
+            fill: pipeline(&["fill"], "deep_images/fill")?,
+            sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
+            compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
+            scan: Scan::new(device, "deep_images")?,
+        })
+    }
+
+    /// Builds the images of the scene's triangles, which must have been uploaded for the BVH; blended surfaces are not in them.
+    pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
+        let directions = Directions::new(self.settings.directions).map_err(|error| RenderError::Directions {
+            what: error.to_string(),
+        })?;
+        let axes: Vec<DeepFrame> = (0..directions.len() as u32)
+            .map(|image| {
+                let axes = directions.frame(image);
+                DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() }
+            })
+            .collect();
+        let frames = storage_buffer_of(frame.device, "deep_images/frames", &axes, wgpu::BufferUsages::empty())?;
+        let resolution = self.settings.resolution;
+        let radius = 0.5 * scene.bounds.size().length() * 1.001 + 1e-4;
+        let texels_per_metre = resolution as f32 / (2.0 * radius);
+        let grid = DeepGrid {
+            center: scene.bounds.center(),
+            radius,
+            texels_per_metre,
+            resolution,
+            triangle_count: scene.traced_triangles,
+            merge_distance: self.settings.merge_texels / texels_per_metre,
+            ..DeepGrid::default()
+        };
+        let mut images = DeepImages { directions, frames, chunks: Vec::new(), counts: DeepCounts::default() };
+        let most = self.images_a_chunk(frame.device);
+        let mut first_image = 0;
+        while first_image < axes.len() as u32 {
+            let image_count = most.min(axes.len() as u32 - first_image);
+            let grid = DeepGrid { first_image, image_count, ..grid };
+            let chunk = self.record_chunk(frame, scene, &images.frames, grid, &mut images.counts)?;
+            images.chunks.push(chunk);
+            first_image += image_count;
+        }
+        Ok(images)
+    }
+
+    /// Images whose lists fit one binding, and, at a guess, whose fragments do.
+    fn images_a_chunk(&self, device: &wgpu::Device) -> u32 {
+        let texels = u64::from(self.settings.resolution).pow(2);
+        let entries = device.limits().max_storage_buffer_binding_size / 4;
+        (entries / (texels * self.settings.fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
+    }
+
+    fn record_chunk(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        frames: &wgpu::Buffer,
+        mut grid: DeepGrid,
+        counts: &mut DeepCounts,
+    ) -> Result<Chunk, RenderError> {
+        let device = frame.device;
+        let lists = grid.image_count * grid.resolution * grid.resolution;
+        let list_bytes = 4 * (u64::from(lists) + 2);
+        let uniform = |grid: &DeepGrid| uniform_buffer_of(device, "deep_images/grid", grid);
+        let list_ends = storage_buffer(device, "deep_images/list_ends", list_bytes)?;
+        let scene_bindings = scene.bindings();
+        let grid_buffer = uniform(&grid);
+        let shared = scene_bindings.buffer("deep_frames", frames).buffer("list_counters", &list_ends);
+
+        // Count, scan, make room.
+        self.draw(frame, &self.count, "deep_images/count", &grid, &shared.clone().buffer("deep_grid", &grid_buffer));
+        let total = self.scan.record(frame, &list_ends, lists + 2)?.clone();
+        let drawn = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
+        let limit = device.limits().max_storage_buffer_binding_size / 4;
+        if drawn > limit {
+            return Err(RenderError::Overflow {
+                list: "deep_images/fragments",
+                needed: drawn,
+                limit,
+                remedy: "use fewer or coarser deep images, or less supersampling",
+            });
+        }
+        grid.capacity = drawn as u32;
+        let grid_buffer = uniform(&grid);
+
+        // Fill, sort, merge.
+        let depths = storage_buffer(device, "deep_images/filled_depths", 4 * drawn)?;
+        let triangles = storage_buffer(device, "deep_images/filled_triangles", 4 * drawn)?;
+        let shared = shared
+            .buffer("deep_grid", &grid_buffer)
+            .buffer("filled_depths", &depths)
+            .buffer("filled_triangles", &triangles);
+        self.draw(frame, &self.fill, "deep_images/fill", &grid, &shared);
+        let kept = storage_buffer(device, "deep_images/kept", list_bytes)?;
+        let all = [WIDTH.min(lists.div_ceil(WORKGROUP)), lists.div_ceil(WORKGROUP * WIDTH), 1];
+        let sorting = shared.buffer("list_ends", &list_ends).buffer("kept", &kept);
+        frame.dispatch(&self.sort, &sorting, all);
+
+        // Compact: `kept` becomes the starts of what is left, in the same form as list_ends.
+        let total = self.scan.record(frame, &kept, lists + 2)?.clone();
+        let left = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
+        let compact_depths = storage_buffer(device, "deep_images/depths", 4 * left)?;
+        let compact_triangles = storage_buffer(device, "deep_images/triangles", 4 * left)?;
+        let compacting =
+            sorting.buffer("compact_depths", &compact_depths).buffer("compact_triangles", &compact_triangles);
+        frame.dispatch(&self.compact, &compacting, all);
+        counts.drawn += drawn;
+        counts.kept += left;
+        counts.bytes += 8 * left + list_bytes;
+        Ok(Chunk {
+            grid,
+            grid_buffer: grid_buffer.clone(),
+            list_ends: kept.clone(),
+            depths: compact_depths,
+            triangles: compact_triangles,
+            fragments: left,
+        })
+    }
+
+    fn draw(
+        &self,
+        frame: &mut Frame<'_>,
+        pipeline: &RasterPipeline,
+        label: &str,
+        grid: &DeepGrid,
+        bindings: &Bindings<'_>,
+    ) {
+        let (size, instances) = match self.settings.builder {
+            DeepBuilder::SinglePass => {
+                let raster = grid.resolution * self.settings.supersampling;
+                (UVec2::new(3 * raster, raster), 1)
+            }
+            DeepBuilder::PerDirection => (UVec2::splat(grid.resolution), grid.image_count),
+        };
+        let nothing = target(frame.device, label, size, NO_TARGET, wgpu::TextureUsages::empty());
+        let color = wgpu::RenderPassColorAttachment {
+            view: &nothing,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
+        };
+        frame.render(label, &[Some(color)], None, |device, pass| {
+            pipeline.set(pass);
+            pipeline.bind(device, pass, bindings, 4);
+            pass.draw(0..3 * grid.triangle_count, 0..instances);
+        });
+    }
+}
