@@ -39,7 +39,7 @@ fn lists(gpu: &Gpu, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     let triangles = read_back::<u32>(&gpu.device, &gpu.queue, &chunk.triangles, total).unwrap();
     assert_eq!((ends[1], ends[count + 1] as usize), (0, total), "starts do not cover the fragments");
     assert!(ends[1..].is_sorted(), "starts do not ascend");
-    assert!(depths.iter().all(|depth| depth.abs() <= chunk.grid.radius * 1.01), "a depth outside the sphere");
+    assert!(depths.iter().all(|depth| depth.abs() <= chunk.grid.radius + 1.0 / chunk.grid.texels_per_metre), "a depth outside the sphere");
     assert!(triangles.iter().all(|triangle| *triangle < chunk.grid.triangle_count));
     let list = |i: usize| {
         let range = ends[i + 1] as usize..ends[i + 2] as usize;
@@ -162,7 +162,7 @@ fn gpu_long_lists_are_sorted() {
     let sheets = (0..10_000u32).map(|i| {
         // In no order of depth.
         let z = (i * 7919 % 10_000) as f32 / 5_000.0 - 1.0;
-        quad(0, Vec3::new(0.0, 0.0, z), 0.05 * Vec3::X, 0.05 * Vec3::Y)
+        quad(0, Vec3::new(0.0, 0.0, z), 0.4 * Vec3::X, 0.4 * Vec3::Y)
     });
     let scene = upload(gpu, &scene_of(sheets.collect(), vec![Default::default()]));
     let settings = DeepImageSettings {

@@ -59,7 +59,7 @@ pub(crate) fn merge(list: &[Fragment], distance: f32) -> Vec<Fragment> {
     for run in list.chunk_by(|a, b| b.depth - a.depth < distance) {
         let (first, last) = (run[0], run[run.len() - 1]);
         kept.push(first);
-        if last.depth - first.depth >= distance {
+        if run.len() > 1 && last.depth - first.depth >= distance {
             kept.push(last);
         }
     }
