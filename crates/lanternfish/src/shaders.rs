@@ -28,7 +28,7 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        deep_images::{DeepFrame, DeepGrid},
+        deep_images::{DeepFrame, DeepGrid, trace::TracedRay},
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::{
             Volume,
@@ -74,7 +74,7 @@ mod tests {
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
-        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[] },
+        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "bvh"]] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -260,6 +260,7 @@ mod tests {
         check::<TileGrid>(&shaders, &mut checked);
         check::<DeepGrid>(&shaders, &mut checked);
         check::<DeepFrame>(&shaders, &mut checked);
+        check::<TracedRay>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);
         check::<LightTree>(&shaders, &mut checked);

@@ -1,5 +1,6 @@
 //! `lanternfish bench`: tables from one command: the papers', and how good every technique is.
 
+mod deep_images;
 mod forward_plus;
 mod markdown;
 mod normals;
@@ -36,6 +37,11 @@ pub enum Paper {
     /// on this machine, to be compared with each other only. Exits with an error when configurations that must show the
     /// same picture do not.
     ForwardPlus(Box<ForwardPlusArgs>),
+    /// Building and tracing deep images, beside the BVH: Archer 2019, tables 2 and 3, and Niessner 2010, table 1.
+    ///
+    /// Every speed stands beside its error. Counts are exact; times are the least of some runs on this machine, to be
+    /// compared with each other only.
+    DeepImages(Box<deep_images::DeepImagesArgs>),
     /// Every technique on a fixed list of shots, against a path tracer.
     ///
     /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with pictures, as Markdown, JSON and HTML. The path
@@ -75,6 +81,7 @@ pub struct ForwardPlusArgs {
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     match &args.paper {
         Paper::ForwardPlus(args) => forward_plus::run(args),
+        Paper::DeepImages(args) => deep_images::run(args),
         Paper::Quality(args) => quality::run(args),
     }
 }

@@ -4,6 +4,8 @@
 
 mod cells;
 mod sets;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -20,7 +22,7 @@ pub enum DirectionSet {
         /// More: finer in colatitude.
         stacks: u32,
         /// More: finer in longitude. All slices of the first stack are candidates around the pole, so the longest walk of
-        /// [`Directions::nearest`] is no shorter than this.
+        /// [`Directions::nearest`] is no shorter than this. At most [`Directions::MAX_SLICES`].
         slices: u32,
     },
     /// The middles of k × k squares on each face of a cube [Niessner2010, §3.1]: 6 k² directions, 3 k² images. Axes crowd at
@@ -29,7 +31,7 @@ pub enum DirectionSet {
         /// Squares along an edge.
         k: u32,
     },
-    /// The centres of a recursive zonal equal-area partition of the sphere [Leopardi2006] into 2 `count` regions, in pairs
+    /// The centres of a recursive zonal equal-area partition of the sphere [Leopardi2006, §3] into 2 `count` regions, in pairs
     /// of opposites [Aalund2015, §3.2]. The most uniform of the three, for any number of images.
     ZonalEqualArea {
         /// Images.
@@ -50,10 +52,20 @@ impl DirectionSet {
 
 /// A set that cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{set:?} has {} directions: the number must be from 1 to {}", .set.count(), Directions::MAX_COUNT)]
-pub struct DirectionError {
-    /// Asked for.
-    pub set: DirectionSet,
+#[non_exhaustive]
+pub enum DirectionError {
+    /// No images, or too many.
+    #[error("{set:?} has {} directions: the number must be from 1 to {}", .set.count(), Directions::MAX_COUNT)]
+    Count {
+        /// Asked for.
+        set: DirectionSet,
+    },
+    /// Too many axes about one pole.
+    #[error("{set:?}: at most {} slices meet at the pole; take more stacks", Directions::MAX_SLICES)]
+    Slices {
+        /// Asked for.
+        set: DirectionSet,
+    },
 }
 
 /// The axes of deep images, world space, and a table that finds the nearest.
@@ -76,10 +88,18 @@ impl Directions {
     /// The most images of a set.
     pub const MAX_COUNT: u32 = 4096;
 
-    /// Lays out the axes and builds the table: 0.1 ms for 169 images, a second for 4096.
+    /// The most slices of a stack: so many candidates there are at the pole.
+    pub const MAX_SLICES: u32 = 256;
+
+    /// Lays out the axes and builds the table, whose cost grows with the square of the number of images.
     pub fn new(set: DirectionSet) -> Result<Self, DirectionError> {
         if !(1..=u64::from(Self::MAX_COUNT)).contains(&set.count()) {
-            return Err(DirectionError { set });
+            return Err(DirectionError::Count { set });
+        }
+        if let DirectionSet::StacksSlices { slices, .. } = set
+            && slices > Self::MAX_SLICES
+        {
+            return Err(DirectionError::Slices { set });
         }
         let axes = match set {
             DirectionSet::StacksSlices { stacks, slices } => sets::stacks_slices(stacks, slices),

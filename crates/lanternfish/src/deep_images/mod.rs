@@ -10,6 +10,7 @@
 pub mod directions;
 #[cfg(test)]
 mod tests;
+pub mod trace;
 #[cfg(test)]
 mod twin;
 
@@ -156,8 +157,7 @@ impl DeepImageBuilder {
             DeepBuilder::SinglePass => "deep_images/build/single_pass",
             DeepBuilder::PerDirection => "deep_images/build/per_direction",
         };
-        let nothing =
-            wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
+        let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
         let targets = [Some(nothing)];
         let state = RasterState { targets: &targets, ..Default::default() };
         let pipeline = |features: &[&str], label: &str| {
@@ -177,9 +177,8 @@ impl DeepImageBuilder {
 
     /// Builds the images of the scene's triangles, which must have been uploaded for the BVH; blended surfaces are not in them.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
-        let directions = Directions::new(self.settings.directions).map_err(|error| RenderError::Directions {
-            what: error.to_string(),
-        })?;
+        let directions = Directions::new(self.settings.directions)
+            .map_err(|error| RenderError::Directions { what: error.to_string() })?;
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)
             .map(|image| {
                 let axes = directions.frame(image);

@@ -1,17 +1,18 @@
 use glam::Vec3;
-use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
+use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, storage_buffer_of, testing};
 use lanternfish_scene::Scene;
 
 use super::{
-    Chunk, DeepFrame, DeepImageBuilder, DeepImages, WIDTH, WORKGROUP,
+    Chunk, DeepFrame, DeepImageBuilder, DeepImages,
     directions::DirectionSet,
+    trace::{RayTracer, TracedRay},
     twin::{self, Fragment},
 };
 use crate::{
     Renderer, Settings,
     gpu_scene::GpuScene,
     settings::{DeepBuilder, DeepImageSettings, Shadows},
-    testing::{Random, probe, scene_of, quad},
+    testing::{Random, quad, scene_of},
 };
 
 /// Uploads for the BVH, whose triangles the builders draw.
@@ -39,12 +40,14 @@ fn lists(gpu: &Gpu, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     let triangles = read_back::<u32>(&gpu.device, &gpu.queue, &chunk.triangles, total).unwrap();
     assert_eq!((ends[1], ends[count + 1] as usize), (0, total), "starts do not cover the fragments");
     assert!(ends[1..].is_sorted(), "starts do not ascend");
-    assert!(depths.iter().all(|depth| depth.abs() <= chunk.grid.radius + 1.0 / chunk.grid.texels_per_metre), "a depth outside the sphere");
+    assert!(
+        depths.iter().all(|depth| depth.abs() <= chunk.grid.radius + 1.0 / chunk.grid.texels_per_metre),
+        "a depth outside the sphere"
+    );
     assert!(triangles.iter().all(|triangle| *triangle < chunk.grid.triangle_count));
     let list = |i: usize| {
         let range = ends[i + 1] as usize..ends[i + 2] as usize;
-        let list: Vec<Fragment> =
-            range.map(|f| Fragment { depth: depths[f], triangle: triangles[f] }).collect();
+        let list: Vec<Fragment> = range.map(|f| Fragment { depth: depths[f], triangle: triangles[f] }).collect();
         assert!(list.is_sorted_by(|a, b| a.depth <= b.depth), "list {i} is not sorted: {list:?}");
         list
     };
@@ -133,7 +136,11 @@ fn gpu_a_single_pass_leaves_few_holes() {
             let more = images.counts.kept as f64 / yardstick.counts.kept as f64;
             println!(
                 "{name} x{supersampling}: empty {:.4}, off {:.4}, false {:.4}; drawn {}, kept {} ({more:.2} of a direction each)",
-                empty / n, off / n, false_hits / n, images.counts.drawn, images.counts.kept
+                empty / n,
+                off / n,
+                false_hits / n,
+                images.counts.drawn,
+                images.counts.kept
             );
             share.push(empty / n);
         }
@@ -190,16 +197,13 @@ fn gpu_rays_find_what_the_lists_hold() {
             (chunk.grid.center + random.point(), 2 * image + u32::from(reversed))
         })
         .collect();
-    let words: Vec<[u32; 4]> =
-        rays.iter().map(|(p, side)| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), *side]).collect();
-    let kernel = probe(gpu, "deep_images/trace/rays", &[], "trace");
-    let ray_buffer = storage_buffer_of(&gpu.device, "rays", &words, wgpu::BufferUsages::empty()).unwrap();
-    let distances = storage_buffer(&gpu.device, "distances", 4 * rays.len() as u64).unwrap();
+    let packed: Vec<TracedRay> =
+        rays.iter().map(|(p, side)| TracedRay { origin: *p, image_and_side: *side, ..TracedRay::default() }).collect();
+    let ray_buffer = storage_buffer_of(&gpu.device, "rays", &packed, wgpu::BufferUsages::empty()).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let own = Bindings::new().buffer("traced_rays", &ray_buffer).buffer("traced_distances", &distances);
-    let groups = (rays.len() as u32).div_ceil(WORKGROUP);
-    frame.dispatch(&kernel, &chunk.bindings(&images.frames).with(&own), [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]);
+    let tracer = RayTracer::new(&gpu.device).unwrap();
+    let distances = tracer.record(&mut frame, &scene, Some(&images), &ray_buffer, rays.len() as u32).unwrap();
     frame.submit();
     let found = read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap();
     let mut hits = 0;
@@ -214,4 +218,36 @@ fn gpu_rays_find_what_the_lists_hold() {
         hits += usize::from(expected.is_some());
     }
     assert!(hits > 1000, "{hits}");
+}
+
+#[test]
+fn gpu_the_bvh_finds_the_closest_surface() {
+    let Some(gpu) = testing::gpu("gpu_the_bvh_finds_the_closest_surface") else { return };
+    let scene = lanternfish_scene::generate::demo("atrium").unwrap();
+    let uploaded = upload(gpu, &scene);
+    let exact = lanternfish_reference::Tracer::new(&scene, lanternfish_reference::Settings::default()).unwrap();
+    let mut random = Random::new(6);
+    let bounds = scene.bounds();
+    let rays: Vec<TracedRay> = (0..4000)
+        .map(|_| {
+            let origin = bounds.center() + 0.4 * random.point() * bounds.size();
+            TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
+        })
+        .collect();
+    let buffer = storage_buffer_of(&gpu.device, "rays", &rays, wgpu::BufferUsages::empty()).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let tracer = RayTracer::new(&gpu.device).unwrap();
+    let distances = tracer.record(&mut frame, &uploaded, None, &buffer, rays.len() as u32).unwrap();
+    frame.submit();
+    let found = read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap();
+    let (mut hits, mut other) = (0, 0);
+    for (ray, found) in rays.iter().zip(found) {
+        let expected = exact.nearest(ray.origin.into(), ray.direction.into());
+        let same = expected.map_or(found < 0.0, |expected| (found - expected).abs() < 1e-3 * expected.max(1.0));
+        other += usize::from(!same);
+        hits += usize::from(expected.is_some());
+    }
+    // Edges, and blended surfaces, which only the path tracer's rays meet.
+    assert!(hits > 2000 && other <= 20, "{other} of {hits}");
 }

@@ -16,7 +16,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 /// How far a cell reaches over its border, in u and v. Both are quotients in −1..1 that one addition and two
-/// multiplications turn into cells: eight roundings of 2⁻²⁴ in all, where a shader's division has 2.5 [WGSL].
+/// multiplications turn into cells: eight roundings of 2⁻²⁴ in all, where a shader's division has 2.5 units in the last place.
 const CELL_MARGIN: f64 = 1e-6;
 /// By how much a point may lose against another and stay a candidate, for directions as long as those to a face, at most
 /// √3. A scalar product in single precision is off by up to 3 · 2⁻²⁴ of that; two are compared.
