@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValuePars
 use glam::Vec3;
 use lanternfish::settings::{
     Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials, RayCulling,
-    Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+    Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Light, generate::DEMOS};
@@ -18,6 +18,7 @@ use crate::{
     parse::{self, LightSet, Size},
     reference::{self, ReferenceArgs},
     shot,
+    stereo::{Eyes, StereoLayout},
 };
 
 const EXAMPLES: &str = "\
@@ -109,6 +110,8 @@ pub struct RenderArgs {
     pub part: PartArgs,
     #[command(flatten, next_help_heading = "View")]
     pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub stereo: StereoArgs,
     #[command(flatten, next_help_heading = "Track (of a shot)")]
     pub track: TrackArgs,
     #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
@@ -156,6 +159,18 @@ pub struct ViewArgs {
     /// that sees the whole scene.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct StereoArgs {
+    /// Renders for two eyes: vive (HTC Vive), parallel[:METRES] (both see what the camera sees), or l,r,b,t,METRES[,DEGREES]:
+    /// slopes of the left eye's sides, mirrored for the right one, the distance of the eyes, and how far each is turned out.
+    /// --size is that of one eye.
+    #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
+    pub stereo: Option<Eyes>,
+    /// How the two eyes' pictures become one file.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = StereoLayout::default())]
+    pub stereo_layout: StereoLayout,
 }
 
 #[derive(Debug, Args)]
@@ -262,6 +277,10 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<ClusterTest>())]
     #[arg(default_value_t = Clustered::default().test)]
     pub cluster_test: ClusterTest,
+    /// Samples a pixel at edges of triangles: smoother edges. 4 is on every adapter.
+    #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
+    #[arg(default_value_t = Settings::default().samples)]
+    pub samples: Samples,
     /// How textures reach the shader. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
     #[arg(default_value_t = Settings::default().textures)]
@@ -362,6 +381,7 @@ impl RenderArgs {
             tone_map: self.look.tone_map,
             debug_view: self.look.debug_view,
             textures: technique.textures,
+            samples: technique.samples,
         }
     }
 }

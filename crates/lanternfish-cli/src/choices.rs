@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Shadows, TextureBinding,
+    Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Samples, Shadows, TextureBinding,
     TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
@@ -108,6 +108,12 @@ meanings! {
     LightChoice {
         Tree: "By a tree over the lights, those first that send most",
         Uniform: "Each alike: for comparison",
+    }
+    Samples {
+        One: "One",
+        Two: "Two, where the adapter has it",
+        Four: "Four, on every adapter",
+        Eight: "Eight, where the adapter has it",
     }
     TextureBinding {
         Auto: "array where the adapter has it",
