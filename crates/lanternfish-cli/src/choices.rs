@@ -101,7 +101,7 @@ meanings! {
         Roughness: "Perceptual roughness",
         BaseColor: "Base colour after textures",
         LightCount: "Lights listed for a pixel, as a heat map",
-        LightsPerPixel: "Of them, those whose range reaches the pixel, as a heat map",
+        LightsPerPixel: "Of them, those whose range reaches the pixel, as a logarithmic heat map",
         ClusterIndex: "Places of clusters in their grid, modulo 3; magenta where none was marked",
         ClusterLights: "Lights of a pixel's cluster or tile, as a logarithmic heat map",
         ClusterFragments: "Visible fragments of a pixel's cluster, as a logarithmic heat map; magenta where none",

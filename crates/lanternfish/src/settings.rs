@@ -223,7 +223,7 @@ named_enum! {
         BaseColor = "base-color",
         /// Listed lights a pixel, as a heat map.
         LightCount = "light-count",
-        /// Listed lights that reach the pixel: those whose range is above their distance, as a heat map.
+        /// Listed lights that reach the pixel: those whose range is above their distance, as a logarithmic heat map.
         LightsPerPixel = "lights-per-pixel",
         /// The cluster's place in the grid, each coordinate modulo 3; magenta where it has no visible fragment.
         ClusterIndex = "cluster-index",

@@ -28,9 +28,8 @@ const NEAREST: f32 = 0.75;
 const FARTHEST: f32 = 2.25;
 
 /// Okabe and Ito's, and two greys.
-const COLORS: [&str; 10] = [
-    "#000000", "#999999", "#e69f00", "#d55e00", "#56b4e9", "#0072b2", "#cc79a7", "#009e73", "#b8860b", "#c0c0c0",
-];
+const COLORS: [&str; 10] =
+    ["#000000", "#999999", "#e69f00", "#d55e00", "#56b4e9", "#0072b2", "#cc79a7", "#009e73", "#b8860b", "#c0c0c0"];
 
 fn plot() -> String {
     let curve = |(i, attenuation): (usize, &Attenuation)| {

@@ -51,7 +51,10 @@ pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> Stri
     svg.add(&format!(r##"<path d="M{left} {top}V{bottom}H{right}" fill="none" stroke="#444"/>"##));
     svg.text([0.5 * (left + right), bottom + 36.0], "middle", x.label);
     let middle = 0.5 * (top + bottom);
-    svg.add(&format!(r#"<text transform="translate(16 {middle})rotate(-90)" text-anchor="middle">{}</text>"#, escaped(y.label)));
+    svg.add(&format!(
+        r#"<text transform="translate(16 {middle})rotate(-90)" text-anchor="middle">{}</text>"#,
+        escaped(y.label)
+    ));
     for (i, curve) in curves.iter().enumerate() {
         let at = |(a, b): &(f64, f64)| format!("{:.2} {:.2}", px(*a), py(*b));
         let path = curve.points.iter().map(at).collect::<Vec<_>>().join("L");
@@ -83,7 +86,10 @@ pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(St
         let mut x = left;
         for (value, (_, color)) in values.iter().zip(parts) {
             let long = width * value / most;
-            svg.add(&format!(r#"<rect x="{x:.2}" y="{y:.2}" width="{long:.2}" height="{}" fill="{color}"/>"#, ROW - 6.0));
+            svg.add(&format!(
+                r#"<rect x="{x:.2}" y="{y:.2}" width="{long:.2}" height="{}" fill="{color}"/>"#,
+                ROW - 6.0
+            ));
             x += long;
         }
         let sum: f64 = values.iter().sum();

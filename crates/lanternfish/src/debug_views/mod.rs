@@ -62,7 +62,7 @@ fn quantity(view: DebugView) -> Option<u32> {
 /// What the hottest colour of a view stands for.
 fn hottest(view: DebugView) -> f32 {
     match view {
-        DebugView::ClusterLights | DebugView::ClusterFragments => DOUBLINGS,
+        DebugView::LightsPerPixel | DebugView::ClusterLights | DebugView::ClusterFragments => DOUBLINGS,
         _ => HOTTEST,
     }
 }

@@ -19,6 +19,7 @@ use crate::{
     bench::forward_plus::{differing, median},
     error::CliError,
     parse::cluster_shape_text,
+    report::grouped,
 };
 
 /// What is the same on every adapter that draws the same pixels, and in every run.
@@ -113,7 +114,7 @@ impl Bench<'_> {
                     let tests = tests_of_all(&rows, &cluster_shape_text(*shape), lit.lights, views);
                     if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
                         left_out.push(name(match tests {
-                            Some(tests) => format!("{tests} tests of a light against a cluster"),
+                            Some(tests) => format!("{} tests of a light against a cluster", grouped(tests)),
                             None => "the hierarchy has no figures".to_owned(),
                         }));
                         continue;

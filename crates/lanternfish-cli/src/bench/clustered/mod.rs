@@ -43,8 +43,9 @@ pub struct ClusteredArgs {
     /// The folder for report.md, report.json and the plots. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-clustered")]
     pub output: PathBuf,
-    /// Width and height of the view, pixels. Each eye has as many rows, and nine tenths as many columns.
-    #[arg(long, value_name = "WxH", default_value = "320x180", value_parser = parse::size)]
+    /// Width and height of the view, pixels. Each eye has as many rows, and nine tenths as many columns. Clusters are as wide as
+    /// 16, 32, 64 and 128 pixels are in 1080 rows.
+    #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = parse::size)]
     pub size: Size,
     /// How often each configuration is timed, after one run that is not.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -127,8 +128,9 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
 
     let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
-    let bench = Bench { gpu: &gpu, runs: args.runs, mono: [(&camera, width, height)], stereo: views(&eyes, eye_width, height) };
-    let shapes = shapes(scene.bounds().size().length(), args.quick);
+    let bench =
+        Bench { gpu: &gpu, runs: args.runs, mono: [(&camera, width, height)], stereo: views(&eyes, eye_width, height) };
+    let shapes = shapes(height, scene.bounds().size().length(), args.quick);
     let lit: Vec<Scene> = counts.iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
     let (rows, left_out) = bench.measure(&shapes, &lit)?;
     let results = Results {

@@ -1,11 +1,6 @@
 //! The bench's plots.
 
-use super::{
-    Results,
-    configurations::Views,
-    measure::Row,
-    steps,
-};
+use super::{Results, configurations::Views, measure::Row, steps};
 use crate::{
     bench::plot::{Axis, Curve, bars, curves},
     report::grouped,
@@ -37,7 +32,12 @@ pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
             logarithmic: false,
             ticks: (0..bins).step_by(bins.div_ceil(10)).map(|bin| (bin as f64, bin_name(bin))).collect(),
         };
-        let y = Axis { label: "share of visible clusters", ends: [0.0, highest], logarithmic: false, ticks: shares(highest) };
+        let y = Axis {
+            label: "share of visible clusters",
+            ends: [0.0, highest],
+            logarithmic: false,
+            ticks: shares(highest),
+        };
         curves(&named(title), &x, &y, &curves_of)
     };
     vec![
@@ -77,7 +77,12 @@ fn light_tests(results: &Results, mono: &[&Row]) -> String {
     };
     let x_ends = [lights().fold(1e9, f64::min), lights().fold(1.0, f64::max)];
     let x_ends = if x_ends[0] < x_ends[1] { x_ends } else { [1.0, 1e6] };
-    let x = Axis { label: "lights, of which as many reach a point", ends: x_ends, logarithmic: true, ticks: decades(x_ends[0], x_ends[1]) };
+    let x = Axis {
+        label: "lights, of which as many reach a point",
+        ends: x_ends,
+        logarithmic: true,
+        ticks: decades(x_ends[0], x_ends[1]),
+    };
     let ticks = decades(least, most).into_iter().map(|(at, _)| (at, format!("10^{}", at.log10().round()))).collect();
     let y = Axis { label: "tests of lights and nodes", ends: [least, most], logarithmic: true, ticks };
     let curve = |name: &&str| Curve {

@@ -73,9 +73,26 @@ impl Steps {
 
 #[test]
 fn the_two_scans_are_told_apart_in_every_grid() {
-    let culling = ["mark", "mark_drawn", "flag", "scan", "scan_add", "compact", "keys", "sort/scatter", "place", "count", "scan", "write"];
+    let culling = [
+        "mark",
+        "mark_drawn",
+        "flag",
+        "scan",
+        "scan_add",
+        "compact",
+        "keys",
+        "sort/scatter",
+        "place",
+        "count",
+        "scan",
+        "write",
+    ];
     let grid = || culling.iter().map(|name| format!("light_culling/clustered/{name}"));
-    let names = ["prepass".to_owned()].into_iter().chain(grid()).chain(grid()).chain(["shading/forward".to_owned(), "output".to_owned()]);
+    let names = ["prepass".to_owned()]
+        .into_iter()
+        .chain(grid())
+        .chain(grid())
+        .chain(["shading/forward".to_owned(), "output".to_owned()]);
     let passes: Vec<_> = names.map(|name| PassTime { name, ms: 1.0 }).collect();
     let steps = Steps::of(&passes);
     assert_eq!(steps.values(), [1.0, 4.0, 8.0, 6.0, 4.0, 2.0, 1.0, 1.0]);

@@ -3,7 +3,7 @@
 use lanternfish_gpu::read_back;
 
 use super::ClusteredCulling;
-use crate::{error::RenderError, light_culling::LightLists};
+use crate::error::RenderError;
 
 /// A grid of the last frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,21 +41,21 @@ impl GridContents {
 impl ClusteredCulling {
     /// The grids of the last frame, in the order of their first views.
     pub fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
-        let grid = |lists: &LightLists| {
-            let (counts, fragments) = (lists.clusters.as_ref()?, lists.fragments.as_ref()?);
-            Some((counts.clusters as u32, &lists.cells, fragments))
-        };
-        let read = |(clusters, cells, fragments): (u32, &wgpu::Buffer, &wgpu::Buffer)| {
-            let starts = read_back::<u32>(device, queue, cells, clusters as usize + 1)?;
-            let fragments = read_back::<u32>(device, queue, fragments, clusters as usize)?;
-            let cluster = |(index, fragments)| VisibleCluster {
+        let mut grids = Vec::new();
+        for lists in &self.lists {
+            // What views share is the first one's.
+            let (Some(counts), Some(fragments)) = (&lists.clusters, &lists.fragments) else { continue };
+            let count = counts.clusters as usize;
+            let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;
+            let fragments = read_back::<u32>(device, queue, fragments, count)?;
+            let cluster = |(index, fragments): (usize, u32)| VisibleCluster {
                 index: index as u32,
                 fragments,
                 lights: starts[index + 1].wrapping_sub(starts[index]),
             };
             let visible = fragments.into_iter().enumerate().filter(|(_, fragments)| *fragments > 0);
-            Ok(GridContents { clusters, visible: visible.map(cluster).collect() })
-        };
-        self.lists.iter().filter_map(grid).map(read).collect()
+            grids.push(GridContents { clusters: count as u32, visible: visible.map(cluster).collect() });
+        }
+        Ok(grids)
     }
 }

@@ -204,7 +204,8 @@ impl ClusteredCulling {
         let counts = ClusterCounts {
             clusters: clusters.into(),
             visible: visible_count,
-            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum::<u64>() + lights.bytes(),
+            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum::<u64>()
+                + lights.bytes(),
         };
         let tests = u64::from(test_words[0]) | u64::from(test_words[1]) << 32;
         let lists = |(i, grid): (usize, wgpu::Buffer)| LightLists {
