@@ -223,6 +223,14 @@ named_enum! {
         BaseColor = "base-color",
         /// Listed lights a pixel, as a heat map.
         LightCount = "light-count",
+        /// Listed lights that reach the pixel: those whose range is above their distance, as a logarithmic heat map.
+        LightsPerPixel = "lights-per-pixel",
+        /// The cluster's place in the grid, each coordinate modulo 3; magenta where it has no visible fragment.
+        ClusterIndex = "cluster-index",
+        /// Lights of the pixel's cluster or tile, as a logarithmic heat map.
+        ClusterLights = "cluster-lights",
+        /// Visible fragments of the pixel's cluster, as a logarithmic heat map; magenta where there are none.
+        ClusterFragments = "cluster-fragments",
         /// Shadow rays a pixel, as a heat map.
         RayCount = "ray-count",
         /// Share of listed lights that reach the pixel.
