@@ -102,7 +102,7 @@ impl Passes {
             None => self.output.record(frame, buffer, &radiance, view.size),
             Some(debug_views) => {
                 let ray_counts = plan.as_ref().and_then(VisibilityPlan::ray_counts);
-                debug_views.record(frame, buffer, surface, &lights, &radiance, ray_counts, view.size)
+                debug_views.record(frame, scene, buffer, surface, &lights, &radiance, ray_counts, view.size)
             }
         };
         Ok(FrameResult { radiance, display, visibility: plan, lights })

@@ -10,7 +10,7 @@ use crate::{
     error::RenderError,
     frame::{FrameResult, Passes},
     gpu_scene::GpuScene,
-    light_culling::LightCulling,
+    light_culling::{LightCulling, clustered::GridContents},
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
     settings::{DebugView, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
@@ -90,11 +90,21 @@ impl Renderer {
         &self.settings
     }
 
-    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through.
+    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. Renderers of
+    /// one device whose settings differ in `culling` alone may share it.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
         checked(&self.device, "upload", || {
             GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
         })
+    }
+
+    /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
+    /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
+    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
+        match &self.passes.light_culling {
+            LightCulling::Clustered(clustered) => clustered.contents(&self.device, &self.queue),
+            LightCulling::All | LightCulling::Tiled(_) => Ok(Vec::new()),
+        }
     }
 
     /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.

@@ -69,7 +69,7 @@ impl Default for Culling {
 
 pub use crate::{deep_images::directions::DirectionSet, light_culling::clustered::grid::ClusterShape};
 
-/// Lists per cluster [VanGelderen2020].
+/// Lists per cluster [VanGelderen2020, ch. 3].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clustered {
     /// Which clusters there are. Smaller: fewer lights a pixel, more lists.
@@ -183,10 +183,10 @@ pub struct DeepImageSettings {
 impl Default for DeepImageSettings {
     fn default() -> Self {
         Self {
-            directions: DirectionSet::StacksSlices { stacks: 13, slices: 13 },
+            directions: DirectionSet::ZonalEqualArea { count: 169 },
             resolution: 64,
             builder: DeepBuilder::SinglePass,
-            supersampling: 2,
+            supersampling: 1,
             merge_texels: 0.5,
             fragments_a_texel: 32,
         }
@@ -264,6 +264,14 @@ named_enum! {
         BaseColor = "base-color",
         /// Listed lights a pixel, as a heat map.
         LightCount = "light-count",
+        /// Listed lights that reach the pixel: those whose range is above their distance, as a logarithmic heat map.
+        LightsPerPixel = "lights-per-pixel",
+        /// The cluster's place in the grid, each coordinate modulo 3; magenta where it has no visible fragment.
+        ClusterIndex = "cluster-index",
+        /// Lights of the pixel's cluster or tile, as a logarithmic heat map.
+        ClusterLights = "cluster-lights",
+        /// Visible fragments of the pixel's cluster, as a logarithmic heat map; magenta where there are none.
+        ClusterFragments = "cluster-fragments",
         /// Shadow rays a pixel, as a heat map.
         RayCount = "ray-count",
         /// Share of listed lights that reach the pixel.

@@ -111,11 +111,11 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
 
     let mut built = Vec::new();
     let default = DeepImageSettings::default();
-    for (stacks, slices) in [(2, 4), (4, 4), (4, 8), (8, 8), (8, 16), (13, 13)] {
-        let directions = DirectionSet::StacksSlices { stacks, slices };
+    for count in [8, 16, 32, 64, 128, 169] {
+        let directions = DirectionSet::ZonalEqualArea { count };
         built.push(bench.build(DeepImageSettings { directions, ..default })?.0);
     }
-    for supersampling in [1, 3] {
+    for supersampling in [2, 3] {
         built.push(bench.build(DeepImageSettings { supersampling, ..default })?.0);
     }
     built.push(bench.build(DeepImageSettings { builder: DeepBuilder::PerDirection, ..default })?.0);

@@ -1,9 +1,12 @@
 //! `lanternfish bench`: tables from one command: the papers', and how good every technique is.
 
+mod attenuation;
+mod clustered;
 mod deep_images;
 mod forward_plus;
 mod markdown;
 mod normals;
+mod plot;
 mod quality;
 
 use std::{
@@ -15,7 +18,7 @@ use clap::{Args, Subcommand, builder::NonEmptyStringValueParser};
 use lanternfish::settings::{Settings, Shadows};
 use lanternfish_gpu::AdapterChoice;
 
-use self::quality::QualityArgs;
+use self::{attenuation::AttenuationArgs, clustered::ClusteredArgs, quality::QualityArgs};
 use crate::{
     args::{LightArgs, ViewArgs, adapter},
     choices::choice,
@@ -42,6 +45,14 @@ pub enum Paper {
     /// Every speed stands beside its error. Counts are exact; times are the least of some runs on this machine, to be
     /// compared with each other only.
     DeepImages(Box<deep_images::DeepImagesArgs>),
+    /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
+    ///
+    /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
+    /// stands for, as Markdown, JSON and plots. Counts are exact; times are to be compared with each other only. Exits with an
+    /// error when configurations that must show the same picture do not.
+    Clustered(Box<ClusteredArgs>),
+    /// The attenuation functions as curves: Van Gelderen 2020, fig. A.1.
+    Attenuation(AttenuationArgs),
     /// Every technique on a fixed list of shots, against a path tracer.
     ///
     /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with pictures, as Markdown, JSON and HTML. The path
@@ -82,6 +93,8 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     match &args.paper {
         Paper::ForwardPlus(args) => forward_plus::run(args),
         Paper::DeepImages(args) => deep_images::run(args),
+        Paper::Clustered(args) => clustered::run(args),
+        Paper::Attenuation(args) => attenuation::run(args),
         Paper::Quality(args) => quality::run(args),
     }
 }

@@ -103,10 +103,17 @@ impl<'g> Bench<'g> {
             frame.submit();
             let read = |buffer, count| read_back::<u32>(&gpu.device, &gpu.queue, buffer, count).unwrap();
             let ranges = read(&pixel_lists, 2 * count);
-            let depths = read(&depths, count).into_iter().map(f32::from_bits).collect();
+            let depths: Vec<f32> = read(&depths, count).into_iter().map(f32::from_bits).collect();
             let indices = read(&lights.indices, lights.listed as usize);
             let listed = ranges.chunks_exact(2).map(|range| bits(&indices, range)).collect();
             check_cells(&lights, gpu, *settings);
+            if let LightCulling::Clustered(clustered) = room {
+                // What is measured is what shading does: nothing is blended here, so the depth buffer has every fragment.
+                let contents = clustered.contents(&gpu.device, &gpu.queue).unwrap().remove(0);
+                let seen = || ranges.chunks_exact(2).zip(&depths).filter(|(_, depth): &(_, &f32)| **depth > 0.0);
+                let operations = seen().map(|(range, _)| u64::from(range[1])).sum::<u64>();
+                assert_eq!((contents.fragments(), contents.lighting_operations()), (seen().count() as u64, operations));
+            }
             all.push(Lists { settings: *settings, depths, listed });
         }
         all

@@ -1,15 +1,17 @@
-//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020], for one view or several at once.
+//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020, ch. 3, 4], for one view or several at once.
 //!
 //! 1. Grid: from the frusta of the views, one each or one for all of them ([`grid`]).
 //! 2. Mark: fragments of every cluster, from depth, and from blended fragments as they are drawn.
 //! 3. Compact: the list of visible clusters.
 //! 4. Assign: lights of every visible cluster are counted, the counts scanned, the lights written ([`tree`]).
 
+mod contents;
 pub mod grid;
 #[cfg(test)]
 mod tests;
 pub mod tree;
 
+pub use contents::{GridContents, VisibleCluster};
 use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{
     ComputeKernel, Frame, gpu_struct, indirect_buffer, primitives::Scan, storage_buffer, uniform_buffer_of,
@@ -202,7 +204,8 @@ impl ClusteredCulling {
         let counts = ClusterCounts {
             clusters: clusters.into(),
             visible: visible_count,
-            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum(),
+            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum::<u64>()
+                + lights.bytes(),
         };
         let tests = u64::from(test_words[0]) | u64::from(test_words[1]) << 32;
         let lists = |(i, grid): (usize, wgpu::Buffer)| LightLists {
