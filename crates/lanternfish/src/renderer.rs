@@ -161,8 +161,10 @@ fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, Rende
 
 fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool, RenderError> {
     let has = device.features().contains(Gpu::TEXTURE_ARRAYS);
+    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
     match setting {
-        TextureBinding::Auto => Ok(has),
+        // A software adapter reads what is chosen by index for each fragment by itself.
+        TextureBinding::Auto => Ok(has && !software),
         TextureBinding::PerMaterial => Ok(false),
         TextureBinding::Array if has => Ok(true),
         TextureBinding::Array => Err(RenderError::MissingFeature {

@@ -118,8 +118,9 @@ impl GpuScene {
 
     /// What shaders call the scene's buffers.
     pub(crate) fn bindings(&self) -> Bindings<'_> {
-        let mut bindings = Bindings::new()
-            .buffer("materials", &self.materials.buffer)
+        let mut bindings = self
+            .materials
+            .all()
             .buffer("draw_instances", &self.geometry.instances)
             .buffer("lights", &self.lights)
             .buffer("masks", &self.masks);
@@ -130,6 +131,11 @@ impl GpuScene {
             bindings = bindings.resource("scene_tlas", tlas.tlas.as_binding());
         }
         bindings
+    }
+
+    /// The textures and the numbers of one material, where textures are not one array.
+    pub(crate) fn bindings_of_material(&self, material: u32) -> Bindings<'_> {
+        self.textures.of_material(material).with(&self.materials.of_draw(material))
     }
 
     /// Sizes of what was uploaded.
