@@ -1,7 +1,10 @@
 //! From a scene and a camera to a picture.
 
 use glam::UVec2;
-use half::f16;
+use half::{
+    f16,
+    slice::{HalfBitsSliceExt, HalfFloatSliceExt},
+};
 use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, checked, read_back, read_texture};
 use lanternfish_scene::{Camera, Scene};
 
@@ -119,8 +122,9 @@ impl Renderer {
         frame.submit();
 
         let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
-        let radiance = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
-        let radiance = radiance.into_iter().map(|texel| texel.map(|bits| f16::from_bits(bits).to_f32())).collect();
+        let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
+        let mut radiance = vec![[0.0; 4]; halves.len()];
+        halves.as_flattened().reinterpret_cast::<f16>().convert_to_f32_slice(radiance.as_flattened_mut());
 
         let mut counters = scene.counters().to_vec();
         counters.push(("light_culling/light_tests".to_owned(), result.lights.tests));
