@@ -72,7 +72,8 @@ impl GpuScene {
         texture_arrays: bool,
     ) -> Result<Self, RenderError> {
         let shading = Shading::of(settings);
-        let textures = Textures::new(device, queue, scene, shading, texture_arrays)?;
+        let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
+        let textures = Textures::new(device, queue, scene, shading, texture_arrays, anisotropy)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
