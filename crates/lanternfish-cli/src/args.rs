@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValuePars
 use glam::Vec3;
 use lanternfish::settings::{
     Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials,
-    RayCulling, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+    RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Light, generate::DEMOS};
@@ -18,6 +18,7 @@ use crate::{
     parse::{self, LightSet, Size},
     reference::{self, ReferenceArgs},
     shot,
+    stereo::{Eyes, StereoLayout},
 };
 
 const EXAMPLES: &str = "\
@@ -109,6 +110,8 @@ pub struct RenderArgs {
     pub part: PartArgs,
     #[command(flatten, next_help_heading = "View")]
     pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub stereo: StereoArgs,
     #[command(flatten, next_help_heading = "Track (of a shot)")]
     pub track: TrackArgs,
     #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
@@ -159,6 +162,19 @@ pub struct ViewArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct StereoArgs {
+    /// Renders for two eyes: vive (HTC Vive), parallel or parallel:METRES (both see what the camera sees), or
+    /// l,r,b,t,METRES with ,DEGREES if they are turned:
+    /// slopes of the left eye's sides, mirrored for the right one, the distance of the eyes, and how far each is turned out.
+    /// --size is that of one eye.
+    #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
+    pub stereo: Option<Eyes>,
+    /// How the two eyes' pictures become one file.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = StereoLayout::default())]
+    pub stereo_layout: StereoLayout,
+}
+
+#[derive(Debug, Args)]
 pub struct TrackArgs {
     /// The moment of the camera track that is rendered, seconds. Without it: the first keyframe's.
     #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
@@ -191,7 +207,7 @@ pub struct LightArgs {
     /// A constant background, linear radiance (nits). It is seen, but lights nothing yet.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
-    /// N coloured point lights, at most 2097152. rain:N[:radius]: falling through the scene's box; --seed chooses where; the
+    /// N coloured point lights, at most 2097152. rain:N or rain:N:radius: falling through the scene's box; --seed chooses where; the
     /// radius is how far each reaches, m, by default chosen by the scene's size and N. random:N:radius:seed:x0,y0,z0,x1,y1,z1:
     /// at random places of a box, by a rule that other renderers can follow.
     #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
@@ -267,6 +283,10 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<ClusterTest>())]
     #[arg(default_value_t = Clustered::default().test)]
     pub cluster_test: ClusterTest,
+    /// Samples a pixel at edges of triangles: smoother edges. 4 is on every adapter.
+    #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
+    #[arg(default_value_t = Settings::default().samples)]
+    pub samples: Samples,
     /// How textures reach the shader. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
     #[arg(default_value_t = Settings::default().textures)]
@@ -368,6 +388,7 @@ impl RenderArgs {
             debug_view: self.look.debug_view,
             textures: technique.textures,
             anisotropy: self.look.anisotropy,
+            samples: technique.samples,
         }
     }
 }

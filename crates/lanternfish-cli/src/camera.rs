@@ -54,7 +54,7 @@ fn choose_within<F: FnOnce() -> Bounds>(
     }
     if let Some(fov_y) = flags.fov_y {
         let near = match camera.projection {
-            Projection::Perspective { near, .. } => near,
+            Projection::Perspective { near, .. } | Projection::Frustum { near, .. } => near,
             Projection::Orthographic { .. } => near_plane(bounds),
         };
         camera.projection = Projection::Perspective { fov_y, near };

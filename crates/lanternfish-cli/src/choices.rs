@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Shadows,
+    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Samples, Shadows,
     TextureBinding, TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
@@ -101,6 +101,10 @@ meanings! {
         Roughness: "Perceptual roughness",
         BaseColor: "Base colour after textures",
         LightCount: "Lights listed for a pixel, as a heat map",
+        LightsPerPixel: "Of them, those whose range reaches the pixel, as a logarithmic heat map",
+        ClusterIndex: "Places of clusters in their grid, modulo 3; magenta where none was marked",
+        ClusterLights: "Lights of a pixel's cluster or tile, as a logarithmic heat map",
+        ClusterFragments: "Visible fragments of a pixel's cluster, as a logarithmic heat map; magenta where none",
         RayCount: "Shadow rays of a pixel, as a heat map",
         Visibility: "Share of a pixel's listed lights that reach it",
         Nan: "Magenta where the result is not a number",
@@ -116,6 +120,12 @@ meanings! {
         X4: "Almost as sharp as 16, at a lower price",
         X8: "Hardly to be told from 16",
         X16: "Sharpest",
+    }
+    Samples {
+        One: "One",
+        Two: "Two, where the adapter has it",
+        Four: "Four, on every adapter",
+        Eight: "Eight, where the adapter has it",
     }
     TextureBinding {
         Auto: "array on hardware that has it",

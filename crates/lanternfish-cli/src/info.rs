@@ -61,6 +61,11 @@ fn describe(scene: &Scene) -> String {
     for (index, camera) in scene.cameras.iter().enumerate() {
         let projection = match camera.projection {
             Projection::Perspective { fov_y, .. } => format!("perspective, {:.1}° vertical", fov_y.to_degrees()),
+            Projection::Frustum { left, right, bottom, top, .. } => format!(
+                "perspective, {:.1}° across, {:.1}° vertical",
+                (right.atan() - left.atan()).to_degrees(),
+                (top.atan() - bottom.atan()).to_degrees()
+            ),
             Projection::Orthographic { half_height, .. } => format!("orthographic, {} m high", 2.0 * half_height),
         };
         let name = if camera.name.is_empty() { "(no name)" } else { &camera.name };

@@ -15,6 +15,7 @@ mod render;
 mod report;
 mod scene;
 mod shot;
+mod stereo;
 
 use std::{process::ExitCode, time::Instant};
 

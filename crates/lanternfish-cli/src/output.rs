@@ -7,7 +7,7 @@ use std::{
 };
 
 use lanternfish::Picture;
-use lanternfish_metrics::{ColorType, RgbImage, write_aside, write_exr, write_png};
+use lanternfish_metrics::{ColorType, RgbImage, write_aside, write_exr, write_exr_layers, write_png};
 
 use crate::error::CliError;
 
@@ -62,6 +62,14 @@ impl Output {
         self.format == Format::Exr
     }
 
+    /// Pictures of one size as layers of an EXR file, by name.
+    pub fn write_layers(&self, pictures: &[(&str, &Picture)]) -> Result<(), CliError> {
+        let images = pictures.iter().map(|(name, picture)| Ok((*name, radiance(picture)?)));
+        let images = images.collect::<Result<Vec<_>, CliError>>()?;
+        let layers: Vec<_> = images.iter().map(|(name, image)| (*name, image)).collect();
+        Ok(write_exr_layers(&self.path, &layers, &[])?)
+    }
+
     pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
         match self.format {
             Format::Png => {
@@ -70,12 +78,16 @@ impl Output {
                 write_png(&self.path, picture.width, picture.height, ColorType::Rgb, &pixels)?;
             }
             Format::Exr => {
-                let pixels = picture.radiance.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
-                write_exr(&self.path, &RgbImage::new(picture.width as usize, picture.height as usize, pixels)?)?;
+                write_exr(&self.path, &radiance(picture)?)?;
             }
         }
         Ok(())
     }
+}
+
+fn radiance(picture: &Picture) -> Result<RgbImage, CliError> {
+    let pixels = picture.radiance.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect();
+    Ok(RgbImage::new(picture.width as usize, picture.height as usize, pixels)?)
 }
 
 /// The scene's name with `.png`, in the current folder: never beside the scene, which may not be ours to write to.

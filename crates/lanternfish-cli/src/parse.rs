@@ -232,11 +232,11 @@ pub fn exposure(text: &str) -> Result<f32, String> {
 }
 
 /// Finite numbers between commas.
-fn numbers(text: &str) -> Option<Vec<f32>> {
+pub fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(number).collect()
 }
 
-fn number(text: &str) -> Option<f32> {
+pub fn number(text: &str) -> Option<f32> {
     text.trim().parse().ok().filter(|n: &f32| n.is_finite())
 }
 

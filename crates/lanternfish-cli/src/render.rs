@@ -19,6 +19,7 @@ use crate::{
     report::{self, Run},
     scene,
     shot::Shot,
+    stereo::{self, StereoLayout},
 };
 
 pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
@@ -46,6 +47,11 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         let what = format!("{}: --debug-view {view} is a picture, .exr holds radiance", output.path.display());
         return Err(CliError::new(what, "end the name with .png, or leave --debug-view out"));
     }
+    let layers = args.stereo.stereo.is_some() && args.stereo.stereo_layout == StereoLayout::Layers;
+    if layers && !output.is_radiance() {
+        let what = format!("{}: --stereo-layout layers makes two layers, which only .exr holds", output.path.display());
+        return Err(CliError::new(what, "end the name with .exr, or leave --stereo-layout out"));
+    }
     let mut progress = Progress::start(args.run.quiet);
 
     let part = args.part.scene_of_file.as_deref();
@@ -69,9 +75,23 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     drop(scene);
     let mut cost = Report::default();
     for (camera, output) in cameras.iter().zip(&outputs) {
-        let picture =
-            progress.step("render", "Rendering", || renderer.render(&uploaded, camera, size.width, size.height))?;
-        progress.step("write", &format!("Writing {}", output.path.display()), || output.write(&picture))?;
+        let eyes = args.stereo.stereo.map(|eyes| eyes.cameras(camera, aspect)).transpose()?;
+        let cameras = eyes.as_ref().map_or(std::slice::from_ref(camera), |eyes| eyes);
+        let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
+        let mut pictures = progress.step("render", "Rendering", || renderer.render_views(&uploaded, &views))?;
+        let writing = format!("Writing {}", output.path.display());
+        if layers {
+            let named: Vec<_> = ["left", "right"].into_iter().zip(&pictures).collect();
+            progress.step("write", &writing, || output.write_layers(&named))?;
+        }
+        let first = pictures.remove(0);
+        let picture = match pictures.pop() {
+            Some(second) => stereo::side_by_side(first, second),
+            None => first,
+        };
+        if !layers {
+            progress.step("write", &writing, || output.write(&picture))?;
+        }
         report::add(&mut cost, picture.report);
     }
 

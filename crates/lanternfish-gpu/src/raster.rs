@@ -18,6 +18,8 @@ pub struct RasterState<'a> {
     pub targets: &'a [Option<wgpu::ColorTargetState>],
     /// Length of each binding array, by name.
     pub array_lengths: &'a [(&'a str, u32)],
+    /// Samples a pixel; 0 is 1.
+    pub samples: u32,
 }
 
 /// A vertex and a fragment entry point of one shader, ready to draw.
@@ -29,7 +31,8 @@ pub struct RasterPipeline {
 }
 
 impl RasterPipeline {
-    /// Compiles the entry points `vertex` and `fragment` of `shader`.
+    /// Compiles the entry points `vertex` and, where the shader has one, `fragment` of `shader`. Without it, only depth is
+    /// written.
     pub fn new(
         device: &wgpu::Device,
         shader: &LinkedShader,
@@ -38,7 +41,9 @@ impl RasterPipeline {
         label: &str,
         state: &RasterState<'_>,
     ) -> Self {
-        let layouts = layouts(device, shader, &[vertex, fragment], state.array_lengths);
+        let has_fragment = shader.has_entry(fragment);
+        let entries = if has_fragment { vec![vertex, fragment] } else { vec![vertex] };
+        let layouts = layouts(device, shader, &entries, state.array_lengths);
         let module = shader.create_module(device);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(label),
@@ -51,8 +56,8 @@ impl RasterPipeline {
             },
             primitive: state.primitive,
             depth_stencil: state.depth.clone(),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
+            multisample: wgpu::MultisampleState { count: state.samples.max(1), ..Default::default() },
+            fragment: has_fragment.then_some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some(fragment),
                 compilation_options: Default::default(),

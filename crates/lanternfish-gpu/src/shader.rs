@@ -72,6 +72,28 @@ impl LinkedShader {
     }
 
     /// Index of an entry point in naga's list.
+    /// Whether it has an entry point of this name.
+    pub fn has_entry(&self, entry: &str) -> bool {
+        self.module.entry_points.iter().any(|e| e.name == entry)
+    }
+
+    /// Locations that a vertex entry point reads.
+    pub fn vertex_locations(&self, entry: &str) -> Vec<u32> {
+        let location = |binding: &Option<naga::Binding>| match binding {
+            Some(naga::Binding::Location { location, .. }) => Some(*location),
+            _ => None,
+        };
+        let arguments = &self.module.entry_points[self.entry_index(entry)].function.arguments;
+        let mut locations = Vec::new();
+        for argument in arguments {
+            locations.extend(location(&argument.binding));
+            if let naga::TypeInner::Struct { members, .. } = &self.module.types[argument.ty].inner {
+                locations.extend(members.iter().filter_map(|member| location(&member.binding)));
+            }
+        }
+        locations
+    }
+
     pub(crate) fn entry_index(&self, entry: &str) -> usize {
         let index = self.module.entry_points.iter().position(|e| e.name == entry);
         index.unwrap_or_else(|| panic!("{}: no entry point {entry}", self.label))

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use glam::{Vec3, Vec3A};
 use lanternfish_reference::{Film, Random, Settings, Tracer};
-use lanternfish_scene::{Bounds, Camera, Scene};
+use lanternfish_scene::{Camera, Scene};
 use obvhs::{
     BvhBuildParams,
     cwbvh::{CwBvh, builder::build_cwbvh_from_tris},

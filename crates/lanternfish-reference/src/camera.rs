@@ -16,6 +16,11 @@ pub(crate) fn ray(camera: &Camera, x: f64, y: f64, width: usize, height: usize) 
             let slope = (0.5 * fov_y).tan();
             (Vec3A::ZERO, vec3a(slope * ndc_x, slope * ndc_y, -1.0))
         }
+        Projection::Frustum { left, right, bottom, top, .. } => {
+            let across = left + (right - left) * (x / width) as f32;
+            let down = top + (bottom - top) * (y / height) as f32;
+            (Vec3A::ZERO, vec3a(across, down, -1.0))
+        }
         Projection::Orthographic { half_height, near, .. } => {
             (vec3a(half_height * ndc_x, half_height * ndc_y, -near), Vec3A::NEG_Z)
         }

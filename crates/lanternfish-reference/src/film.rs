@@ -73,7 +73,9 @@ impl Film {
             for channel in 0..3 {
                 let (mean, variance) = (f64::from(mean[channel]), f64::from(variance[channel]));
                 sums.value[channel] = n * mean;
-                sums.square[channel] = n * mean * mean + variance * n * (n - 1.0);
+                // One sample says nothing of its variance.
+                let spread = if samples < 2 { 0.0 } else { variance * n * (n - 1.0) };
+                sums.square[channel] = n * mean * mean + spread;
             }
         }
         Ok(film)
@@ -160,6 +162,8 @@ mod tests {
             assert!((a.value[channel] - b.value[channel]).abs() < 1e-6 * a.value[channel]);
             assert!((a.square[channel] - b.square[channel]).abs() < 1e-6 * a.square[channel]);
         }
+        let once = film(&[[1.0, 0.5, 5.0]]);
+        assert_eq!(Film::resume(1, 1, 1, &once.mean(), &once.variance()).unwrap(), once);
         assert!(Film::resume(2, 1, 3, &before.mean(), &before.variance()).is_err());
         assert!(Film::new(0, 4).is_err());
     }

@@ -25,6 +25,20 @@ pub enum Projection {
         /// Distance of the near plane, m, > 0.
         near: f32,
     },
+    /// Through a point, off the axis if need be: an eye of a head-mounted display, a part of a larger picture. Pixels need
+    /// not be square. The far plane is at infinity.
+    Frustum {
+        /// Slope of the left side: x over distance.
+        left: f32,
+        /// Of the right side, > left.
+        right: f32,
+        /// Of the bottom: y over distance.
+        bottom: f32,
+        /// Of the top, > bottom.
+        top: f32,
+        /// Distance of the near plane, m, > 0.
+        near: f32,
+    },
     /// Along parallel lines.
     Orthographic {
         /// Half the height of the view, m, > 0.
@@ -34,6 +48,28 @@ pub enum Projection {
         /// Distance of the far plane, m, > near.
         far: f32,
     },
+}
+
+impl Projection {
+    /// Slopes of the sides, left, right, bottom, top, in a picture `aspect` times as wide as high; `None` where lines are
+    /// parallel.
+    pub fn slopes(&self, aspect: f32) -> Option<[f32; 4]> {
+        match *self {
+            Self::Perspective { fov_y, .. } => {
+                let slope = (0.5 * fov_y).tan();
+                Some([-aspect * slope, aspect * slope, -slope, slope])
+            }
+            Self::Frustum { left, right, bottom, top, .. } => Some([left, right, bottom, top]),
+            Self::Orthographic { .. } => None,
+        }
+    }
+
+    /// Distance of the near plane, m.
+    pub fn near(&self) -> f32 {
+        match *self {
+            Self::Perspective { near, .. } | Self::Frustum { near, .. } | Self::Orthographic { near, .. } => near,
+        }
+    }
 }
 
 impl Camera {

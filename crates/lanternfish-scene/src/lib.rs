@@ -15,6 +15,7 @@ mod mesh;
 mod named_enum;
 mod scene;
 pub mod shading;
+mod stereo;
 mod texture;
 mod validate;
 
@@ -26,4 +27,5 @@ pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
 pub use scene::{Instance, Scene};
+pub use stereo::{Eye, StereoRig};
 pub use texture::{Filter, Image, MipFilter, Sampler, Texture, Wrap};

@@ -91,6 +91,10 @@ impl Scene {
             let is_rotation = (axes * axes.transpose()).abs_diff_eq(glam::Mat3A::IDENTITY, UNIT_TOLERANCE);
             let is_sound = match camera.projection {
                 Projection::Perspective { fov_y, near } => fov_y > 0.0 && fov_y < std::f32::consts::PI && near > 0.0,
+                Projection::Frustum { left, right, bottom, top, near } => {
+                    let finite = [left, right, bottom, top].iter().all(|slope| slope.is_finite());
+                    finite && left < right && bottom < top && near > 0.0
+                }
                 Projection::Orthographic { half_height, near, far } => half_height > 0.0 && near >= 0.0 && far > near,
             };
             if !camera.world_from_camera.is_finite() || !is_rotation || !is_sound {

@@ -29,6 +29,14 @@ pub enum RenderError {
         /// What works everywhere.
         instead: &'static str,
     },
+    /// Two settings that go together only otherwise.
+    #[error("{setting} needs {needed}")]
+    Together {
+        /// The setting, as on the command line.
+        setting: &'static str,
+        /// What it needs beside it, as on the command line.
+        needed: &'static str,
+    },
     /// No one frustum looks the way of all views that are to share a grid of clusters.
     #[error(
         "the views face apart: no perspective grid encloses them; use orthographic clusters (--clusters ortho:4), or a grid \

@@ -5,14 +5,14 @@ use lanternfish_gpu::Frame;
 use crate::{
     debug_views::DebugViews,
     error::RenderError,
-    gpu_scene::GpuScene,
+    gpu_scene::{GpuScene, VisibleDraws},
     light_culling::{LightCulling, LightLists, Reach, Seen},
     output::Output,
-    prepass::Prepass,
+    prepass::{Prepass, Surface},
     shading::{Forward, Radiance},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
-    view::View,
+    view::{View, ViewBuffer},
 };
 
 /// The passes of a frame, compiled for one choice of settings.
@@ -38,41 +38,87 @@ pub(crate) struct FrameResult {
 }
 
 impl Passes {
-    /// Records the frame of one view.
-    pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, view: &View) -> Result<FrameResult, RenderError> {
-        let view_buffer = &view.upload(frame.device);
-        let draws = &scene.visible_draws(view);
-        let surface = &self.prepass.record(frame, scene, draws, view_buffer, view.size)?;
-        let seen = &[Seen { view, buffer: view_buffer, surface, draws }];
-        let lights = &self.light_culling.record(frame, scene, seen, Reach::Surface)?[0];
+    /// Records a frame of views of one scene.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        views: &[View],
+    ) -> Result<Vec<FrameResult>, RenderError> {
+        // What every view shows, then which lights reach it: views may share the work of finding them.
+        let shown = views.iter().enumerate().map(|(slot, view)| self.show(frame, scene, view, slot));
+        let shown = shown.collect::<Result<Vec<Shown<'_>>, _>>()?;
+        let seen: Vec<Seen<'_>> = shown.iter().map(Shown::seen).collect();
+        let lights = self.light_culling.record(frame, scene, &seen, Reach::Surface)?;
+        let blended = match shown.iter().any(|shown| !shown.draws.blended.is_empty()) {
+            true => self.light_culling.record(frame, scene, &seen, Reach::Anywhere)?,
+            false => Vec::new(),
+        };
+        let results = shown.iter().zip(lights).enumerate();
+        results.map(|(i, (shown, lights))| self.shade(frame, scene, shown, lights, blended.get(i))).collect()
+    }
 
+    fn show<'s>(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &'s GpuScene,
+        view: &'s View,
+        slot: usize,
+    ) -> Result<Shown<'s>, RenderError> {
+        let buffer = view.upload(frame.device);
+        let draws = scene.visible_draws(view);
+        let surface = self.prepass.record(frame, scene, &draws, &buffer, view.size, slot)?;
+        Ok(Shown { view, buffer, draws, surface })
+    }
+
+    fn shade(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        Shown { view, buffer, draws, surface }: &Shown<'_>,
+        lights: LightLists,
+        blended_lights: Option<&LightLists>,
+    ) -> Result<FrameResult, RenderError> {
         let mut plan = None;
-        let radiance = match &mut self.shadows {
-            None => self.forward.record(frame, scene, draws, view_buffer, surface, lights, None)?,
+        let radiance = match self.shadows.as_mut().filter(|_| surface.samples == 1) {
+            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, None)?,
             Some(shadows) => {
-                let plan = plan.insert(shadows.plan(frame, scene, view_buffer, surface, lights)?);
+                let plan = plan.insert(shadows.plan(frame, scene, buffer, surface, &lights)?);
                 // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
                 for band in plan.bands() {
-                    let visibility = &shadows.record(frame, scene, view_buffer, surface, lights, plan, band);
-                    self.forward.record(frame, scene, draws, view_buffer, surface, lights, Some(visibility))?;
+                    let visibility = &shadows.record(frame, scene, buffer, surface, &lights, plan, band);
+                    self.forward.record(frame, scene, draws, buffer, surface, &lights, Some(visibility))?;
                 }
-                self.forward.radiance(frame.device, view.size)
+                self.forward.radiance(frame.device, view.size, surface.slot)
             }
         };
 
-        self.sky.record(frame, scene, view_buffer, surface, &radiance)?;
-        if !draws.blended.is_empty() {
-            let lights = &self.light_culling.record(frame, scene, seen, Reach::Anywhere)?[0];
-            self.forward.record_transparent(frame, scene, draws, view_buffer, surface, lights, &radiance)?;
+        self.sky.record(frame, scene, buffer, surface, &radiance)?;
+        if let Some(lights) = blended_lights.filter(|_| !draws.blended.is_empty()) {
+            self.forward.record_transparent(frame, scene, draws, buffer, surface, lights, &radiance)?;
         }
 
         let display = match &self.debug_views {
-            None => self.output.record(frame, view_buffer, &radiance, view.size),
+            None => self.output.record(frame, buffer, &radiance, view.size),
             Some(debug_views) => {
                 let ray_counts = plan.as_ref().and_then(VisibilityPlan::ray_counts);
-                debug_views.record(frame, view_buffer, surface, lights, &radiance, ray_counts, view.size)
+                debug_views.record(frame, scene, buffer, surface, &lights, &radiance, ray_counts, view.size)
             }
         };
-        Ok(FrameResult { radiance, display, visibility: plan, lights: lights.clone() })
+        Ok(FrameResult { radiance, display, visibility: plan, lights })
+    }
+}
+
+/// A view after the prepass.
+struct Shown<'s> {
+    view: &'s View,
+    buffer: ViewBuffer,
+    draws: VisibleDraws<'s>,
+    surface: Surface,
+}
+
+impl Shown<'_> {
+    fn seen(&self) -> Seen<'_> {
+        Seen { view: self.view, buffer: &self.buffer, surface: &self.surface, draws: &self.draws }
     }
 }

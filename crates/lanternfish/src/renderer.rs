@@ -11,15 +11,16 @@ use lanternfish_scene::{Camera, Scene};
 use crate::{
     debug_views::DebugViews,
     error::RenderError,
-    frame::Passes,
+    frame::{FrameResult, Passes},
     gpu_scene::GpuScene,
-    light_culling::LightCulling,
+    light_culling::{LightCulling, clustered::GridContents},
     output::Output,
-    prepass::Prepass,
+    prepass::{DEPTH_FORMAT, Prepass},
     settings::{DebugView, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
-    shading::Forward,
+    shading::{Forward, RADIANCE_FORMAT},
     shadows::{Shadows, Tracer},
     sky::Sky,
+    texture::samples_target,
     view::View,
 };
 
@@ -70,11 +71,12 @@ impl Renderer {
             (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
         }
         let tracer = tracer(device, settings.shadows)?;
+        check_samples(device, &settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
         let passes = Passes {
-            prepass: Prepass::new(),
-            light_culling: LightCulling::new(device, settings.culling)?,
+            prepass: Prepass::new(tracer != Tracer::None || settings.debug_view.is_some(), settings.samples.count()),
+            light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
             shadows,
             forward: Forward::new(&settings, tracer),
             sky: Sky::new(),
@@ -91,11 +93,21 @@ impl Renderer {
         &self.settings
     }
 
-    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through.
+    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. Renderers of
+    /// one device whose settings differ in `culling` alone may share it.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
         checked(&self.device, "upload", || {
             GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
         })
+    }
+
+    /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
+    /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
+    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
+        match &self.passes.light_culling {
+            LightCulling::Clustered(clustered) => clustered.contents(&self.device, &self.queue),
+            LightCulling::All | LightCulling::Tiled(_) => Ok(Vec::new()),
+        }
     }
 
     /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.
@@ -106,21 +118,45 @@ impl Renderer {
         width: u32,
         height: u32,
     ) -> Result<Picture, RenderError> {
-        let limit = self.device.limits().max_texture_dimension_2d;
-        if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
-            return Err(RenderError::Size { width, height, limit });
-        }
-        let view =
-            View::new(camera, UVec2::new(width, height), self.settings.exposure.exp2(), scene.sky, &scene.bounds);
-        let device = self.device.clone();
-        checked(&device, "render", || self.render_view(scene, &view))
+        Ok(self.render_views(scene, &[(camera, width, height)])?.remove(0))
     }
 
-    fn render_view(&mut self, scene: &GpuScene, view: &View) -> Result<Picture, RenderError> {
-        let mut frame = Frame::new(&self.device, &self.queue, &mut self.profiler);
-        let result = self.passes.record(&mut frame, scene, view)?;
-        frame.submit();
+    /// Renders several views of a scene in one frame: cameras with their pictures' width and height. Views may share the work
+    /// of finding lights ([`crate::settings::Grouping`]); the passes' times, and what is shared, are in the first report.
+    pub fn render_views(
+        &mut self,
+        scene: &GpuScene,
+        views: &[(&Camera, u32, u32)],
+    ) -> Result<Vec<Picture>, RenderError> {
+        let limit = self.device.limits().max_texture_dimension_2d;
+        let exposure = self.settings.exposure.exp2();
+        let view = |(camera, width, height): &(&Camera, u32, u32)| {
+            let (width, height) = (*width, *height);
+            if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
+                return Err(RenderError::Size { width, height, limit });
+            }
+            Ok(View::new(camera, UVec2::new(width, height), exposure, scene.sky, &scene.bounds))
+        };
+        let views = views.iter().map(view).collect::<Result<Vec<_>, _>>()?;
+        let device = self.device.clone();
+        checked(&device, "render", || self.render_frame(scene, &views))
+    }
 
+    fn render_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<Picture>, RenderError> {
+        let mut frame = Frame::new(&self.device, &self.queue, &mut self.profiler);
+        let results = self.passes.record(&mut frame, scene, views)?;
+        frame.submit();
+        let mut pictures = Vec::new();
+        for (view, result) in views.iter().zip(&results) {
+            pictures.push(self.picture(scene, view, result)?);
+        }
+        if let Some(first) = pictures.first_mut() {
+            first.report.passes = self.profiler.finished();
+        }
+        Ok(pictures)
+    }
+
+    fn picture(&self, scene: &GpuScene, view: &View, result: &FrameResult) -> Result<Picture, RenderError> {
         let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
         let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
         let mut radiance = vec![[0.0; 4]; halves.len()];
@@ -141,7 +177,7 @@ impl Renderer {
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
-        let report = Report { passes: self.profiler.finished(), counters };
+        let report = Report { passes: Vec::new(), counters };
         Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, report })
     }
 }
@@ -161,6 +197,32 @@ fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, Rende
             instead: "--shadows bvh",
         }),
     }
+}
+
+/// An error unless the device can draw with as many samples, and nothing asks for a single one.
+fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), RenderError> {
+    let count = settings.samples.count();
+    if count == 1 {
+        return Ok(());
+    }
+    if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) {
+        return Err(RenderError::MissingFeature {
+            setting: "--debug-view",
+            feature: "one sample a pixel",
+            instead: "--samples 1",
+        });
+    }
+    let try_targets = || {
+        for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {
+            samples_target(device, "samples", UVec2::ONE, format, wgpu::TextureUsages::empty(), count);
+        }
+        Ok::<(), RenderError>(())
+    };
+    checked(device, "samples", try_targets).map_err(|_| RenderError::MissingFeature {
+        setting: "--samples",
+        feature: "so many samples a pixel",
+        instead: "--samples 4",
+    })
 }
 
 fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool, RenderError> {

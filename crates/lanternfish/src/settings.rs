@@ -30,6 +30,9 @@ pub struct Settings {
     /// Samples along the long axis of a pixel's footprint in a texture, at most, where all its filters are linear. More:
     /// textures seen at an angle are sharper, and cost more.
     pub anisotropy: Anisotropy,
+    /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
+    /// once.
+    pub samples: Samples,
 }
 
 impl Default for Settings {
@@ -46,6 +49,7 @@ impl Default for Settings {
             debug_view: None,
             textures: TextureBinding::Auto,
             anisotropy: Anisotropy::Auto,
+            samples: Samples::One,
         }
     }
 }
@@ -69,7 +73,7 @@ impl Default for Culling {
 
 pub use crate::light_culling::clustered::grid::ClusterShape;
 
-/// Lists per cluster [VanGelderen2020].
+/// Lists per cluster [VanGelderen2020, ch. 3].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clustered {
     /// Which clusters there are. Smaller: fewer lights a pixel, more lists.
@@ -223,12 +227,46 @@ named_enum! {
         BaseColor = "base-color",
         /// Listed lights a pixel, as a heat map.
         LightCount = "light-count",
+        /// Listed lights that reach the pixel: those whose range is above their distance, as a logarithmic heat map.
+        LightsPerPixel = "lights-per-pixel",
+        /// The cluster's place in the grid, each coordinate modulo 3; magenta where it has no visible fragment.
+        ClusterIndex = "cluster-index",
+        /// Lights of the pixel's cluster or tile, as a logarithmic heat map.
+        ClusterLights = "cluster-lights",
+        /// Visible fragments of the pixel's cluster, as a logarithmic heat map; magenta where there are none.
+        ClusterFragments = "cluster-fragments",
         /// Shadow rays a pixel, as a heat map.
         RayCount = "ray-count",
         /// Share of listed lights that reach the pixel.
         Visibility = "visibility",
         /// Magenta where the radiance is not finite, grey elsewhere.
         Nan = "nan",
+    }
+}
+
+named_enum! {
+    /// Samples a pixel at edges of triangles (multisample antialiasing).
+    Samples {
+        /// One.
+        One = "1",
+        /// Two, where the adapter has it.
+        Two = "2",
+        /// Four: on every adapter.
+        Four = "4",
+        /// Eight, where the adapter has it.
+        Eight = "8",
+    }
+}
+
+impl Samples {
+    /// The number.
+    pub const fn count(self) -> u32 {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+            Self::Four => 4,
+            Self::Eight => 8,
+        }
     }
 }
 

@@ -58,6 +58,7 @@ mod tests {
 
     const ROOTS: &[Root] = &[
         Root { module: "prepass/prepass", entries: &["vertex", "fragment"], choices: &[&["", "masked"], TEXTURES] },
+        Root { module: "prepass/depth", entries: &["vertex"], choices: &[&["", "masked"], TEXTURES] },
         Root { module: "light_culling/tiled/bounds", entries: &["bounds"], choices: &[] },
         Root { module: "light_culling/tiled/assign", entries: &["count", "write"], choices: &[] },
         Root { module: "light_culling/clustered/mark", entries: &["mark"], choices: &[] },
@@ -90,6 +91,10 @@ mod tests {
                     "masked",
                     "shadow_bits",
                     "shadow_bits+masked",
+                    "shadow_rays",
+                    "shadow_rays+masked",
+                    "shadow_rays+tracer_ray_query",
+                    "shadow_rays+tracer_ray_query+masked",
                     "transparent",
                     "transparent+shadow_rays",
                     "transparent+shadow_rays+tracer_ray_query",

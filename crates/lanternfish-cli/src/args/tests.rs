@@ -22,7 +22,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 #[test]
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
-                 --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none \
+                 --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
@@ -37,6 +37,7 @@ fn every_flag_reaches_its_setting() {
         debug_view: Some(DebugView::LightCount),
         textures: TextureBinding::PerMaterial,
         anisotropy: Anisotropy::X2,
+        samples: Samples::Four,
     };
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
@@ -81,6 +82,9 @@ fn unknown_values_are_refused_with_the_known_ones() {
         ("--shadows", "ray-query"),
         ("--culling", "tiled"),
         ("--tile-size", "16"),
+        ("--samples", "8"),
+        ("--stereo", "vive"),
+        ("--stereo-layout", "layers"),
         ("--clusters", "displ:"),
         ("--cluster-views", "enclosed"),
         ("--light-assignment", "hierarchy"),

@@ -1,6 +1,6 @@
 //! The tables of [Elagabani2025, ch. 5]: what each way to save shadow rays saves.
 
-use std::{fs, io::Write, path::Path, time::Instant};
+use std::{io::Write, path::Path, time::Instant};
 
 use lanternfish::{
     GpuScene, Picture, Renderer,
@@ -12,7 +12,7 @@ use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
 use super::{
-    ForwardPlusArgs,
+    ForwardPlusArgs, make_folder,
     markdown::to_markdown,
     normals::{self, NormalErrors},
 };
@@ -211,13 +211,13 @@ pub fn rgb(picture: &Picture) -> Vec<u8> {
 }
 
 /// The middle value, or the upper of the two middle ones.
-fn median(values: &mut [f64]) -> f64 {
+pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Pixels whose radiance differs in any bit.
-fn differing(a: &Picture, b: &Picture) -> usize {
+pub fn differing(a: &Picture, b: &Picture) -> usize {
     let bits = |texel: &[f32; 4]| texel.map(f32::to_bits);
     a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count()
 }
@@ -272,11 +272,6 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
         normals: normals::measure(&bench)?,
     };
     report(&results, &args.output)
-}
-
-fn make_folder(folder: &Path) -> Result<(), CliError> {
-    fs::create_dir_all(folder)
-        .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made"))
 }
 
 fn report(results: &Results, folder: &Path) -> Result<(), CliError> {

@@ -1,15 +1,23 @@
-//! `lanternfish bench`: the papers' tables from one command.
+//! `lanternfish bench`: tables from one command: the papers', and how good every technique is.
 
+mod attenuation;
+mod clustered;
 mod forward_plus;
 mod markdown;
 mod normals;
+mod plot;
+mod quality;
 
-use std::path::PathBuf;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use clap::{Args, Subcommand, builder::NonEmptyStringValueParser};
 use lanternfish::settings::{Settings, Shadows};
 use lanternfish_gpu::AdapterChoice;
 
+use self::{attenuation::AttenuationArgs, clustered::ClusteredArgs, quality::QualityArgs};
 use crate::{
     args::{LightArgs, ViewArgs, adapter},
     choices::choice,
@@ -31,6 +39,19 @@ pub enum Paper {
     /// on this machine, to be compared with each other only. Exits with an error when configurations that must show the
     /// same picture do not.
     ForwardPlus(Box<ForwardPlusArgs>),
+    /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
+    ///
+    /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
+    /// stands for, as Markdown, JSON and plots. Counts are exact; times are to be compared with each other only. Exits with an
+    /// error when configurations that must show the same picture do not.
+    Clustered(Box<ClusteredArgs>),
+    /// The attenuation functions as curves: Van Gelderen 2020, fig. A.1.
+    Attenuation(AttenuationArgs),
+    /// Every technique on a fixed list of shots, against a path tracer.
+    ///
+    /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with pictures, as Markdown, JSON and HTML. The path
+    /// tracer's pictures are kept in the folder: the first run takes minutes.
+    Quality(Box<QualityArgs>),
 }
 
 #[derive(Debug, Args)]
@@ -65,5 +86,14 @@ pub struct ForwardPlusArgs {
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     match &args.paper {
         Paper::ForwardPlus(args) => forward_plus::run(args),
+        Paper::Clustered(args) => clustered::run(args),
+        Paper::Attenuation(args) => attenuation::run(args),
+        Paper::Quality(args) => quality::run(args),
     }
+}
+
+/// With all folders above it.
+fn make_folder(folder: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(folder)
+        .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made"))
 }

@@ -74,6 +74,7 @@ fn every_kind_of_value_reaches_its_flag() {
         exposure = -1
         debug-view = "normal"
         [technique]
+        culling = "tiled"
         tile-size = 32
         aabb = false
         [run]

@@ -117,7 +117,7 @@ fn describe(camera: &Camera) -> String {
     let target = eye + camera.world_from_camera.transform_vector3(glam::Vec3::NEG_Z);
     let fov_y = match camera.projection {
         Projection::Perspective { fov_y, .. } => format!(", fov-y = {:.2}", fov_y.to_degrees()),
-        Projection::Orthographic { .. } => String::new(),
+        Projection::Frustum { .. } | Projection::Orthographic { .. } => String::new(),
     };
     let list = |v: glam::Vec3| format!("[{:.3}, {:.3}, {:.3}]", v.x, v.y, v.z);
     format!("# This camera, rounded: eye = {}, target = {}{fov_y}\n", list(eye), list(target))

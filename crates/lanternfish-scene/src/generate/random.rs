@@ -6,7 +6,7 @@ use crate::{Bounds, Light};
 
 /// `count` point lights of one `radius` (their range, m) at random places of `bounds`, in random light colours.
 ///
-/// SplitMix64 from `seed` [Steele2014]; each number is u = (next >> 40) / 2²⁴, six a light in the order x y z r g b. Position:
+/// SplitMix64 from `seed` [Steele2014, fig. 16]; each number is u = (next >> 40) / 2²⁴, six a light in the order x y z r g b. Position:
 /// low + u · (high − low); linear colour: 0.25 + 0.75 · u; luminous intensity: radius² × colour, cd. All in 32 bits.
 pub fn random_lights(bounds: &Bounds, count: u32, radius: f32, seed: u64) -> Vec<Light> {
     let mut state = seed;
@@ -41,7 +41,10 @@ fn lights_follow_the_rule() {
     ];
     let u = outputs.map(|output| (output >> 40) as f32 / 16_777_216.0);
     assert_eq!(lights[0].position, bounds.min + Vec3::new(u[0], u[1], u[2]) * bounds.size());
-    assert_eq!((lights[0].intensity.x, lights[0].intensity.y), (4.0 * (0.25 + 0.75 * u[3]), 4.0 * (0.25 + 0.75 * u[4])));
+    assert_eq!(
+        (lights[0].intensity.x, lights[0].intensity.y),
+        (4.0 * (0.25 + 0.75 * u[3]), 4.0 * (0.25 + 0.75 * u[4]))
+    );
     assert_eq!(lights[0].range, Some(2.0));
     assert_eq!(random_lights(&bounds, 2, 2.0, 1234567), lights[..2]);
     assert_ne!(random_lights(&bounds, 2, 2.0, 1234568), lights[..2]);

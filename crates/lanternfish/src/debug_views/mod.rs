@@ -5,10 +5,11 @@ use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, 
 
 use crate::{
     error::RenderError,
+    gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
     output::{DISPLAY_FORMAT, fullscreen},
     prepass::Surface,
-    settings::{DebugView, Settings},
+    settings::{Culling, DebugView, Settings},
     shaders::SHADERS,
     shading::Radiance,
     texture::target,
@@ -20,13 +21,15 @@ gpu_struct! {
     pub struct DebugParameters {
         /// A constant of `debug.wesl`.
         quantity: u32,
-        /// What the hottest colour stands for.
+        /// What the hottest colour stands for; of a logarithmic heat map, the number of doublings.
         hottest: f32,
     }
 }
 
 /// What the hottest colour of a heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
 const HOTTEST: f32 = 10.0;
+/// Of a logarithmic one: 2¹⁰ − 1 = 1,023; every colour is a factor of four.
+const DOUBLINGS: f32 = 10.0;
 
 /// The pass.
 #[derive(Debug)]
@@ -48,20 +51,47 @@ fn quantity(view: DebugView) -> Option<u32> {
         DebugView::RayCount => 7,
         DebugView::Visibility => 8,
         DebugView::Nan => 9,
+        DebugView::LightsPerPixel => 10,
+        DebugView::ClusterIndex => 11,
+        DebugView::ClusterLights => 12,
+        DebugView::ClusterFragments => 13,
         DebugView::BaseColor => return None,
     })
+}
+
+/// What the hottest colour of a view stands for.
+fn hottest(view: DebugView) -> f32 {
+    match view {
+        DebugView::LightsPerPixel | DebugView::ClusterLights | DebugView::ClusterFragments => DOUBLINGS,
+        _ => HOTTEST,
+    }
+}
+
+/// An error where a view shows clusters and there are none.
+fn check_clusters(view: DebugView, culling: Culling) -> Result<(), RenderError> {
+    let setting = match view {
+        DebugView::ClusterIndex => "--debug-view cluster-index",
+        DebugView::ClusterFragments => "--debug-view cluster-fragments",
+        _ => return Ok(()),
+    };
+    match culling {
+        Culling::Clustered(_) => Ok(()),
+        Culling::All | Culling::Tiled(_) => Err(RenderError::Together { setting, needed: "--culling clustered" }),
+    }
 }
 
 impl DebugViews {
     /// Compiles the pass, where these settings want one.
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
-        let Some(quantity) = settings.debug_view.and_then(quantity) else { return Ok(None) };
+        let Some(view) = settings.debug_view else { return Ok(None) };
+        let Some(quantity) = quantity(view) else { return Ok(None) };
+        check_clusters(view, settings.culling)?;
         let features: Vec<_> = LightCulling::feature(settings.culling).into_iter().collect();
         let shader = SHADERS.link("debug_views/debug", &features)?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Some(Self {
             pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "debug_views", &state),
-            parameters: uniform_buffer_of(device, "debug_views", &DebugParameters { quantity, hottest: HOTTEST }),
+            parameters: uniform_buffer_of(device, "debug_views", &DebugParameters { quantity, hottest: hottest(view) }),
         }))
     }
 
@@ -70,6 +100,7 @@ impl DebugViews {
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
+        scene: &GpuScene,
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
@@ -90,21 +121,12 @@ impl DebugViews {
             .buffer("debug_parameters", &self.parameters)
             .texture("radiance_texture", &radiance.target)
             .texture("ray_count_texture", ray_counts);
-        let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);
+        let scene_bindings = scene.bindings();
+        let shared = view.bindings().with(&scene_bindings);
+        let bindings = shared.with(&surface.bindings()).with(&lights.bindings()).with(&own);
         fullscreen(frame, &self.pipeline, "debug_views", &bindings, size)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantities_are_the_shaders() {
-        for view in DebugView::ALL {
-            let Some(number) = quantity(*view) else { continue };
-            let name = view.name().to_uppercase().replace('-', "_");
-            assert_eq!(crate::shaders::constant("debug_views/debug", &name), f64::from(number), "{view}");
-        }
-    }
-}
+mod tests;

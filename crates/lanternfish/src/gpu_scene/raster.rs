@@ -30,6 +30,8 @@ pub(crate) struct PassState {
     pub depth: wgpu::DepthStencilState,
     /// `None`: depth alone, or what the shader stores by itself.
     pub target: Option<wgpu::ColorTargetState>,
+    /// Samples a pixel.
+    pub samples: u32,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -94,8 +96,12 @@ impl SceneRaster {
         let mirrored = matches!(key.facing, Facing::FrontMirrored | Facing::BothMirrored);
         let both = matches!(key.facing, Facing::Both | Facing::BothMirrored);
         let targets = [self.state.target.clone()];
+        let shader = &self.shaders[&key.features];
+        // A vertex buffer that is not read is not fetched.
+        let buffers = vertex_layouts();
+        let positions_suffice = shader.vertex_locations("vertex").iter().all(|location| *location == 0);
         let state = RasterState {
-            vertex_buffers: &vertex_layouts(),
+            vertex_buffers: if positions_suffice { &buffers[..1] } else { &buffers },
             primitive: wgpu::PrimitiveState {
                 front_face: if mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
                 cull_mode: (!both).then_some(wgpu::Face::Back),
@@ -104,8 +110,9 @@ impl SceneRaster {
             depth: Some(self.state.depth.clone()),
             targets: &targets[..usize::from(self.state.target.is_some())],
             array_lengths: &scene.textures.array_lengths(),
+            samples: self.state.samples,
         };
-        RasterPipeline::new(device, &self.shaders[&key.features], "vertex", "fragment", self.label, &state)
+        RasterPipeline::new(device, shader, "vertex", "fragment", self.label, &state)
     }
 
     /// Draws in the order given; [`SceneRaster::prepare`] must have seen the draws.

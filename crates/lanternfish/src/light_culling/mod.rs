@@ -17,7 +17,7 @@ use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::Surface,
-    settings::Culling,
+    settings::{Culling, Samples},
     view::{View, ViewBuffer},
 };
 
@@ -106,12 +106,12 @@ pub enum LightCulling {
 
 impl LightCulling {
     /// Compiles the room's passes.
-    pub fn new(device: &wgpu::Device, culling: Culling) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, culling: Culling, samples: Samples) -> Result<Self, RenderError> {
         Ok(match culling {
             Culling::All => Self::All,
             Culling::Tiled(settings) => Self::Tiled(Box::new(tiled::TiledCulling::new(device, settings)?)),
             Culling::Clustered(settings) => {
-                Self::Clustered(Box::new(clustered::ClusteredCulling::new(device, settings)?))
+                Self::Clustered(Box::new(clustered::ClusteredCulling::new(device, settings, samples)?))
             }
         })
     }
@@ -135,7 +135,14 @@ impl LightCulling {
     ) -> Result<Vec<LightLists>, RenderError> {
         match self {
             Self::All => seen.iter().map(|_| all::record(frame, scene)).collect(),
-            Self::Tiled(tiled) => seen.iter().map(|s| tiled.record(frame, scene, s.buffer, s.surface, reach)).collect(),
+            Self::Tiled(tiled) => {
+                let record = |s: &Seen<'_>| {
+                    // Shading looks at a pixel's centre, where there may be none of the samples' depths.
+                    let reach = if s.surface.samples > 1 { Reach::Anywhere } else { reach };
+                    tiled.record(frame, scene, s.buffer, s.surface, reach)
+                };
+                seen.iter().map(record).collect()
+            }
             // The clusters of blended fragments are among those of the surfaces.
             Self::Clustered(clustered) if reach == Reach::Anywhere => Ok(clustered.lists.clone()),
             Self::Clustered(clustered) => clustered.record(frame, scene, seen),

@@ -14,7 +14,7 @@ use super::{LightCulling, LightLists, Reach, Seen};
 use crate::{
     Renderer, Settings,
     prepass::Prepass,
-    settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Shadows, TileSize, Tiled},
+    settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Samples, Shadows, TileSize, Tiled},
     testing::{Random, probe, quad, scene_of},
     view::{View, tightened},
 };
@@ -61,13 +61,13 @@ impl<'g> Bench<'g> {
                 rooms.push(Culling::Clustered(Clustered { shape, assignment, test, ..Clustered::default() }));
             }
         }
-        let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c).unwrap())).collect();
+        let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c, Samples::One).unwrap())).collect();
         let settings = Settings { shadows: Shadows::None, ..Settings::default() };
         Self {
             gpu,
             renderer: Renderer::new(&gpu.device, &gpu.queue, settings).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
-            prepass: Prepass::new(),
+            prepass: Prepass::new(true, 1),
             rooms,
             tiled_pixels: probe(gpu, "testing/pixels", &[], "pixels"),
             clustered_pixels: probe(gpu, "testing/pixels", &["culling_clustered"], "pixels"),
@@ -94,7 +94,7 @@ impl<'g> Bench<'g> {
             }
             let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
+            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE, 0).unwrap();
             let seen = Seen { view: &seen, buffer: &view, surface: &surface, draws: &draws };
             let lights = room.record(&mut frame, &uploaded, &[seen], reach).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
@@ -103,10 +103,17 @@ impl<'g> Bench<'g> {
             frame.submit();
             let read = |buffer, count| read_back::<u32>(&gpu.device, &gpu.queue, buffer, count).unwrap();
             let ranges = read(&pixel_lists, 2 * count);
-            let depths = read(&depths, count).into_iter().map(f32::from_bits).collect();
+            let depths: Vec<f32> = read(&depths, count).into_iter().map(f32::from_bits).collect();
             let indices = read(&lights.indices, lights.listed as usize);
             let listed = ranges.chunks_exact(2).map(|range| bits(&indices, range)).collect();
             check_cells(&lights, gpu, *settings);
+            if let LightCulling::Clustered(clustered) = room {
+                // What is measured is what shading does: nothing is blended here, so the depth buffer has every fragment.
+                let contents = clustered.contents(&gpu.device, &gpu.queue).unwrap().remove(0);
+                let seen = || ranges.chunks_exact(2).zip(&depths).filter(|(_, depth): &(_, &f32)| **depth > 0.0);
+                let operations = seen().map(|(range, _)| u64::from(range[1])).sum::<u64>();
+                assert_eq!((contents.fragments(), contents.lighting_operations()), (seen().count() as u64, operations));
+            }
             all.push(Lists { settings: *settings, depths, listed });
         }
         all
@@ -144,6 +151,12 @@ fn world_from_depth(camera: &Camera, pixel: usize, depth: f64) -> DVec3 {
             let distance = f64::from(near) / depth;
             let half = (0.5 * f64::from(fov_y)).tan() * distance;
             DVec3::new(x * half * aspect, y * half, -distance)
+        }
+        Projection::Frustum { left, right, bottom, top, near } => {
+            let distance = f64::from(near) / depth;
+            let between =
+                |low: f32, high: f32, t: f64| f64::from(low) + (f64::from(high) - f64::from(low)) * (0.5 + 0.5 * t);
+            DVec3::new(between(left, right, x) * distance, between(bottom, top, y) * distance, -distance)
         }
         Projection::Orthographic { half_height, near, far } => {
             let (half, near, far) = (f64::from(half_height), f64::from(near), f64::from(far));
@@ -197,7 +210,9 @@ fn surface_points(camera: &Camera, lists: &Lists) -> Vec<Option<DVec3>> {
 /// Points anywhere between the near plane and far beyond the scene, one a pixel.
 fn free_points(camera: &Camera, random: &mut Random) -> Vec<Option<DVec3>> {
     let depth = |random: &mut Random| match camera.projection {
-        Projection::Perspective { .. } => f64::from(random.between(0.0, 13.0)).exp2().recip(),
+        Projection::Perspective { .. } | Projection::Frustum { .. } => {
+            f64::from(random.between(0.0, 13.0)).exp2().recip()
+        }
         Projection::Orthographic { .. } => f64::from(random.between(1e-3, 1.0)),
     };
     (0..(SIZE.x * SIZE.y) as usize).map(|pixel| Some(world_from_depth(camera, pixel, depth(random)))).collect()
@@ -236,7 +251,9 @@ fn camera() -> impl Strategy<Value = Camera> {
     let perspective = (0.3f32..2.2).prop_map(|fov_y| Projection::Perspective { fov_y, near: 0.01 });
     let orthographic =
         (0.3f32..5.0).prop_map(|half_height| Projection::Orthographic { half_height, near: 0.0, far: 12.0 });
-    let projection = prop_oneof![3 => perspective, 1 => orthographic];
+    let frustum = (-1.5f32..0.2, 0.3f32..1.5, -1.5f32..0.2, 0.3f32..1.5)
+        .prop_map(|(left, right, bottom, top)| Projection::Frustum { left, right, bottom, top, near: 0.01 });
+    let projection = prop_oneof![3 => perspective, 1 => frustum, 1 => orthographic];
     (point(), point(), projection).prop_map(|(eye, target, projection)| {
         // Neither in one place nor straight up.
         Camera::look_at(eye, target + Vec3::new(0.0, 0.0, -0.013), projection)

@@ -6,7 +6,7 @@ use lanternfish_gpu::{Bindings, Frame};
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
-    texture::target,
+    texture::samples_target,
     view::ViewBuffer,
 };
 
@@ -19,7 +19,10 @@ pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
 #[derive(Debug)]
 pub struct Prepass {
     raster: SceneRaster,
-    surface: Option<Surface>,
+    with_target: bool,
+    samples: u32,
+    /// Targets of every view of a frame.
+    surfaces: Vec<Surface>,
 }
 
 /// What the view shows: the prepass's result.
@@ -27,27 +30,36 @@ pub struct Prepass {
 pub struct Surface {
     /// Reverse-Z; 0 where nothing is.
     pub depth: wgpu::TextureView,
-    /// Normals and roughness.
-    pub target: wgpu::TextureView,
+    /// Normals and roughness; where a later pass asks for them.
+    pub target: Option<wgpu::TextureView>,
     /// Pixels.
     pub size: UVec2,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Which view of the frame it is.
+    pub slot: usize,
 }
 
 impl Surface {
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        let bindings = Bindings::new().texture("depth_texture", &self.depth);
+        match &self.target {
+            Some(target) => bindings.texture("surface_texture", target),
+            None => bindings,
+        }
+    }
+
     /// As an attachment that is tested and not written.
     pub(crate) fn read_depth(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
         wgpu::RenderPassDepthStencilAttachment { view: &self.depth, depth_ops: None, stencil_ops: None }
     }
-
-    /// What shaders call it.
-    pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("depth_texture", &self.depth).texture("surface_texture", &self.target)
-    }
 }
 
 impl Prepass {
-    /// Nothing is compiled until the first scene is drawn.
-    pub fn new() -> Self {
+    /// Nothing is compiled until the first scene is drawn. `with_target`: whether a later pass asks for normals or roughness;
+    /// there are none with more than one sample a pixel.
+    pub fn new(with_target: bool, samples: u32) -> Self {
         let depth = wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(true),
@@ -56,12 +68,14 @@ impl Prepass {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let state = PassState { depth, target: Some(SURFACE_FORMAT.into()) };
-        let raster = SceneRaster::new("prepass", "prepass/prepass", &[], true, state);
-        Self { raster, surface: None }
+        let with_target = with_target && samples == 1;
+        let module = if with_target { "prepass/prepass" } else { "prepass/depth" };
+        let state = PassState { depth, target: with_target.then(|| SURFACE_FORMAT.into()), samples };
+        let raster = SceneRaster::new("prepass", module, &[], true, state);
+        Self { raster, with_target, samples, surfaces: Vec::new() }
     }
 
-    /// Draws everything but blended surfaces.
+    /// Draws everything but blended surfaces for one view of the frame.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -69,37 +83,42 @@ impl Prepass {
         draws: &VisibleDraws<'_>,
         view: &ViewBuffer,
         size: UVec2,
+        slot: usize,
     ) -> Result<Surface, RenderError> {
         self.raster.prepare(frame.device, scene, &draws.solid)?;
-        if self.surface.as_ref().is_none_or(|s| s.size != size) {
-            self.surface = Some(Surface {
-                depth: target(frame.device, "depth", size, DEPTH_FORMAT, wgpu::TextureUsages::empty()),
-                target: target(frame.device, "surface", size, SURFACE_FORMAT, wgpu::TextureUsages::empty()),
-                size,
-            });
-        }
-        let surface = self.surface.clone().expect("made above");
+        let surface = self.surface(frame.device, size, slot);
         let bindings = view.bindings().with(&scene.bindings());
-        let color = wgpu::RenderPassColorAttachment {
-            view: &surface.target,
+        let color = surface.target.as_ref().map(|view| wgpu::RenderPassColorAttachment {
+            view,
             depth_slice: None,
             resolve_target: None,
             ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
-        };
+        });
+        let colors = [color];
         let depth = wgpu::RenderPassDepthStencilAttachment {
             view: &surface.depth,
             depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         };
-        frame.render("prepass", &[Some(color)], Some(depth), |device, pass| {
+        frame.render("prepass", &colors[..usize::from(self.with_target)], Some(depth), |device, pass| {
             self.raster.draw(device, pass, scene, &bindings, &draws.solid);
         });
         Ok(surface)
     }
-}
 
-impl Default for Prepass {
-    fn default() -> Self {
-        Self::new()
+    fn surface(&mut self, device: &wgpu::Device, size: UVec2, slot: usize) -> Surface {
+        if self.surfaces.get(slot).is_none_or(|s| s.size != size) {
+            let none = wgpu::TextureUsages::empty();
+            let target = |label, format| samples_target(device, label, size, format, none, self.samples);
+            self.surfaces.truncate(slot);
+            self.surfaces.push(Surface {
+                depth: target("depth", DEPTH_FORMAT),
+                target: self.with_target.then(|| target("surface", SURFACE_FORMAT)),
+                size,
+                samples: self.samples,
+                slot,
+            });
+        }
+        self.surfaces[slot].clone()
     }
 }

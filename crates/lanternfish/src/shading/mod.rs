@@ -13,7 +13,7 @@ use crate::{
     prepass::{DEPTH_FORMAT, Surface},
     settings::Settings,
     shadows::{Tracer, Visibility},
-    texture::target,
+    texture::samples_target,
     view::ViewBuffer,
 };
 
@@ -25,15 +25,31 @@ pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Floa
 pub struct Forward {
     opaque: SceneRaster,
     blended: SceneRaster,
-    radiance: Option<Radiance>,
+    samples: u32,
+    /// Targets of every view of a frame.
+    radiances: Vec<Radiance>,
 }
 
 /// The picture so far: linear, scene-referred.
 #[derive(Clone, Debug)]
 pub struct Radiance {
-    /// RGB: nits; A: 1 where a surface is.
+    /// RGB: nits; A: 1 where a surface is. One sample a pixel: the mean, where more are drawn.
     pub target: wgpu::TextureView,
+    /// What is drawn to, where that is not the target itself.
+    drawn: Option<wgpu::TextureView>,
     size: UVec2,
+}
+
+impl Radiance {
+    /// As an attachment; what is drawn is averaged into the target after each pass.
+    pub(crate) fn color(&self, load: wgpu::LoadOp<wgpu::Color>) -> wgpu::RenderPassColorAttachment<'_> {
+        wgpu::RenderPassColorAttachment {
+            view: self.drawn.as_ref().unwrap_or(&self.target),
+            depth_slice: None,
+            resolve_target: self.drawn.as_ref().map(|_| &self.target),
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        }
+    }
 }
 
 impl Forward {
@@ -49,8 +65,15 @@ impl Forward {
         let culling = LightCulling::feature(settings.culling);
         let mut opaque: Vec<_> = culling.into_iter().collect();
         let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
+        let samples = settings.samples.count();
         if tracer != Tracer::None {
-            opaque.push("shadow_bits");
+            // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
+            if samples == 1 {
+                opaque.push("shadow_bits");
+            } else {
+                opaque.push("shadow_rays");
+                opaque.extend(tracer.feature());
+            }
             blended.push("shadow_rays");
             blended.extend(tracer.feature());
         }
@@ -68,26 +91,31 @@ impl Forward {
                 module,
                 &opaque,
                 true,
-                PassState { depth: equal, target: Some(RADIANCE_FORMAT.into()) },
+                PassState { depth: equal, target: Some(RADIANCE_FORMAT.into()), samples },
             ),
             blended: SceneRaster::new(
                 "shading/transparent",
                 module,
                 &blended,
                 false,
-                PassState { depth: nearer, target: Some(over) },
+                PassState { depth: nearer, target: Some(over), samples },
             ),
-            radiance: None,
+            samples,
+            radiances: Vec::new(),
         }
     }
 
-    /// The target of the whole picture.
-    pub fn radiance(&mut self, device: &wgpu::Device, size: UVec2) -> Radiance {
-        if self.radiance.as_ref().is_none_or(|r| r.size != size) {
-            let target = target(device, "radiance", size, RADIANCE_FORMAT, wgpu::TextureUsages::COPY_SRC);
-            self.radiance = Some(Radiance { target, size });
+    /// The target of one view's picture.
+    pub fn radiance(&mut self, device: &wgpu::Device, size: UVec2, slot: usize) -> Radiance {
+        if self.radiances.get(slot).is_none_or(|r| r.size != size) {
+            let target = |label, more, samples| samples_target(device, label, size, RADIANCE_FORMAT, more, samples);
+            let drawn = || target("radiance/samples", wgpu::TextureUsages::empty(), self.samples);
+            let drawn = (self.samples > 1).then(drawn);
+            let target = target("radiance", wgpu::TextureUsages::COPY_SRC, 1);
+            self.radiances.truncate(slot);
+            self.radiances.push(Radiance { target, drawn, size });
         }
-        self.radiance.clone().expect("made above")
+        self.radiances[slot].clone()
     }
 
     /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows. The
@@ -104,7 +132,7 @@ impl Forward {
         visibility: Option<&Visibility<'_>>,
     ) -> Result<Radiance, RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
-        let radiance = self.radiance(frame.device, surface.size);
+        let radiance = self.radiance(frame.device, surface.size, surface.slot);
         let mut bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
         let mut rows = 0..surface.size.y;
         let visibility_bindings = visibility.map(Visibility::bindings);
@@ -113,7 +141,7 @@ impl Forward {
             bindings = bindings.with(more);
         }
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
-        frame.render("shading/forward", &[Some(color(&radiance, load))], Some(surface.read_depth()), |device, pass| {
+        frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |device, pass| {
             pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             self.opaque.draw(device, pass, scene, &bindings, &draws.solid);
         });
@@ -134,7 +162,7 @@ impl Forward {
     ) -> Result<(), RenderError> {
         self.blended.prepare(frame.device, scene, &draws.blended)?;
         let bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
-        let color = color(radiance, wgpu::LoadOp::Load);
+        let color = radiance.color(wgpu::LoadOp::Load);
         frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |device, pass| {
             self.blended.draw(device, pass, scene, &bindings, &draws.blended);
         });
@@ -145,13 +173,4 @@ impl Forward {
 fn sky(radiance: Vec3) -> wgpu::Color {
     let [r, g, b] = radiance.to_array().map(f64::from);
     wgpu::Color { r, g, b, a: 0.0 }
-}
-
-fn color(radiance: &Radiance, load: wgpu::LoadOp<wgpu::Color>) -> wgpu::RenderPassColorAttachment<'_> {
-    wgpu::RenderPassColorAttachment {
-        view: &radiance.target,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-    }
 }

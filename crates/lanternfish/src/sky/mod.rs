@@ -109,16 +109,10 @@ impl Sky {
         let Some(environment) = &scene.environment else { return Ok(()) };
         let pipeline = match &mut self.pipeline {
             Some(pipeline) => pipeline,
-            none => none.insert(pipeline(frame.device)?),
+            none => none.insert(pipeline(frame.device, surface.samples)?),
         };
-        let color = wgpu::RenderPassColorAttachment {
-            view: &radiance.target,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-        };
-        // Read only.
-        let depth = wgpu::RenderPassDepthStencilAttachment { view: &surface.depth, depth_ops: None, stencil_ops: None };
+        let color = radiance.color(wgpu::LoadOp::Load);
+        let depth = surface.read_depth();
         let bindings = view.bindings().with(&environment.bindings());
         frame.render("sky", &[Some(color)], Some(depth), |device, pass| {
             pipeline.set(pass);
@@ -129,7 +123,7 @@ impl Sky {
     }
 }
 
-fn pipeline(device: &wgpu::Device) -> Result<RasterPipeline, RenderError> {
+fn pipeline(device: &wgpu::Device, samples: u32) -> Result<RasterPipeline, RenderError> {
     let shader = SHADERS.link("sky/sky", &[])?;
     // The triangle lies at depth 0, and so does what the prepass left empty.
     let depth = wgpu::DepthStencilState {
@@ -139,6 +133,7 @@ fn pipeline(device: &wgpu::Device) -> Result<RasterPipeline, RenderError> {
         stencil: Default::default(),
         bias: Default::default(),
     };
-    let state = RasterState { depth: Some(depth), targets: &[Some(RADIANCE_FORMAT.into())], ..Default::default() };
+    let state =
+        RasterState { depth: Some(depth), targets: &[Some(RADIANCE_FORMAT.into())], samples, ..Default::default() };
     Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", "sky", &state))
 }

@@ -13,11 +13,12 @@ use lanternfish_scene::{Instance, Material, Mesh, Primitive, Scene};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 4] = [
+const PROBES: [ShaderSource; 5] = [
     ("testing/functions", include_str!("functions.wesl")),
     ("testing/masks", include_str!("masks.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/segments", include_str!("segments.wesl")),
+    ("testing/unmarked", include_str!("unmarked.wesl")),
 ];
 
 /// The library's shaders and the probes.

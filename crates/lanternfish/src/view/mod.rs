@@ -124,6 +124,15 @@ fn clip_from_view(projection: &Projection, aspect: f32) -> Mat4 {
                 Vec4::new(0.0, 0.0, near, 0.0),
             )
         }
+        Projection::Frustum { left, right, bottom, top, near } => {
+            let (width, height) = (right - left, top - bottom);
+            Mat4::from_cols(
+                Vec4::new(2.0 / width, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, 2.0 / height, 0.0, 0.0),
+                Vec4::new((right + left) / width, (top + bottom) / height, 0.0, -1.0),
+                Vec4::new(0.0, 0.0, near, 0.0),
+            )
+        }
         Projection::Orthographic { half_height, near, far } => {
             let span = far - near;
             Mat4::from_cols(

@@ -4,13 +4,14 @@ use glam::Vec3;
 use lanternfish::{
     Picture, Renderer, Settings,
     settings::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Culling, RayCulling, Shadows, TextureBinding, TileSize, Tiled,
+        Assignment, ClusterShape, ClusterTest, Clustered, Culling, Grouping, RayCulling, Samples, Shadows,
+        TextureBinding, TileSize, Tiled,
     },
 };
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, generate};
+use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, StereoRig, generate};
 
-use crate::support::{counter, differing, left_out_on_old_software, quad, render};
+use crate::support::{counter, differing, left_out_on_old_software, linear, quad, render};
 
 const SIZE: (u32, u32) = (150, 90);
 
@@ -82,6 +83,82 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
     let mut shorter = scene.clone();
     shorter.lights.iter_mut().for_each(|light| light.range = light.range.map(|range| 0.9 * range));
     assert!(differing(&picture(&shorter, Culling::default()), &all) > 1000);
+}
+
+/// Two eyes of one head, and a mirror that looks the other way.
+fn views(head: &Camera) -> Vec<Camera> {
+    let [left, right] = StereoRig::vive().cameras(head, 0.05);
+    let mut back = head.clone();
+    back.world_from_camera *= glam::Affine3A::from_rotation_y(3.0);
+    vec![left, right, back]
+}
+
+#[test]
+fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
+    let Some(gpu) = testing::gpu("gpu_views_that_share_clusters_show_what_each_shows_alone") else { return };
+    let (scene, mut head) = cornell_in_rain(1);
+    // Into the box: the eyes' frusta are wide.
+    head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
+    let cameras = views(&head);
+    let pictures = |cameras: &[Camera], culling, samples| {
+        let settings = Settings { culling, samples, ..Settings::default() };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let scene = renderer.upload(&scene).unwrap();
+        let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.0, SIZE.1)).collect();
+        renderer.render_views(&scene, &views)
+    };
+    for samples in [Samples::One, Samples::Four] {
+        let alone = cameras.iter().map(|c| pictures(std::slice::from_ref(c), Culling::All, samples).unwrap().remove(0));
+        let alone: Vec<Picture> = alone.collect();
+        for shape in [
+            ClusterShape::Perspective { pixels: 32 },
+            ClusterShape::Displaced { pixels: 32, distance: 2.0 },
+            ClusterShape::Orthographic { side: 0.3 },
+        ] {
+            for grouping in Grouping::ALL.iter().copied() {
+                let culling = Culling::Clustered(Clustered { shape, grouping, ..Clustered::default() });
+                // No perspective grid holds views that face apart.
+                let through_eye = !matches!(shape, ClusterShape::Orthographic { .. });
+                if through_eye && grouping == Grouping::Enclosed {
+                    let error = pictures(&cameras, culling, samples).unwrap_err().to_string();
+                    assert!(error.contains("ortho:"), "{error}");
+                }
+                let count = if through_eye { 2 } else { 3 };
+                let together = pictures(&cameras[..count], culling, samples).unwrap();
+                for (i, (together, alone)) in together.iter().zip(&alone).enumerate() {
+                    assert_eq!(differing(together, alone), 0, "view {i}, {samples} samples, {culling:?}");
+                }
+            }
+        }
+        // It can fail: the eyes do not see the same.
+        assert!(differing(&alone[0], &alone[1]) > 1000);
+    }
+}
+
+/// Edges are smoother with more samples: closer to what a much larger picture shows, averaged.
+#[test]
+fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
+    let Some(gpu) = testing::gpu("gpu_more_samples_are_closer_to_the_truth_at_edges") else { return };
+    let (scene, camera) = cornell_in_rain(1);
+    let picture = |samples, scale: u32| {
+        let settings = Settings { samples, ..Settings::default() };
+        linear(&render(gpu, &scene, &camera, (scale * SIZE.0, scale * SIZE.1), settings))
+    };
+    // What is brighter than a display shows is left out: highlights are no edges of triangles.
+    let truth = picture(Samples::One, 8).box_downsampled(8).unwrap();
+    let error = |samples| {
+        let image = picture(samples, 1);
+        let squares = image
+            .pixels
+            .iter()
+            .flatten()
+            .zip(truth.pixels.iter().flatten())
+            .map(|(a, b)| f64::from(a.min(1.0) - b.min(1.0)).powi(2));
+        (squares.sum::<f64>() / truth.pixels.len() as f64).sqrt()
+    };
+    let (one, four) = (error(Samples::One), error(Samples::Four));
+    println!("root mean square error: {one:.4} with one sample, {four:.4} with four");
+    assert!(four < 0.75 * one, "{four} and {one}");
 }
 
 #[test]

@@ -1,76 +1,251 @@
-//! stub
-#![allow(missing_docs)]
-use glam::{Affine3A, UVec2, UVec3, Vec3};
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ViewFrustum {
-    pub world_from_view: Affine3A,
-    pub slopes: [f32; 4],
-    pub near: f32,
-    pub far: f32,
-    pub parallel: bool,
-    pub size: UVec2,
-}
+//! Where clusters lie: the space that is divided, and into how many [VanGelderen2020, §3.1, §4.1–4.4].
+//!
+//! Computed once a frame in double precision, from what the cameras see; `cluster_grid.wesl` consumes it.
+
+mod frustum;
+#[cfg(test)]
+mod tests;
+
+use glam::{Affine3A, DAffine3, DVec2, DVec3, UVec2, UVec3, Vec3};
+
+pub use frustum::{ViewFrustum, enclosing};
+use frustum::{corners_of, mean_origin, world_from_head};
+
+/// The shape of the clusters [VanGelderen2020, table 5.1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClusterShape {
-    Perspective { pixels: u32 },
-    Orthographic { side: f32 },
-    Displaced { pixels: u32, distance: f32 },
+    /// `perspective P`: through the eye, P pixels wide and high, as deep as they are wide. 0 pixels are taken as 1.
+    Perspective {
+        /// Width and height of a cluster, pixels. More: fewer clusters, and more lights in each.
+        pixels: u32,
+    },
+    /// `orthographic S`: cubes.
+    Orthographic {
+        /// Side of a cluster, m; above 0. More: fewer clusters, and more lights in each.
+        side: f32,
+    },
+    /// `displaced P D`: as perspective from D m behind the camera, of the same mean volume.
+    Displaced {
+        /// Width and height, pixels, of the undisplaced clusters that have this volume.
+        pixels: u32,
+        /// From the camera back, along its axis, m; not negative. More: more like cubes, larger ones near the camera
+        /// and smaller ones far away. More than 16 times the far plane's distance is taken as that.
+        distance: f32,
+    },
 }
+
+/// Where clusters lie.
+///
+/// Cluster space has the clustering camera at the origin looking down −z, m. Through the eye, x and y over distance are
+/// divided evenly, and so is the logarithm of the distance; parallel, x, y and the distance are
+/// [VanGelderen2020, §3.1, §4.2].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridGeometry {
+    /// Cluster space to world, rotation and translation only.
     pub world_from_cluster: Affine3A,
+    /// x, y: least slopes (or coordinates, m); z: least distance, m, above 0 unless `parallel`.
     pub low: Vec3,
+    /// Size of a cluster in the same terms; z: logarithm of the ratio of successive distances (through the eye), or m.
     pub cell: Vec3,
+    /// Clusters along x, y and z; none is 0.
     pub dimensions: UVec3,
+    /// Sides are parallel (cubes), not through the eye.
     pub parallel: bool,
 }
+
+/// Why there is no grid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GridError {
+    /// No frustum looks the way of all of them: perspective and displaced shapes need views that face roughly one way.
     Unaligned,
-    TooMany { needed: u64, limit: u64 },
+    /// More than [`MOST_CLUSTERS`]: larger clusters or a shorter span of distances give fewer.
+    TooMany {
+        /// Clusters that it would have; `u64::MAX` for a side of 0 or less.
+        needed: u64,
+        /// [`MOST_CLUSTERS`].
+        limit: u64,
+    },
 }
+
+/// Clusters that a grid has at most: their lists' starts take 64 MiB then.
 pub const MOST_CLUSTERS: u64 = 1 << 24;
+
 impl GridGeometry {
+    /// One grid for all of these views (individual clustering calls it with one). `views` not empty, and each as its
+    /// fields say: near below far, left below right, bottom below top, all finite; not checked.
+    ///
+    /// *Perspective*, one view: cluster space is view space, and clusters are exactly P pixels wide and high from the
+    /// left and the *top* edge, like tiles; the last column and the lowest row (y = 0) may reach beyond the view.
+    /// Several: the grid divides the frustum that [`enclosing`] gives, into clusters of the mean volume that the views'
+    /// own would have [VanGelderen2020, eq. 4.4].
+    ///
+    /// *Displaced*: the same with that frustum's eye moved back, also for one view.
+    ///
+    /// *Orthographic*: the box around all corners, along the axes of the view, of the mean orientation where the views
+    /// are aligned, and of the world where they are not.
+    ///
+    /// Parallel views have no eye to divide from: perspective and displaced give clusters P pixels wide and high and as
+    /// deep as wide for one, cubes of the mean volume for several.
+    ///
+    /// Every corner of every view is inside. Clusters are longer than asked where shaders could not tell them apart in
+    /// f32: more than 4096 along an axis, or 1400 layers of a telescope's.
     pub fn new(views: &[ViewFrustum], shape: ClusterShape) -> Result<Self, GridError> {
-        let v = &views[0];
-        let [l, r, b, t] = v.slopes;
-        let pixels = match shape {
-            ClusterShape::Perspective { pixels } => pixels,
-            ClusterShape::Displaced { pixels, .. } => pixels,
-            ClusterShape::Orthographic { side } => {
-                let k = if v.parallel { 1.0 } else { v.far };
-                let size = Vec3::new((r - l) * k, (t - b) * k, v.far - v.near);
-                let d = (size / side).ceil().max(Vec3::ONE);
-                return Ok(Self {
-                    world_from_cluster: v.world_from_view,
-                    low: Vec3::new(l * k, b * k, v.near),
-                    cell: size / d,
-                    dimensions: d.as_uvec3(),
-                    parallel: true,
-                });
+        let geometry = match (shape, views) {
+            (ClusterShape::Orthographic { side }, _) => Self::of_cubes(&enclosing_box(views), f64::from(side)),
+            (ClusterShape::Perspective { pixels }, [view]) => Self::of_pixels(view, pixels),
+            (ClusterShape::Displaced { pixels, .. }, [view]) if view.parallel => Self::of_pixels(view, pixels),
+            (ClusterShape::Perspective { pixels }, _) => {
+                Self::of_volume(&enclosing(views).ok_or(GridError::Unaligned)?, own_volume(views, pixels))
+            }
+            (ClusterShape::Displaced { pixels, distance }, _) => {
+                let frustum = enclosing(views).ok_or(GridError::Unaligned)?;
+                Self::of_volume(&frustum.displaced(distance), own_volume(views, pixels))
             }
         };
-        let p = pixels as f32;
-        let cell = Vec3::new((r - l) * p / v.size.x as f32, (t - b) * p / v.size.y as f32, 0.0);
-        let d = 0.5 * (cell.x + cell.y);
-        let xy = UVec2::new(v.size.x.div_ceil(pixels), v.size.y.div_ceil(pixels));
-        let (z, dz) = if v.parallel {
-            let n = ((v.far - v.near) / d).ceil().max(1.0);
-            (n, (v.far - v.near) / n)
-        } else {
-            let n = ((v.far / v.near).ln() / (1.0 + d).ln()).ceil().max(1.0);
-            (n, (v.far / v.near).ln() / n)
-        };
-        let low_y = t - cell.y * xy.y as f32;
-        Ok(Self {
-            world_from_cluster: v.world_from_view,
-            low: Vec3::new(l, low_y, v.near),
-            cell: cell.with_z(dz),
-            dimensions: xy.extend(z as u32),
-            parallel: v.parallel,
-        })
+        let needed = geometry.cluster_count();
+        if needed > MOST_CLUSTERS {
+            return Err(GridError::TooMany { needed, limit: MOST_CLUSTERS });
+        }
+        Ok(geometry)
     }
+
+    /// Clusters of the grid, those that no view sees among them.
     pub fn cluster_count(&self) -> u64 {
-        u64::from(self.dimensions.x) * u64::from(self.dimensions.y) * u64::from(self.dimensions.z)
+        self.dimensions.to_array().into_iter().fold(1, |count, along| count.saturating_mul(u64::from(along)))
+    }
+
+    /// Mean volume of a cluster, m³: of the whole grid over the number of clusters [VanGelderen2020, eq. 4.2].
+    pub fn mean_volume(&self) -> f64 {
+        let cell = self.cell.as_dvec3();
+        if self.parallel {
+            return cell.element_product();
+        }
+        let near = f64::from(self.low.z);
+        let layers = f64::from(self.dimensions.z);
+        // (f³ − n³) / 3, the ratio first: it may be all but 1.
+        cell.x * cell.y * near.powi(3) * (3.0 * cell.z * layers).exp_m1() / (3.0 * layers)
+    }
+
+    /// Clusters of so many pixels, and as deep as wide [VanGelderen2020, eq. 3.4–3.6].
+    fn of_pixels(view: &ViewFrustum, pixels: u32) -> Self {
+        let pixels = pixels.max(1);
+        let size = view.size.max(UVec2::ONE);
+        let cell = extent(view).truncate() * f64::from(pixels) / size.as_dvec2();
+        let width = 0.5 * (cell.x + cell.y);
+        let (columns, rows) = (size.x.div_ceil(pixels), size.y.div_ceil(pixels));
+        let depth = if view.parallel { width } else { width.ln_1p() };
+        let layers = whole(extent(view).z / depth, most_cells(view).z);
+        let bottom = f64::from(view.slopes[3]) - cell.y * f64::from(rows);
+        Self {
+            world_from_cluster: view.world_from_view,
+            low: DVec3::new(f64::from(view.slopes[0]), bottom, f64::from(view.near)).as_vec3(),
+            cell: cell.extend(extent(view).z / f64::from(layers)).as_vec3(),
+            dimensions: UVec3::new(columns, rows, layers),
+            parallel: view.parallel,
+        }
+    }
+
+    /// Clusters of about this volume, m³, that divide the frustum exactly [VanGelderen2020, eq. 4.3–4.5].
+    fn of_volume(frustum: &ViewFrustum, volume: f64) -> Self {
+        if frustum.parallel {
+            return Self::of_cubes(frustum, volume.cbrt());
+        }
+        let width = cluster_width(volume_factor(frustum) * volume);
+        Self::divided(frustum, DVec2::splat(width).extend(width.ln_1p()))
+    }
+
+    /// Cubes of about this side, m, that divide a parallel frustum exactly [VanGelderen2020, eq. 4.7, eq. 4.8].
+    fn of_cubes(frustum: &ViewFrustum, side: f64) -> Self {
+        Self::divided(frustum, DVec3::splat(side))
+    }
+
+    /// At most `cell` each; a millionth more where that saves a layer that rounding alone would ask for.
+    fn divided(frustum: &ViewFrustum, cell: DVec3) -> Self {
+        let extent = extent(frustum);
+        let (counts, most) = (extent / cell * (1.0 - 1e-6), most_cells(frustum));
+        let dimensions = UVec3::new(whole(counts.x, most.x), whole(counts.y, most.y), whole(counts.z, most.z));
+        Self {
+            world_from_cluster: frustum.world_from_view,
+            low: Vec3::new(frustum.slopes[0], frustum.slopes[2], frustum.near),
+            cell: (extent / dimensions.as_dvec3()).as_vec3(),
+            dimensions,
+            parallel: frustum.parallel,
+        }
     }
 }
+
+/// Whole clusters: the next number up, at least 1 and about `most`; `u32::MAX` for what cannot be (a side of 0 or less).
+fn whole(count: f64, most: f64) -> u32 {
+    if count.is_finite() && count >= 0.0 { count.min(most).ceil().max(1.0) as u32 } else { u32::MAX }
+}
+
+/// Clusters along each axis whose sides shaders still place to half of the padding of `cluster_volume.wesl`, 2e-3.
+///
+/// Divided evenly, a coordinate is wrong by some four roundings of the largest, 4 · 2⁻²⁴ = 2.4e-7 of it: 1e-3 of one of
+/// 4096 clusters. The logarithm of a distance over the near one is wrong by up to 2⁻²¹ or 3 ulp, and the distance that
+/// `exp` makes of it by 3 + 2 ln(f / n) ulp (what WGSL allows), the division and the distance itself by 3 ulp: together
+/// at most 1.2e-6 + 6e-7 ln(f / n), 1e-3 of one of this many layers.
+fn most_cells(frustum: &ViewFrustum) -> DVec3 {
+    let [left, right, bottom, top] = frustum.slopes.map(|slope| f64::from(slope).abs());
+    let (near, far) = (f64::from(frustum.near).abs(), f64::from(frustum.far).abs());
+    let extent = extent(frustum);
+    let even = 4096.0 * extent / DVec3::new(left.max(right), bottom.max(top), near.max(far));
+    let layers = if frustum.parallel { even.z } else { extent.z / (1.2e-3 + 6e-4 * extent.z) };
+    even.truncate().extend(layers)
+}
+
+/// What is divided evenly: Δx and Δy as slopes or m, and the logarithm of far over near, or m.
+fn extent(frustum: &ViewFrustum) -> DVec3 {
+    let [left, right, bottom, top] = frustum.slopes.map(f64::from);
+    let (near, far) = (f64::from(frustum.near), f64::from(frustum.far));
+    let depth = if frustum.parallel { far - near } else { (far / near).ln() };
+    DVec3::new(right - left, top - bottom, depth)
+}
+
+/// The box around all corners, as a parallel frustum [VanGelderen2020, §4.2].
+fn enclosing_box(views: &[ViewFrustum]) -> ViewFrustum {
+    let axes = match views {
+        [view] => view.world_from_view.as_daffine3(),
+        // Near the cameras, where coordinates are small and so is their rounding.
+        _ => world_from_head(views).unwrap_or_else(|| DAffine3::from_translation(mean_origin(views))),
+    };
+    ViewFrustum::around(axes, &corners_of(views), true, views[0].size)
+}
+
+/// Mean over the views of the mean volume, m³, that each one's own clusters would have.
+///
+/// The thesis divides a frustum's volume by the number of its clusters; here it is the volume of its whole grid, of
+/// which the last column and row may lie outside: the volume of a cluster then does not depend on whether the number of
+/// pixels is a multiple of P.
+fn own_volume(views: &[ViewFrustum], pixels: u32) -> f64 {
+    let sum: f64 = views.iter().map(|view| GridGeometry::of_pixels(view, pixels).mean_volume()).sum();
+    sum / views.len() as f64
+}
+
+/// 3 ln(f / n) / (f³ − n³): times a volume, the right side of [VanGelderen2020, eq. 4.4], where z₀ = −f, z₁ = −n.
+fn volume_factor(frustum: &ViewFrustum) -> f64 {
+    let ratio = extent(frustum).z;
+    3.0 * ratio / (f64::from(frustum.near).powi(3) * (3.0 * ratio).exp_m1())
+}
+
+/// The width d at distance 1 that solves d² ln(1 + d) = `target` by Newton–Raphson [VanGelderen2020, eq. 4.4].
+///
+/// The left side rises and is convex, and the first guess, which takes d for ln(1 + d), is below the root: the first
+/// step overshoots and the rest come down to it.
+fn cluster_width(target: f64) -> f64 {
+    let mut width = target.cbrt();
+    for _ in 0..NEWTON_STEPS {
+        let log = width.ln_1p();
+        let slope = 2.0 * width * log + width * width / (1.0 + width);
+        let step = (width * width * log - target) / slope;
+        width -= step;
+        if step.abs() <= 1e-12 * width {
+            break;
+        }
+    }
+    width
+}
+
+/// Steps at most. A d up to 1 takes 5; a large one overshoots to about its square, which then halves with each step: 18
+/// at 1e12, wider than any frustum of pixels.
+const NEWTON_STEPS: u32 = 32;

@@ -1,15 +1,17 @@
-//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020], for one view or several at once.
+//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020, ch. 3, 4], for one view or several at once.
 //!
 //! 1. Grid: from the frusta of the views, one each or one for all of them ([`grid`]).
 //! 2. Mark: fragments of every cluster, from depth, and from blended fragments as they are drawn.
 //! 3. Compact: the list of visible clusters.
 //! 4. Assign: lights of every visible cluster are counted, the counts scanned, the lights written ([`tree`]).
 
+mod contents;
 pub mod grid;
 #[cfg(test)]
 mod tests;
 pub mod tree;
 
+pub use contents::{GridContents, VisibleCluster};
 use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{
     ComputeKernel, Frame, gpu_struct, indirect_buffer, primitives::Scan, storage_buffer, uniform_buffer_of,
@@ -24,7 +26,7 @@ use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster},
     prepass::DEPTH_FORMAT,
-    settings::{Assignment, ClusterTest, Clustered, Grouping},
+    settings::{Assignment, ClusterTest, Clustered, Grouping, Samples},
     shaders::SHADERS,
 };
 
@@ -69,7 +71,7 @@ pub struct ClusterCounts {
 pub struct ClusteredCulling {
     settings: Clustered,
     mark: ComputeKernel,
-    mark_blended: SceneRaster,
+    mark_drawn: SceneRaster,
     flag: ComputeKernel,
     compact: ComputeKernel,
     count: ComputeKernel,
@@ -83,7 +85,7 @@ pub struct ClusteredCulling {
 
 impl ClusteredCulling {
     /// Compiles the passes.
-    pub fn new(device: &wgpu::Device, settings: Clustered) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, settings: Clustered, samples: Samples) -> Result<Self, RenderError> {
         let label = |entry: &str| format!("light_culling/clustered/{entry}");
         let mark = SHADERS.link("light_culling/clustered/mark", &[])?;
         let compact = SHADERS.link("light_culling/clustered/compact", &[])?;
@@ -96,12 +98,12 @@ impl ClusteredCulling {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let state = PassState { depth: seen, target: None };
+        let state = PassState { depth: seen, target: None, samples: samples.count() };
         Ok(Self {
             settings,
             mark: ComputeKernel::new(device, &mark, "mark", &label("mark")),
-            mark_blended: SceneRaster::new(
-                "light_culling/clustered/mark_blended",
+            mark_drawn: SceneRaster::new(
+                "light_culling/clustered/mark_drawn",
                 "light_culling/clustered/mark_drawn",
                 &[],
                 false,
@@ -202,7 +204,8 @@ impl ClusteredCulling {
         let counts = ClusterCounts {
             clusters: clusters.into(),
             visible: visible_count,
-            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum(),
+            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum::<u64>()
+                + lights.bytes(),
         };
         let tests = u64::from(test_words[0]) | u64::from(test_words[1]) << 32;
         let lists = |(i, grid): (usize, wgpu::Buffer)| LightLists {
@@ -221,7 +224,9 @@ impl ClusteredCulling {
     fn grid(&self, geometry: &GridGeometry, world_from_view: &Affine3A) -> ClusterGrid {
         let cluster_from_world = geometry.world_from_cluster.inverse();
         let same = geometry.world_from_cluster == *world_from_view;
-        let cluster_from_view = if same { Affine3A::IDENTITY } else { cluster_from_world * *world_from_view };
+        // In double precision: far from the origin the two nearly cancel.
+        let composed = || geometry.world_from_cluster.as_daffine3().inverse() * world_from_view.as_daffine3();
+        let cluster_from_view = if same { Affine3A::IDENTITY } else { composed().as_affine3a() };
         ClusterGrid {
             cluster_from_view: Mat4::from(cluster_from_view),
             cluster_from_world: Mat4::from(cluster_from_world),
@@ -234,7 +239,8 @@ impl ClusteredCulling {
         }
     }
 
-    /// Marks the clusters of a view's fragments: those that the depth buffer holds, and the blended ones before them.
+    /// Marks the clusters of a view's fragments: those that the depth buffer holds, and those that it does not, as they are
+    /// drawn: blended ones, and all where a pixel has several samples.
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,
@@ -246,16 +252,22 @@ impl ClusteredCulling {
         let view_bindings = seen.buffer.bindings();
         let bindings = view_bindings.buffer("cluster_grid", grid).buffer("cluster_fragments", fragments);
         let size = seen.surface.size;
-        let surface_bindings = seen.surface.bindings();
-        let from_depth = bindings.clone().with(&surface_bindings);
-        frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
-        if !seen.draws.blended.is_empty() {
-            self.mark_blended.prepare(frame.device, scene, &seen.draws.blended)?;
+        let mut drawn = seen.draws.blended.clone();
+        if seen.surface.samples == 1 {
+            let surface_bindings = seen.surface.bindings();
+            let from_depth = bindings.clone().with(&surface_bindings);
+            frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
+        } else {
+            // A fragment's depth is that of no sample: only drawing it again tells.
+            drawn.splice(0..0, seen.draws.solid.iter().copied());
+        }
+        if !drawn.is_empty() {
+            self.mark_drawn.prepare(frame.device, scene, &drawn)?;
             let scene_bindings = scene.bindings();
             let bindings = bindings.with(&scene_bindings);
             let depth = seen.surface.read_depth();
-            frame.render("light_culling/clustered/mark_blended", &[], Some(depth), |device, pass| {
-                self.mark_blended.draw(device, pass, scene, &bindings, &seen.draws.blended);
+            frame.render("light_culling/clustered/mark_drawn", &[], Some(depth), |device, pass| {
+                self.mark_drawn.draw(device, pass, scene, &bindings, &drawn);
             });
         }
         Ok(())

@@ -71,6 +71,12 @@ pub struct PlacedLights {
 }
 
 impl PlacedLights {
+    /// Of the lights and the tree.
+    pub fn bytes(&self) -> u64 {
+        let nodes = self.nodes.as_ref().map_or(0, wgpu::Buffer::size);
+        self.order.size() + self.placed.size() + nodes
+    }
+
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = Bindings::new()

@@ -1,0 +1,79 @@
+//! The bench's results as a page.
+
+use std::fmt::Write;
+
+use super::{Places, Results, measure::Row};
+use crate::report::grouped;
+
+pub fn to_markdown(results: &Results) -> String {
+    let mut page = String::new();
+    // Writing to a String cannot fail.
+    let mut line = |text: &str| writeln!(page, "{text}").expect("String");
+    let Results { width, height, eye_width, .. } = results;
+    line(&format!("# Clustered light culling: {}\n", results.scene));
+    let places = match results.lights {
+        Places::Rain => "light rain",
+        Places::Random => "lights at random",
+    };
+    line(&format!(
+        "{width} x {height}, each eye {eye_width} x {height} (HTC Vive, 63 mm apart); {places}, seed {}, whose radius lets 12 lights reach \
+         a point whatever their number; no shadows. {} on {}, Lanternfish {}. Times: medians of {}, to be compared within this page \
+         only. Counts are exact.\n",
+        results.seed, results.adapter, results.driver, results.version, results.runs
+    ));
+    line(
+        "Clusters are named as `--clusters` has them: as wide as 16, 32, 64 and 128 pixels are in 1080 rows, and as 0.5 to 4 m \
+         (displaced: 8 and 32 m) are in a scene 40 m across.\n",
+    );
+    for promise in &results.promises {
+        line(&format!("- {}", promise.line()));
+    }
+    let mut counts: Vec<usize> = results.rows.iter().map(|row| row.lights).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    for lights in counts {
+        line(&format!("\n## {} lights\n", grouped(lights as u64)));
+        line(
+            "| clusters | views | assignment | visible clusters | of | lights listed | light tests | lighting operations | a fragment \
+             | KiB | mark | compact | sort + tree | count | write | shading | frame ms |",
+        );
+        line("|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+        for row in results.rows.iter().filter(|row| row.lights == lights) {
+            line(&table_row(row));
+        }
+    }
+    line(
+        "\nLighting operations: lights of its cluster's list, summed over all fragments. Plots: light tests by the number of lights \
+         (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters by their lights and by their fragments \
+         (`clusters-by-*.svg`, fig. 6.9 and 6.10).",
+    );
+    if !results.left_out.is_empty() {
+        line("\n## Left out\n");
+    }
+    for row in &results.left_out {
+        let lights = grouped(row.lights as u64);
+        line(&format!("- {}, {lights} lights, {}, {}: {}", row.clusters, row.views, row.assignment, row.reason));
+    }
+    page
+}
+
+fn table_row(row: &Row) -> String {
+    let (counts, ms) = (&row.counts, &row.ms);
+    let numbers = [
+        counts.visible_clusters,
+        counts.clusters,
+        counts.lights_listed,
+        counts.light_tests,
+        counts.lighting_operations,
+    ];
+    let mut text = format!("| {} | {} | {} |", row.clusters, row.views, row.assignment);
+    for number in numbers {
+        text += &format!(" {} |", grouped(number));
+    }
+    text += &format!(" {:.1} |", counts.lighting_operations as f64 / counts.fragments.max(1) as f64);
+    text += &format!(" {} |", grouped(counts.bytes / 1024));
+    for ms in [ms.mark, ms.compact, ms.tree, ms.count, ms.write, ms.shading, ms.frame()] {
+        text += &format!(" {ms:.2} |");
+    }
+    text
+}

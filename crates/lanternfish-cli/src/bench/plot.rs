@@ -1,0 +1,164 @@
+//! Plots as SVG: curves over two axes, and stacked bars.
+
+use std::fmt::Write;
+
+/// One axis of [`curves`].
+pub struct Axis<'a> {
+    pub label: &'a str,
+    /// Ends of what is shown, low < high; above 0 where logarithmic.
+    pub ends: [f64; 2],
+    pub logarithmic: bool,
+    /// Where a line is drawn across, and its name.
+    pub ticks: Vec<(f64, String)>,
+}
+
+impl Axis<'_> {
+    /// 0 to 1 from one end to the other; beyond the ends it is the end.
+    fn share(&self, value: f64) -> f64 {
+        let scale = |v: f64| if self.logarithmic { v.max(f64::MIN_POSITIVE).ln() } else { v };
+        let [low, high] = self.ends.map(scale);
+        ((scale(value) - low) / (high - low)).clamp(0.0, 1.0)
+    }
+}
+
+pub struct Curve {
+    pub name: String,
+    /// As CSS has it.
+    pub color: &'static str,
+    pub dashed: bool,
+    /// A mark at every point.
+    pub marked: bool,
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Size of a plot and of the frame that its curves are in, pixels.
+const SIZE: [f64; 2] = [760.0, 420.0];
+const FRAME: [f64; 4] = [70.0, 40.0, 560.0, 365.0];
+
+pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> String {
+    let [left, top, right, bottom] = FRAME;
+    let px = |v: f64| left + (right - left) * x.share(v);
+    let py = |v: f64| bottom - (bottom - top) * y.share(v);
+    let mut svg = Svg::new(SIZE[0], SIZE[1], title);
+    for (value, name) in &x.ticks {
+        svg.line([px(*value), top, px(*value), bottom], "#ddd", 1.0);
+        svg.text([px(*value), bottom + 16.0], "middle", name);
+    }
+    for (value, name) in &y.ticks {
+        svg.line([left, py(*value), right, py(*value)], "#ddd", 1.0);
+        svg.text([left - 6.0, py(*value) + 4.0], "end", name);
+    }
+    svg.add(&format!(r##"<path d="M{left} {top}V{bottom}H{right}" fill="none" stroke="#444"/>"##));
+    svg.text([0.5 * (left + right), bottom + 36.0], "middle", x.label);
+    let middle = 0.5 * (top + bottom);
+    svg.add(&format!(
+        r#"<text transform="translate(16 {middle})rotate(-90)" text-anchor="middle">{}</text>"#,
+        escaped(y.label)
+    ));
+    for (i, curve) in curves.iter().enumerate() {
+        let at = |(a, b): &(f64, f64)| format!("{:.2} {:.2}", px(*a), py(*b));
+        let path = curve.points.iter().map(at).collect::<Vec<_>>().join("L");
+        let dashes = if curve.dashed { r#" stroke-dasharray="6 5""# } else { "" };
+        let stroke = format!(r#"stroke="{}" stroke-width="2"{dashes}"#, curve.color);
+        if !curve.points.is_empty() {
+            svg.add(&format!(r#"<path d="M{path}" fill="none" {stroke}/>"#));
+        }
+        for (a, b) in curve.points.iter().filter(|_| curve.marked) {
+            svg.add(&format!(r#"<circle cx="{:.2}" cy="{:.2}" r="3" fill="{}"/>"#, px(*a), py(*b), curve.color));
+        }
+        let row = top + 10.0 + 20.0 * i as f64;
+        svg.add(&format!(r#"<path d="M{} {row}h28" {stroke}/>"#, right + 14.0));
+        svg.text([right + 50.0, row + 4.0], "start", &curve.name);
+    }
+    svg.finish()
+}
+
+/// A row a bar: its name, and what it is made of, in the order of `parts`, names with colours.
+pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(String, Vec<f64>)]) -> String {
+    const ROW: f64 = 24.0;
+    let (left, top, width) = (150.0, 40.0, 410.0);
+    let most = rows.iter().map(|(_, values)| values.iter().sum::<f64>()).fold(1e-9, f64::max);
+    let height = (ROW * rows.len() as f64).max(20.0 * parts.len() as f64);
+    let mut svg = Svg::new(SIZE[0], top + height + 40.0, title);
+    for (i, (name, values)) in rows.iter().enumerate() {
+        let y = top + ROW * i as f64;
+        svg.text([left - 8.0, y + 15.0], "end", name);
+        let mut x = left;
+        for (value, (_, color)) in values.iter().zip(parts) {
+            let long = width * value / most;
+            svg.add(&format!(
+                r#"<rect x="{x:.2}" y="{y:.2}" width="{long:.2}" height="{}" fill="{color}"/>"#,
+                ROW - 6.0
+            ));
+            x += long;
+        }
+        let sum: f64 = values.iter().sum();
+        svg.text([x + 5.0, y + 14.0], "start", &format!("{sum:.0}"));
+    }
+    svg.text([left, top + height + 22.0], "start", unit);
+    for (i, (name, color)) in parts.iter().enumerate() {
+        let y = top + 20.0 * i as f64;
+        svg.add(&format!(r#"<rect x="640" y="{y}" width="14" height="14" fill="{color}"/>"#));
+        svg.text([660.0, y + 12.0], "start", name);
+    }
+    svg.finish()
+}
+
+struct Svg(String);
+
+impl Svg {
+    fn new(width: f64, height: f64, title: &str) -> Self {
+        let mut svg = Self(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+             font-family=\"sans-serif\" font-size=\"12\">\n"
+        ));
+        svg.add(r#"<rect width="100%" height="100%" fill="white"/>"#);
+        svg.add(&format!(r#"<text x="20" y="22" font-size="14">{}</text>"#, escaped(title)));
+        svg
+    }
+
+    fn add(&mut self, element: &str) {
+        writeln!(self.0, "{element}").expect("String");
+    }
+
+    fn line(&mut self, [x0, y0, x1, y1]: [f64; 4], color: &str, width: f64) {
+        self.add(&format!(r#"<path d="M{x0:.2} {y0:.2}L{x1:.2} {y1:.2}" stroke="{color}" stroke-width="{width}"/>"#));
+    }
+
+    fn text(&mut self, [x, y]: [f64; 2], anchor: &str, text: &str) {
+        self.add(&format!(r#"<text x="{x:.2}" y="{y:.2}" text-anchor="{anchor}">{}</text>"#, escaped(text)));
+    }
+
+    fn finish(mut self) -> String {
+        self.0 += "</svg>\n";
+        self.0
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_where_the_axes_say() {
+        let axis = |ends, logarithmic| Axis { label: "a < b", ends, logarithmic, ticks: vec![] };
+        let (x, y) = (axis([1.0, 100.0], true), axis([0.0, 4.0], false));
+        let curve = Curve {
+            name: "c".to_owned(),
+            color: "red",
+            dashed: true,
+            marked: true,
+            points: vec![(10.0, 1.0), (1000.0, 4.0)],
+        };
+        let svg = curves("t", &x, &y, &[curve]);
+        // Half of the way across, a quarter of the way up; then a corner, for what lies beyond an end is drawn there.
+        assert!(svg.contains("M315.00 283.75L560.00 40.00") && svg.contains("a &lt; b"), "{svg}");
+        let rows = [("r".to_owned(), vec![1.0, 3.0])];
+        let svg = bars("t", "ms", &[("one", "red"), ("two", "blue")], &rows);
+        assert!(svg.contains(r#"width="102.50""#) && svg.contains(r#"x="252.50""#) && svg.contains(">4<"), "{svg}");
+    }
+}

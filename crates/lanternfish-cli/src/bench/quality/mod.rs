@@ -1,0 +1,110 @@
+//! Every technique of the renderer on a fixed list of shots, against the path tracer.
+//!
+//! 1. For each shot ([`shots`]) and each truth that a technique names (`techniques`), read the truth or trace it ([`truths`]).
+//! 2. Render each technique larger than its truth, box-average it, and compare ([`measure`]).
+//! 3. Write the report ([`report`]).
+
+mod html;
+mod markdown;
+mod measure;
+mod report;
+mod shots;
+mod techniques;
+mod truths;
+
+use std::path::PathBuf;
+
+use clap::{Args, builder::PossibleValuesParser};
+use lanternfish_gpu::{AdapterChoice, Gpu};
+
+use self::{
+    measure::{Bench, shown},
+    report::{Report, ShotReport},
+    shots::{SHOTS, Shot},
+    techniques::techniques,
+    truths::{Subject, Truth},
+};
+use super::make_folder;
+use crate::{
+    args::adapter,
+    error::CliError,
+    parse::{self, Size},
+};
+
+#[derive(Debug, Args)]
+pub struct QualityArgs {
+    /// The folder for report.md, report.json, report.html, the pictures, and the truths, which a later run finds there. It is
+    /// made if it is not there.
+    #[arg(short, long, alias = "out", value_name = "FOLDER", default_value = "bench-quality")]
+    pub output: PathBuf,
+    /// One shot alone. Repeatable.
+    #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
+    pub only: Vec<String>,
+    /// Samples a pixel of the truths with all light; eight times as many of those with direct light. More: less noise, slower.
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
+    pub spp: u64,
+    /// Another size for every shot, to try the bench itself. Figures are then not those of the list.
+    #[arg(long, value_name = "WxH", value_parser = parse::size)]
+    pub size: Option<Size>,
+    /// How often each technique is timed, after one frame that is not; less often where that takes more than two seconds.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// The folder in which `assets` holds the scenes that are not built in. Shots whose scene is not there are left out.
+    /// Without it: what LANTERNFISH_SHARED names, else ../shared.
+    #[arg(long, value_name = "FOLDER")]
+    pub shared: Option<PathBuf>,
+    /// Where to render: a part of an adapter's name, or cpu for a software one.
+    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    /// What the report calls the state of the sources.
+    #[arg(long, value_name = "TEXT")]
+    pub commit: Option<String>,
+}
+
+impl QualityArgs {
+    fn assets(&self) -> PathBuf {
+        let variable = || std::env::var_os("LANTERNFISH_SHARED").map(PathBuf::from);
+        self.shared.clone().or_else(variable).unwrap_or_else(|| "../shared".into()).join("assets")
+    }
+}
+
+pub fn run(args: &QualityArgs) -> Result<(), CliError> {
+    make_folder(&args.output.join("pictures"))?;
+    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    let mut report = Report::new(args, &gpu);
+    let assets = args.assets();
+    for shot in SHOTS.iter().filter(|shot| args.only.is_empty() || args.only.iter().any(|name| name == shot.name)) {
+        eprintln!("{}", shot.name);
+        if let Some(reason) = shot.missing(&assets) {
+            eprintln!("  left out: {reason}");
+            report.leave_out(shot, reason);
+            continue;
+        }
+        let mut shot = *shot;
+        shot.size = args.size.unwrap_or(shot.size);
+        report.shots.push(run_shot(args, &gpu, &shot)?);
+    }
+    report.write(&args.output)
+}
+
+fn run_shot(args: &QualityArgs, gpu: &Gpu, shot: &Shot) -> Result<ShotReport, CliError> {
+    let (whole, camera) = shot.load(&args.assets())?;
+    let settings = shot.settings();
+    let bench = Bench { gpu, shot, camera: &camera, runs: args.runs, folder: &args.output };
+    let mut result = ShotReport::new(shot, &whole);
+    let techniques = techniques(&settings);
+    let mut first = None;
+    for truth in Truth::ALL {
+        let scene = &truth.scene(&whole);
+        let subject =
+            Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
+        let traced = truths::obtain(&args.output, *truth, &subject)?;
+        bench.write(&traced.figures.picture, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
+        result.truths.push(traced.figures);
+        for technique in techniques.iter().filter(|technique| technique.truth == *truth) {
+            eprintln!("  {}", technique.name);
+            result.rows.push(bench.row(technique, scene, &traced.mean, &mut first)?);
+        }
+    }
+    Ok(result)
+}

@@ -1,0 +1,218 @@
+//! What the bench found: for scripts as JSON; `markdown` and `html` are for people.
+
+use std::{io::Write, path::Path};
+
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::Scene;
+use serde::Serialize;
+
+use super::{
+    QualityArgs,
+    html::to_html,
+    markdown::to_markdown,
+    measure::Row,
+    shots::{SHOTS, Shot},
+    truths::TruthFigures,
+};
+use crate::{error::CliError, output::write_text};
+
+/// How far an energy ratio may be from 1 without being marked, whatever the noise.
+const ENERGY_TOLERANCE: f64 = 0.01;
+
+/// Everything the bench found.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    pub version: &'static str,
+    /// State of the sources, where it is known.
+    pub commit: Option<String>,
+    pub adapter: String,
+    pub backend: String,
+    pub driver: String,
+    /// Whether the adapter is a processor.
+    pub is_software: bool,
+    /// Of the command line: each truth says its own.
+    pub spp: u64,
+    /// Frames that a time is the median of.
+    pub runs: u32,
+    pub shots: Vec<ShotReport>,
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A shot without figures.
+#[derive(Debug, Serialize)]
+pub struct LeftOut {
+    pub shot: &'static str,
+    pub reason: String,
+}
+
+#[derive(Debug, Serialize)]
+pub struct ShotReport {
+    pub name: &'static str,
+    /// Of the truths.
+    pub width: u32,
+    pub height: u32,
+    /// The renderer's picture is so many times larger, an edge.
+    pub factor: u32,
+    pub triangles: usize,
+    pub lights: usize,
+    pub attenuation: String,
+    pub range_threshold: f32,
+    /// Stops.
+    pub exposure: f32,
+    pub tone_map: String,
+    pub truths: Vec<TruthFigures>,
+    pub rows: Vec<Row>,
+}
+
+impl ShotReport {
+    pub fn new(shot: &Shot, scene: &Scene) -> Self {
+        let settings = shot.settings();
+        Self {
+            name: shot.name,
+            width: shot.size.width,
+            height: shot.size.height,
+            factor: shot.factor,
+            triangles: scene.triangle_counts().1,
+            lights: scene.lights.len(),
+            attenuation: settings.attenuation.to_string(),
+            range_threshold: settings.range_threshold,
+            exposure: settings.exposure,
+            tone_map: settings.tone_map.to_string(),
+            truths: Vec::new(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// The scene's size and how it is looked at, in one line.
+    pub fn line(&self) -> String {
+        let Self { width, height, factor, triangles, lights, attenuation, range_threshold, exposure, tone_map, .. } =
+            self;
+        format!(
+            "{width} x {height}, rendered at {} x {} and box-averaged; {triangles} triangles, {lights} lights; attenuation \
+             {attenuation}, range threshold {range_threshold}; seen at {exposure:+} EV, tone map {tone_map}.",
+            factor * width,
+            factor * height
+        )
+    }
+}
+
+impl Report {
+    pub fn new(args: &QualityArgs, gpu: &Gpu) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            commit: args.commit.clone(),
+            adapter: gpu.description.name.clone(),
+            backend: gpu.description.backend.clone(),
+            driver: gpu.description.driver.clone(),
+            is_software: gpu.description.device_type == "Cpu",
+            spp: args.spp,
+            runs: args.runs,
+            shots: Vec::new(),
+            left_out: Vec::new(),
+        }
+    }
+
+    pub fn leave_out(&mut self, shot: &Shot, reason: String) {
+        self.left_out.push(LeftOut { shot: shot.name, reason });
+    }
+
+    /// What the figures are, a paragraph each.
+    pub fn introduction(&self) -> Vec<String> {
+        let commit = self.commit.as_ref().map(|commit| format!(" ({commit})")).unwrap_or_default();
+        let noisy = if self.is_software {
+            " The adapter is a processor, whose times say little: compare them within a shot only."
+        } else {
+            " Compare them within a shot only."
+        };
+        vec![
+            format!(
+                "Lanternfish {}{commit}, {} ({}) on {}. {} of {} shots.",
+                self.version,
+                self.adapter,
+                self.backend,
+                self.driver,
+                self.shots.len(),
+                SHOTS.len()
+            ),
+            format!(
+                "Each row changes one setting from the default and is compared with a path tracer's picture of the same scene, \
+                 box-filtered. The renderer takes one sample at each pixel's centre: its pictures are \
+                 rendered larger and box-averaged first."
+            ),
+            format!(
+                "FLIP: mean LDR-FLIP of what a display shows. HDR-FLIP: of radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). \
+                 p95: what 95 % of the relative errors do not exceed. Energy: sum of the picture over sum of the truth, marked \
+                 with * where it is farther from 1 than {:.0} % and twice the truth's own noise. Pixels: those of the larger picture that differ from the default's in \
+                 any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. ms: median of at most {} frames after one, \
+                 at the larger size.{noisy} The row of each truth is its own noise, below which an error says nothing: FLIP is \
+                 that between its two halves of samples.",
+                100.0 * ENERGY_TOLERANCE,
+                self.runs
+            ),
+        ]
+    }
+
+    /// Writes the three reports, and prints the one in Markdown.
+    pub fn write(&self, folder: &Path) -> Result<(), CliError> {
+        let markdown = to_markdown(self);
+        write_text(&folder.join("report.md"), &markdown)?;
+        let json = serde_json::to_string_pretty(self).expect("plain numbers and strings");
+        write_text(&folder.join("report.json"), &(json + "\n"))?;
+        write_text(&folder.join("report.html"), &to_html(self))?;
+        let text = format!("{markdown}\n{}\n", folder.join("report.html").display());
+        std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    }
+}
+
+/// Names of the columns after the name and the truth.
+pub const COLUMNS: [&str; 9] = ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "pixels", "ms", "rays", "lights"];
+
+/// The cells of those columns for a row of `shot`; where there are no figures, the reason alone.
+pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 9], &'r str> {
+    let Some(figures) = &row.figures else { return Err(row.left_out.as_deref().unwrap_or_default()) };
+    let (errors, grouped) = (&figures.errors, crate::report::grouped);
+    let noise = shot.truths.iter().find(|truth| truth.name == row.truth).map_or(0.0, |truth| truth.noise_energy);
+    let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
+    let mark = if is_off { " *" } else { "" };
+    Ok([
+        format!("{:.4}", errors.flip),
+        format!("{:.4}", errors.hdr_flip),
+        format!("{:.2e}", errors.relative_mse),
+        format!("{:.3}", errors.percentile_95),
+        format!("{:.4}{mark}", errors.energy_ratio),
+        grouped(figures.differing_pixels as u64),
+        format!("{:.1}", figures.frame_ms),
+        grouped(figures.rays),
+        grouped(figures.listed_lights),
+    ])
+}
+
+/// The same columns of a truth: its own noise.
+pub fn truth_cells(truth: &TruthFigures) -> [String; 9] {
+    let none = String::new;
+    [
+        format!("{:.4}", truth.noise_flip),
+        none(),
+        format!("{:.2e}", truth.noise_relative_mse),
+        none(),
+        format!("± {:.4}", truth.noise_energy),
+        none(),
+        none(),
+        none(),
+        none(),
+    ]
+}
+
+/// Where a truth comes from and what it is.
+pub fn truth_line(truth: &TruthFigures) -> String {
+    let made = if truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", truth.seconds) };
+    let dropped =
+        if truth.dropped > 0 { format!("; {} samples were no numbers: a fault", truth.dropped) } else { String::new() };
+    format!(
+        "{}: {}; {} samples a pixel, expected relative error {:.2} %, {made}{dropped}",
+        truth.name,
+        truth.meaning,
+        truth.spp,
+        100.0 * truth.noise
+    )
+}

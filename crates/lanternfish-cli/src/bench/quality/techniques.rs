@@ -1,0 +1,202 @@
+//! Every technique the renderer has, a row each.
+//!
+//! One row changes one setting from what the renderer recommends. The rows are made of the settings' own lists of values, and
+//! [`techniques`] takes [`Settings`] apart whole, so that a new setting does not compile, and a new value does not pass,
+//! without a row.
+
+use lanternfish::settings::{
+    Assignment, ClusterShape, ClusterTest, Clustered, Culling, Materials, RayCulling, Samples, Settings, Shadows,
+    TextureBinding, TileSize, Tiled,
+};
+
+use super::truths::Truth;
+use crate::parse::cluster_shape_text;
+
+/// One way to make the picture.
+#[derive(Clone, Debug)]
+pub struct Technique {
+    /// What it changes, by the names of the command line.
+    pub name: String,
+    pub settings: Settings,
+    /// What its picture should be.
+    pub truth: Truth,
+}
+
+impl Technique {
+    /// Its name as a part of a file's.
+    pub fn file_name(&self) -> String {
+        self.name.replace(", ", "-").replace([' ', ':'], "-")
+    }
+}
+
+/// The rows of a shot whose recommended settings are `default`, which come first.
+pub fn techniques(default: &Settings) -> Vec<Technique> {
+    let row = |name: String, truth, settings| Technique { name, settings, truth };
+    let mut rows = vec![row("default".to_owned(), Truth::Direct, default.clone())];
+    let Settings {
+        culling,
+        shadows,
+        ray_culling,
+        materials,
+        textures,
+        samples,
+        // The shot's, and the truth's as well.
+        attenuation: _,
+        range_threshold: _,
+        // How a picture is shown, not how it is made.
+        exposure: _,
+        tone_map: _,
+        debug_view: _,
+    } = default;
+    for other in cullings().into_iter().filter(|other| other != culling) {
+        let settings = Settings { culling: other, ..default.clone() };
+        rows.push(row(culling_name(other), Truth::Direct, settings));
+    }
+    for other in Shadows::ALL.iter().filter(|other| *other != shadows) {
+        let settings = Settings { shadows: *other, ..default.clone() };
+        rows.push(row(format!("shadows {other}"), Truth::Direct, settings));
+    }
+    for other in RayCulling::ALL.iter().filter(|other| *other != ray_culling) {
+        let settings = Settings { ray_culling: *other, ..default.clone() };
+        rows.push(row(format!("ray-culling {other}"), Truth::Direct, settings));
+    }
+    for other in TextureBinding::ALL.iter().filter(|other| *other != textures) {
+        let settings = Settings { textures: *other, ..default.clone() };
+        rows.push(row(format!("textures {other}"), Truth::Direct, settings));
+    }
+    for other in Samples::ALL.iter().filter(|other| *other != samples) {
+        let settings = Settings { samples: *other, ..default.clone() };
+        rows.push(row(format!("samples {other}"), Truth::Direct, settings));
+    }
+    for other in Materials::ALL.iter().filter(|other| *other != materials) {
+        let truth = match other {
+            Materials::File => Truth::Direct,
+            Materials::Lambert => Truth::DirectLambert,
+        };
+        let settings = Settings { materials: *other, ..default.clone() };
+        rows.push(row(format!("materials {other}"), truth, settings));
+    }
+    // Indirect light: none yet. The row says what is missing from all the light there is.
+    rows.push(row("indirect none".to_owned(), Truth::Full, default.clone()));
+    rows
+}
+
+/// Every scheme of light culling; [`culling_name`] does not compile for one that is not thought of.
+fn cullings() -> Vec<Culling> {
+    let tiled = TileSize::ALL.iter().flat_map(|tile_size| {
+        [true, false].map(|aabb_test| Culling::Tiled(Tiled { tile_size: *tile_size, aabb_test }))
+    });
+    let clustered = |change: fn(&mut Clustered)| {
+        let mut clustered = Clustered::default();
+        change(&mut clustered);
+        Culling::Clustered(clustered)
+    };
+    // One view shares its grid with no other: the grouping has no row.
+    let clusters = [
+        clustered(|_| ()),
+        clustered(|c| c.shape = ClusterShape::Orthographic { side: 1.0 }),
+        clustered(|c| c.shape = ClusterShape::Displaced { pixels: 64, distance: 8.0 }),
+        clustered(|c| c.assignment = Assignment::BruteForce),
+        clustered(|c| c.test = ClusterTest::Planes),
+    ];
+    std::iter::once(Culling::All).chain(tiled).chain(clusters).collect()
+}
+
+/// By the flags of the command line. A new scheme goes into [`cullings`] as well.
+fn culling_name(culling: Culling) -> String {
+    match culling {
+        Culling::All => "culling all".to_owned(),
+        Culling::Tiled(Tiled { tile_size, aabb_test: true }) => format!("culling tiled {tile_size}"),
+        Culling::Tiled(Tiled { tile_size, aabb_test: false }) => format!("culling tiled {tile_size}, aabb off"),
+        Culling::Clustered(Clustered { shape, assignment, test, grouping: _ }) => {
+            let mut name = format!("culling clustered {}", cluster_shape_text(shape));
+            if assignment != Clustered::default().assignment {
+                name += &format!(", {assignment}");
+            }
+            if test != Clustered::default().test {
+                name += &format!(", {test}");
+            }
+            name
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows() -> Vec<Technique> {
+        techniques(&Settings::default())
+    }
+
+    #[track_caller]
+    fn assert_every<T: PartialEq + std::fmt::Debug>(all: &[T], of: impl Fn(&Settings) -> T) {
+        for value in all {
+            assert!(rows().iter().any(|row| of(&row.settings) == *value), "no row for {value:?}");
+        }
+    }
+
+    #[test]
+    fn every_value_of_every_setting_has_a_row() {
+        assert_every(Shadows::ALL, |settings| settings.shadows);
+        assert_every(RayCulling::ALL, |settings| settings.ray_culling);
+        assert_every(Materials::ALL, |settings| settings.materials);
+        assert_every(TextureBinding::ALL, |settings| settings.textures);
+
+        assert_every(Samples::ALL, |settings| settings.samples);
+
+        // `Culling` lists no values of its own: each part of each scheme.
+        let clustered = |culling| match culling {
+            Culling::Clustered(clustered) => Some(clustered),
+            Culling::All | Culling::Tiled(_) => None,
+        };
+        let tiled = |culling| match culling {
+            Culling::Tiled(Tiled { tile_size, aabb_test }) => Some((tile_size, aabb_test)),
+            Culling::All | Culling::Clustered(_) => None,
+        };
+        let shape = |shape| match shape {
+            ClusterShape::Perspective { .. } => 0,
+            ClusterShape::Orthographic { .. } => 1,
+            ClusterShape::Displaced { .. } => 2,
+        };
+        assert_every(&[Culling::All], |settings| settings.culling);
+        for size in TileSize::ALL {
+            assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(settings.culling));
+        }
+        assert_every(&[Some(0), Some(1), Some(2)], |settings| clustered(settings.culling).map(|c| shape(c.shape)));
+        for assignment in Assignment::ALL {
+            assert_every(&[Some(*assignment)], |settings| clustered(settings.culling).map(|c| c.assignment));
+        }
+        for test in ClusterTest::ALL {
+            assert_every(&[Some(*test)], |settings| clustered(settings.culling).map(|c| c.test));
+        }
+    }
+
+    #[test]
+    fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
+        let default = Settings::default();
+        let rows = rows();
+        for (i, row) in rows.iter().enumerate() {
+            let s = &row.settings;
+            let changes = [
+                s.culling != default.culling,
+                s.shadows != default.shadows,
+                s.ray_culling != default.ray_culling,
+                s.materials != default.materials,
+                s.textures != default.textures,
+                s.samples != default.samples,
+                row.truth == Truth::Full,
+            ];
+            let count = changes.iter().filter(|changed| **changed).count();
+            assert_eq!(count, usize::from(i > 0), "{}", row.name);
+            assert!(rows[..i].iter().all(|other| other.file_name() != row.file_name()), "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn every_truth_judges_something() {
+        for truth in Truth::ALL {
+            assert!(rows().iter().any(|row| row.truth == *truth), "{truth}");
+        }
+    }
+}

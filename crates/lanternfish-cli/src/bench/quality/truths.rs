@@ -1,0 +1,262 @@
+//! What pictures should be: traced once, then read from the disk.
+
+use std::{fs, path::Path, time::Instant};
+
+use glam::Vec3;
+use lanternfish::settings::{Materials, Settings, ToneMap};
+use lanternfish_metrics::{
+    MetricsError, PIXELS_PER_DEGREE, RELATIVE_EPSILON, RgbImage, flip_ldr, read_exr_attributes, read_exr_layer,
+    write_exr_layers,
+};
+use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer,
+    settings::{Integrator, UNLIMITED},
+};
+use lanternfish_scene::{Camera, Scene, named_enum};
+use serde::Serialize;
+
+use super::measure::shown;
+use crate::{error::CliError, parse::Size, reference::fingerprint};
+
+/// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
+const FORMAT: u32 = 1;
+
+/// Names of the file's layers and attributes.
+const VARIANCE: &str = "variance";
+const FIRST_HALF: &str = "first_half";
+const DROPPED: &str = "lanternfish.dropped";
+
+named_enum! {
+    /// What a technique is judged by.
+    Truth {
+        /// Light that comes from a punctual light by one reflection: nothing else shines.
+        Direct = "direct",
+        /// The same on diffuse surfaces.
+        DirectLambert = "direct-lambert",
+        /// All light by all ways: emissive surfaces and surroundings, any number of reflections.
+        Full = "full",
+    }
+}
+
+impl Truth {
+    /// One line for the report.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Direct => {
+                "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures"
+            }
+            Self::DirectLambert => "the same, base colours as diffuse albedos",
+            Self::Full => "paths of any length, emission and surroundings included",
+        }
+    }
+
+    /// The scene both pictures are made of.
+    pub fn scene(self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        match self {
+            // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
+            Self::Direct | Self::DirectLambert => {
+                (scene.sky, scene.environment) = (Vec3::ZERO, None);
+                for material in &mut scene.materials {
+                    material.emissive = Vec3::ZERO;
+                    if material.unlit {
+                        material.base_color = Vec3::ZERO.extend(material.base_color.w);
+                    }
+                }
+            }
+            Self::Full => {}
+        }
+        scene
+    }
+
+    /// Samples a pixel at `spp` of the command line: short paths are cheap, and what most techniques are judged by should
+    /// be the least noisy.
+    pub fn samples(self, spp: u64) -> u64 {
+        match self {
+            Self::Direct => 8 * spp,
+            Self::DirectLambert => 2 * spp,
+            Self::Full => spp,
+        }
+    }
+
+    fn settings(self, shot: &Settings) -> TracerSettings {
+        let path = |max_depth, materials| TracerSettings {
+            integrator: Integrator::Path,
+            max_depth,
+            materials,
+            attenuation: shot.attenuation,
+            range_threshold: shot.range_threshold,
+            ..TracerSettings::default()
+        };
+        match self {
+            Self::Direct => path(2, Materials::File),
+            Self::DirectLambert => path(2, Materials::Lambert),
+            Self::Full => path(UNLIMITED, Materials::File),
+        }
+    }
+}
+
+/// A truth and how far it can be trusted.
+pub struct Traced {
+    pub mean: RgbImage,
+    pub figures: TruthFigures,
+}
+
+/// Of a truth. Errors below its noise say nothing.
+#[derive(Clone, Debug, Serialize)]
+pub struct TruthFigures {
+    pub name: &'static str,
+    pub meaning: &'static str,
+    /// The file, below the report's folder.
+    pub file: String,
+    /// Its picture, below the report's folder.
+    pub picture: String,
+    pub spp: u64,
+    /// Whether an earlier run left it.
+    pub reused: bool,
+    /// Of tracing, 0 where it was reused.
+    pub seconds: f64,
+    /// Samples that were not finite and count as black: not zero is a fault.
+    pub dropped: u64,
+    /// [`lanternfish_reference::Noise::relative`].
+    pub noise: f64,
+    /// relMSE that its own noise alone is expected to cause.
+    pub noise_relative_mse: f64,
+    /// Standard deviation of an energy ratio by its own noise, at most.
+    pub noise_energy: f64,
+    /// Mean LDR-FLIP between the pictures of its first and its second half of samples, each twice as noisy in variance.
+    pub noise_flip: f64,
+}
+
+/// What a truth is of.
+pub struct Subject<'s> {
+    pub name: &'s str,
+    /// [`Truth::scene`].
+    pub scene: &'s Scene,
+    pub camera: &'s Camera,
+    pub size: Size,
+    pub settings: &'s Settings,
+    /// Of the command line.
+    pub spp: u64,
+}
+
+/// Reads the truth from `folder`/truths, or traces it and leaves it there.
+pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Traced, CliError> {
+    let Subject { name, scene, camera, size, settings, spp } = *subject;
+    let spp = truth.samples(spp);
+    let tracer_settings = truth.settings(settings);
+    let fingerprint = fingerprint::of(scene, camera, size, &tracer_settings);
+    let file = format!("truths/{name}-{truth}-{spp}spp-{fingerprint}-{FORMAT}.exr");
+    let path = folder.join(&file);
+    let started = Instant::now();
+    let (layers, seconds, reused) = match path.is_file().then(|| Layers::read(&path)) {
+        Some(Ok(layers)) if layers.is_of(size) => {
+            eprintln!("  truth {truth}: reused, {file}");
+            (layers, 0.0, true)
+        }
+        // What cannot be read is made again, whatever the reason.
+        _ => {
+            eprintln!("  truth {truth}: tracing {spp} samples a pixel");
+            let tracer = Tracer::new(scene, tracer_settings)?;
+            let layers = Layers::trace(&tracer, camera, size, spp)?;
+            fs::create_dir_all(folder.join("truths"))
+                .map_err(|error| CliError::new(format_args!("{file}: {error}"), "choose a folder that is yours"))?;
+            layers.write(&path)?;
+            (layers, started.elapsed().as_secs_f64(), false)
+        }
+    };
+    let figures = TruthFigures {
+        name: truth.name(),
+        meaning: truth.meaning(),
+        file,
+        picture: format!("pictures/{name}-truth-{truth}.png"),
+        spp,
+        reused,
+        seconds,
+        dropped: layers.dropped,
+        noise: layers.noise(spp)?,
+        noise_relative_mse: layers.relative_mse(),
+        noise_energy: layers.energy_deviation(),
+        noise_flip: layers.flip_of_halves(spp, settings.exposure, settings.tone_map)?,
+    };
+    Ok(Traced { mean: layers.mean, figures })
+}
+
+/// What the file holds.
+struct Layers {
+    mean: RgbImage,
+    /// Of the mean.
+    variance: RgbImage,
+    /// Mean of the first ⌊spp / 2⌋ samples.
+    first_half: RgbImage,
+    dropped: u64,
+}
+
+impl Layers {
+    fn trace(tracer: &Tracer<'_>, camera: &Camera, size: Size, spp: u64) -> Result<Self, CliError> {
+        let (width, height) = (size.width as usize, size.height as usize);
+        let mut film = Film::new(width, height)?;
+        tracer.render(camera, &mut film, spp / 2);
+        let first_half = RgbImage::new(width, height, film.mean())?;
+        tracer.render(camera, &mut film, spp - spp / 2);
+        Ok(Self {
+            mean: RgbImage::new(width, height, film.mean())?,
+            variance: RgbImage::new(width, height, film.variance())?,
+            first_half,
+            dropped: film.dropped(),
+        })
+    }
+
+    fn read(path: &Path) -> Result<Self, MetricsError> {
+        let dropped = read_exr_attributes(path)?.get(DROPPED).and_then(|text| text.parse().ok());
+        Ok(Self {
+            mean: read_exr_layer(path, "")?,
+            variance: read_exr_layer(path, VARIANCE)?,
+            first_half: read_exr_layer(path, FIRST_HALF)?,
+            dropped: dropped
+                .ok_or_else(|| MetricsError::Invalid { path: path.to_owned(), what: format!("no {DROPPED}") })?,
+        })
+    }
+
+    fn write(&self, path: &Path) -> Result<(), MetricsError> {
+        let layers = [("", &self.mean), (VARIANCE, &self.variance), (FIRST_HALF, &self.first_half)];
+        write_exr_layers(path, &layers, &[(DROPPED, &self.dropped.to_string())])
+    }
+
+    fn is_of(&self, size: Size) -> bool {
+        (self.mean.width, self.mean.height) == (size.width as usize, size.height as usize)
+    }
+
+    fn noise(&self, spp: u64) -> Result<f64, CliError> {
+        let RgbImage { width, height, pixels } = &self.mean;
+        Ok(Film::resume(*width, *height, spp, pixels, &self.variance.pixels)?.noise().relative)
+    }
+
+    /// As `ImageErrors::relative_mse` of an exact picture against this one is expected to be.
+    fn relative_mse(&self) -> f64 {
+        let values = self.mean.pixels.iter().flatten().zip(self.variance.pixels.iter().flatten());
+        let errors =
+            values.map(|(mean, variance)| f64::from(*variance) / (f64::from(*mean).powi(2) + RELATIVE_EPSILON));
+        errors.sum::<f64>() / (3 * self.mean.pixels.len()) as f64
+    }
+
+    /// Pixels are independent; channels of one, which are of one path, are taken to err together.
+    fn energy_deviation(&self) -> f64 {
+        let deviation = |pixel: &[f32; 3]| pixel.iter().map(|variance| f64::from(*variance).sqrt()).sum::<f64>();
+        let variance: f64 = self.variance.pixels.iter().map(|pixel| deviation(pixel).powi(2)).sum();
+        let energy: f64 = self.mean.pixels.iter().flatten().map(|value| f64::from(*value)).sum();
+        variance.sqrt() / energy
+    }
+
+    fn flip_of_halves(&self, spp: u64, exposure: f32, tone_map: ToneMap) -> Result<f64, CliError> {
+        let (all, first) = (spp as f32, (spp / 2) as f32);
+        let rest = |(mean, half): (&[f32; 3], &[f32; 3])| {
+            // Rounding may leave a little less than nothing.
+            std::array::from_fn(|c| ((all * mean[c] - first * half[c]) / (all - first)).max(0.0))
+        };
+        let pixels = self.mean.pixels.iter().zip(&self.first_half.pixels).map(rest).collect();
+        let second_half = RgbImage { pixels, ..self.mean };
+        let [a, b] = [&self.first_half, &second_half].map(|half| shown(half, exposure, tone_map).1);
+        Ok(f64::from(flip_ldr(&a, &b, PIXELS_PER_DEGREE)?.mean()))
+    }
+}

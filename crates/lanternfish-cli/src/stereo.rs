@@ -1,0 +1,151 @@
+//! Pictures for two eyes.
+
+use clap::ValueEnum;
+use lanternfish::Picture;
+use lanternfish_scene::{Camera, StereoRig};
+
+use crate::{error::CliError, parse};
+
+/// Which eyes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Eyes {
+    /// The HTC Vive's.
+    Vive,
+    /// Both see what the camera sees, this far apart, m.
+    Parallel(f32),
+    /// The left eye's slopes (left, right, bottom, top), the distance, m, and the angle that each is turned out by, radians.
+    Rig([f32; 4], f32, f32),
+}
+
+/// How two pictures become one file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum StereoLayout {
+    /// The left eye's picture beside the right eye's: twice as wide as --size
+    #[default]
+    SideBySide,
+    /// Two layers of one file, called left and right. EXR only
+    Layers,
+}
+
+/// Distance of human eyes, m.
+const HUMAN: f32 = 0.063;
+
+/// `vive`, `parallel[:metres]` or `l,r,b,t,metres[,degrees]`.
+pub fn eyes(text: &str) -> Result<Eyes, String> {
+    let expected = "expected vive, parallel, parallel:METRES or l,r,b,t,METRES[,DEGREES] (slopes of the left eye's sides, the \
+                    distance of the eyes, how far each is turned out), e.g. -1.39,1.25,-1.47,1.46,0.063";
+    let apart = |metres: f32| {
+        let sound = (0.0..=1000.0).contains(&metres);
+        if sound { Ok(metres) } else { Err(format!("{metres} m between the eyes: expected 0 to 1000")) }
+    };
+    match text.split_once(':') {
+        None if text == "vive" => return Ok(Eyes::Vive),
+        None if text == "parallel" => return Ok(Eyes::Parallel(HUMAN)),
+        Some(("parallel", metres)) => {
+            return Ok(Eyes::Parallel(apart(parse::number(metres).ok_or(expected)?)?));
+        }
+        _ => {}
+    }
+    let values = parse::numbers(text).filter(|v| matches!(v.len(), 5 | 6)).ok_or(expected)?;
+    let slopes: [f32; 4] = values[..4].try_into().expect("four of them");
+    if !(slopes[0] < slopes[1] && slopes[2] < slopes[3]) || slopes.iter().any(|slope| slope.abs() > 1e3) {
+        return Err("slopes: expected left < right and bottom < top, each from -1000 to 1000".to_owned());
+    }
+    let degrees = values.get(5).copied().unwrap_or(0.0);
+    if degrees.abs() > 45.0 {
+        return Err(format!("{degrees} degrees: expected -45 to 45"));
+    }
+    Ok(Eyes::Rig(slopes, apart(values[4])?, degrees.to_radians()))
+}
+
+impl Eyes {
+    /// The two cameras of a head where `head` is.
+    pub fn cameras(self, head: &Camera, aspect: f32) -> Result<[Camera; 2], CliError> {
+        let rig = match self {
+            Self::Vive => StereoRig::vive(),
+            Self::Rig(slopes, distance, cant) => StereoRig::new(distance, slopes, cant),
+            Self::Parallel(distance) => StereoRig::parallel(head, aspect, distance).ok_or_else(|| {
+                CliError::new(
+                    "--stereo parallel: the camera is orthographic",
+                    "choose a perspective one, or --stereo vive",
+                )
+            })?,
+        };
+        Ok(rig.cameras(head, head.projection.near().max(1e-5)))
+    }
+}
+
+/// Two pictures of one height as one, the first on the left. Times and counts are the first's and, where only the second has
+/// them, its own; counts of both are added.
+pub fn side_by_side(left: Picture, right: Picture) -> Picture {
+    let width = left.width + right.width;
+    let rows = |height: u32| 0..height as usize;
+    let (l, r) = (left.width as usize, right.width as usize);
+    let mut joined = Picture { width, radiance: Vec::new(), display: Vec::new(), ..left.clone() };
+    for y in rows(left.height) {
+        joined.radiance.extend_from_slice(&left.radiance[y * l..][..l]);
+        joined.radiance.extend_from_slice(&right.radiance[y * r..][..r]);
+        joined.display.extend_from_slice(&left.display[y * l..][..l]);
+        joined.display.extend_from_slice(&right.display[y * r..][..r]);
+    }
+    for (name, count) in right.report.counters {
+        // What belongs to the scene is not there twice.
+        match joined.report.counters.iter_mut().find(|(known, _)| *known == name) {
+            Some(_) if name.starts_with("scene/") => {}
+            Some((_, sum)) => *sum += count,
+            None => joined.report.counters.push((name, count)),
+        }
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::Report;
+
+    use super::*;
+
+    #[test]
+    fn eyes_are_read() {
+        assert_eq!(eyes("vive"), Ok(Eyes::Vive));
+        assert_eq!(eyes("parallel"), Ok(Eyes::Parallel(0.063)));
+        assert_eq!(eyes("parallel:0.1"), Ok(Eyes::Parallel(0.1)));
+        assert_eq!(eyes("-1,2,-3,4,0.06"), Ok(Eyes::Rig([-1.0, 2.0, -3.0, 4.0], 0.06, 0.0)));
+        assert!(matches!(eyes("-1,2,-3,4,0.06,10"), Ok(Eyes::Rig(_, _, cant)) if (cant - 0.1745).abs() < 1e-4));
+        for bad in [
+            "",
+            "oculus",
+            "parallel:",
+            "parallel:-1",
+            "parallel:x",
+            "1,2,3,4",
+            "1,0,-1,1,0.06",
+            "-1,1,-1,1,0.06,90",
+            "-1,1,-1,1,-2",
+        ] {
+            assert!(eyes(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn two_pictures_stand_beside_each_other() {
+        let picture = |value: u8, counters: &[(&str, u64)]| Picture {
+            width: 2,
+            height: 2,
+            radiance: vec![[f32::from(value); 4]; 4],
+            display: vec![[value; 4]; 4],
+            report: Report {
+                passes: Vec::new(),
+                counters: counters.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect(),
+            },
+        };
+        let both = side_by_side(
+            picture(1, &[("scene/draws", 5), ("rays", 7)]),
+            picture(2, &[("scene/draws", 5), ("rays", 8)]),
+        );
+        assert_eq!((both.width, both.height), (4, 2));
+        assert_eq!(both.display.iter().map(|p| p[0]).collect::<Vec<_>>(), [1, 1, 2, 2, 1, 1, 2, 2]);
+        assert_eq!(both.radiance.len(), 8);
+        assert_eq!(both.report.counters, [("scene/draws".to_owned(), 5), ("rays".to_owned(), 15)]);
+    }
+}

@@ -1,0 +1,65 @@
+//! `lanternfish bench clustered` and `bench attenuation`, end to end on the software adapter.
+
+use std::{fs, path::Path, process::Command};
+
+use serde_json::Value;
+
+fn lanternfish(folder: &Path, words: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_lanternfish")).current_dir(folder).args(words).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn bench(folder: &Path, name: &str) -> (Value, String) {
+    let words = ["bench", "clustered", "demo:cornell", "--quick", "--size", "96x54", "--adapter", "cpu", "-o", name];
+    let said = lanternfish(folder, &words);
+    let report = fs::read(folder.join(name).join("report.json")).unwrap();
+    (serde_json::from_slice(&report).unwrap(), said)
+}
+
+/// Everything but times.
+fn exact(report: &Value) -> Vec<(Vec<&Value>, &Value)> {
+    let names = ["clusters", "lights", "views", "assignment", "differing_pixels"];
+    let rows = report["rows"].as_array().unwrap().iter();
+    rows.map(|row| (names.iter().map(|name| &row[name]).collect(), &row["counts"])).collect()
+}
+
+#[test]
+fn gpu_two_runs_count_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let ((first, said), (second, _)) = (bench(folder.path(), "first"), bench(folder.path(), "second"));
+    assert_eq!(exact(&first), exact(&second));
+    assert_eq!(first["left_out"], second["left_out"]);
+
+    // Three shapes, two numbers of lights, one view, two eyes with a grid each and with one, and brute force.
+    let rows = first["rows"].as_array().unwrap();
+    let left_out = first["left_out"].as_array().unwrap();
+    assert_eq!(rows.len() + left_out.len(), 3 * 2 * 4, "{left_out:?}");
+    for row in rows {
+        let count = |name: &str| row["counts"][name].as_u64().unwrap();
+        assert!(count("visible_clusters") > 0 && count("visible_clusters") <= count("clusters"), "{row}");
+        assert!(count("fragments") <= 2 * 96 * 54 && count("lighting_operations") >= count("lights_listed"), "{row}");
+        for histogram in ["clusters_by_lights", "clusters_by_fragments"] {
+            let bins = row["counts"][histogram].as_array().unwrap();
+            assert_eq!(bins.iter().map(|bin| bin.as_u64().unwrap()).sum::<u64>(), count("visible_clusters"));
+        }
+        if row["assignment"] == "brute_force" {
+            assert_eq!(count("light_tests"), count("visible_clusters") * row["lights"].as_u64().unwrap());
+        }
+    }
+    assert!(said.contains("- light tests at 100,000 lights, brute force / hierarchy: "), "{said}");
+    assert_eq!(said.lines().last(), Some("first/report.md"));
+    for plot in ["light-tests", "steps", "clusters-by-lights", "clusters-by-fragments"] {
+        let svg = fs::read_to_string(folder.path().join("first").join(plot).with_extension("svg")).unwrap();
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{plot}");
+    }
+}
+
+#[test]
+fn the_attenuation_functions_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(lanternfish(folder.path(), &["bench", "attenuation", "-o", "a.svg"]), "a.svg\n");
+    let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    assert!(svg.contains("physical_reduced_2") && !svg.contains("NaN"));
+}

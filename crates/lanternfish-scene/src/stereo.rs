@@ -1,0 +1,101 @@
+//! Two eyes.
+
+use glam::{Affine3A, Quat, Vec3};
+
+use crate::{Camera, Projection};
+
+/// Where the eyes of a head-mounted display are and what each of them sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StereoRig {
+    /// The left eye and the right one.
+    pub eyes: [Eye; 2],
+}
+
+/// One eye.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eye {
+    /// Rotation and translation only; the head looks down −z.
+    pub head_from_eye: Affine3A,
+    /// Slopes of the sides of its frustum: left, right, bottom, top; x or y over distance. left < right, bottom < top.
+    pub slopes: [f32; 4],
+}
+
+impl StereoRig {
+    /// Eyes `distance` (m) apart; `slopes` are the left eye's, the right eye's are mirrored. `cant`: the eyes are turned apart
+    /// by this angle each, radians.
+    pub fn new(distance: f32, slopes: [f32; 4], cant: f32) -> Self {
+        let [left, right, bottom, top] = slopes;
+        let eye = |side: f32, slopes| Eye {
+            head_from_eye: Affine3A::from_rotation_translation(
+                Quat::from_rotation_y(-side * cant),
+                Vec3::X * (0.5 * side * distance),
+            ),
+            slopes,
+        };
+        Self { eyes: [eye(-1.0, slopes), eye(1.0, [-right, -left, bottom, top])] }
+    }
+
+    /// The HTC Vive: eyes 63 mm apart and frusta as its driver reports them, a little asymmetric.
+    pub fn vive() -> Self {
+        Self::new(0.063, [-1.3905, 1.2468, -1.4721, 1.4619], 0.0)
+    }
+
+    /// Both eyes see the same as `camera`, a perspective one whose picture is `aspect` times as wide as high. `None` for
+    /// orthographic cameras.
+    pub fn parallel(camera: &Camera, aspect: f32, distance: f32) -> Option<Self> {
+        let slopes = camera.projection.slopes(aspect)?;
+        let eye =
+            |side: f32| Eye { head_from_eye: Affine3A::from_translation(Vec3::X * (0.5 * side * distance)), slopes };
+        Some(Self { eyes: [eye(-1.0), eye(1.0)] })
+    }
+
+    /// The eyes of a head that is where `head` is; `near` is the distance of their near planes, m.
+    pub fn cameras(&self, head: &Camera, near: f32) -> [Camera; 2] {
+        let names = ["left", "right"];
+        std::array::from_fn(|i| {
+            let [left, right, bottom, top] = self.eyes[i].slopes;
+            Camera {
+                name: names[i].to_owned(),
+                world_from_camera: head.world_from_camera * self.eyes[i].head_from_eye,
+                projection: Projection::Frustum { left, right, bottom, top, near },
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eyes_are_apart_and_mirror_each_other() {
+        let head = Camera::look_at(
+            Vec3::new(1.0, 2.0, 3.0),
+            Vec3::new(1.0, 2.0, 0.0),
+            Projection::Perspective { fov_y: 1.0, near: 0.1 },
+        );
+        let [left, right] = StereoRig::vive().cameras(&head, 0.1);
+        assert!((right.eye() - left.eye()).abs_diff_eq(Vec3::X * 0.063, 1e-6));
+        assert!((0.5 * (right.eye() + left.eye())).abs_diff_eq(head.eye(), 1e-6));
+        let [a, b] = [left, right].map(|c| c.projection.slopes(1.0).unwrap());
+        assert_eq!([-a[1], -a[0], a[2], a[3]], b);
+        // Canted outwards, each eye's axis leans to its own side.
+        let [left, right] = StereoRig::new(0.063, [-1.0, 1.0, -1.0, 1.0], 0.1).cameras(&head, 0.1);
+        let axis = |c: &Camera| c.world_from_camera.transform_vector3(Vec3::NEG_Z);
+        assert!(axis(&left).x < -0.09 && axis(&right).x > 0.09);
+    }
+
+    #[test]
+    fn parallel_eyes_see_what_the_camera_sees() {
+        let projection = Projection::Perspective { fov_y: 1.2, near: 0.1 };
+        let head = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, projection);
+        let rig = StereoRig::parallel(&head, 1.5, 0.06).unwrap();
+        assert_eq!(rig.eyes[0].slopes, rig.eyes[1].slopes);
+        assert!(
+            (rig.eyes[0].slopes[3] - 0.6f32.tan()).abs() < 1e-6
+                && (rig.eyes[0].slopes[1] - 1.5 * 0.6f32.tan()).abs() < 1e-6
+        );
+        let flat = Projection::Orthographic { half_height: 1.0, near: 0.0, far: 9.0 };
+        assert_eq!(StereoRig::parallel(&Camera { projection: flat, ..head }, 1.0, 0.06), None);
+    }
+}

@@ -1,0 +1,243 @@
+//! Every pixel that shows a surface finds the cluster that its fragment marked [VanGelderen2020, §5.2.1].
+
+use glam::{UVec2, Vec3};
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, read_texture, storage_buffer, testing,
+};
+use lanternfish_scene::{AlphaMode, Camera, Material, Primitive, Projection, Scene, generate};
+
+use super::*;
+use crate::{
+    Renderer,
+    light_culling::{Reach, Seen},
+    prepass::Prepass,
+    settings::{ClusterShape, Clustered, Samples, Shadows, Tiled},
+    shading::Forward,
+    shadows::Tracer,
+    testing::{Random, probe, quad, scene_of},
+    view::View,
+};
+
+#[test]
+fn quantities_are_the_shaders() {
+    for view in DebugView::ALL {
+        let Some(number) = quantity(*view) else { continue };
+        let name = view.name().to_uppercase().replace('-', "_");
+        assert_eq!(crate::shaders::constant("debug_views/debug", &name), f64::from(number), "{view}");
+    }
+}
+
+#[test]
+fn views_of_clusters_need_clusters() {
+    let clustered = Culling::Clustered(Clustered::default());
+    for culling in [Culling::All, Culling::Tiled(Tiled::default()), clustered] {
+        for view in DebugView::ALL {
+            let shows_clusters = matches!(view, DebugView::ClusterIndex | DebugView::ClusterFragments);
+            match check_clusters(*view, culling) {
+                Ok(()) => assert!(!shows_clusters || culling == clustered, "{view} with {culling:?}"),
+                Err(error) => {
+                    assert!(shows_clusters && culling != clustered, "{view} with {culling:?}");
+                    let name = format!("--debug-view {view} needs --culling clustered");
+                    assert_eq!(error.to_string(), name);
+                }
+            }
+        }
+    }
+}
+
+/// Not a multiple of any size of clusters.
+const SIZE: UVec2 = UVec2::new(331, 203);
+
+const SHAPES: [ClusterShape; 4] = [
+    ClusterShape::Perspective { pixels: 32 },
+    ClusterShape::Perspective { pixels: 5 },
+    ClusterShape::Orthographic { side: 0.31 },
+    ClusterShape::Displaced { pixels: 24, distance: 3.0 },
+];
+
+/// The passes up to a picture of `cluster-fragments`.
+struct Harness<'g> {
+    gpu: &'g Gpu,
+    renderer: Renderer,
+    profiler: Profiler,
+    prepass: Prepass,
+    culling: LightCulling,
+    forward: Forward,
+    debug_views: DebugViews,
+    unmarked: ComputeKernel,
+}
+
+impl<'g> Harness<'g> {
+    fn new(gpu: &'g Gpu, shape: ClusterShape) -> Self {
+        let culling = Culling::Clustered(Clustered { shape, ..Clustered::default() });
+        let debug_view = Some(DebugView::ClusterFragments);
+        let settings = Settings { culling, debug_view, shadows: Shadows::None, ..Settings::default() };
+        Self {
+            gpu,
+            renderer: Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap(),
+            profiler: Profiler::new(&gpu.device, &gpu.queue),
+            prepass: Prepass::new(true, 1),
+            culling: LightCulling::new(&gpu.device, culling, Samples::One).unwrap(),
+            forward: Forward::new(&settings, Tracer::None),
+            debug_views: DebugViews::new(&gpu.device, &settings).unwrap().unwrap(),
+            unmarked: probe(gpu, "testing/unmarked", &[], "unmarked"),
+        }
+    }
+
+    /// Pixels that show a surface, and those of them that the view paints magenta. The clusters of what is seen are
+    /// marked from `marked`, and looked for from `shown`, which are the same in a frame.
+    fn magenta(&mut self, scene: &Scene, marked: &Camera, shown: &Camera) -> (usize, usize) {
+        let Self { gpu, renderer, profiler, prepass, culling, forward, debug_views, .. } = self;
+        let scene_bounds = scene.bounds();
+        let scene = &renderer.upload(scene).unwrap();
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
+        let lists =
+            record(&mut frame, prepass, culling, scene, &View::new(marked, SIZE, 1.0, Vec3::ZERO, &scene_bounds));
+        let view = View::new(shown, SIZE, 1.0, Vec3::ZERO, &scene_bounds);
+        let buffer = view.upload(&gpu.device);
+        let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE, 1).unwrap();
+        let radiance = forward.radiance(&gpu.device, SIZE, 0);
+        let picture = debug_views.record(&mut frame, scene, &buffer, &surface, &lists, &radiance, None, SIZE);
+        frame.submit();
+        let colors: Vec<[u8; 4]> = read_texture(&gpu.device, &gpu.queue, picture.texture()).unwrap();
+        // Black is where nothing is: one fragment is blue, and none magenta.
+        let count = |wanted: [u8; 4]| colors.iter().filter(|color| **color == wanted).count();
+        (colors.len() - count([0, 0, 0, 255]), count([255, 0, 255, 255]))
+    }
+
+    /// Fragments of blended surfaces and those of them whose cluster is not marked: `scene`'s nearest surfaces are drawn as if
+    /// they were solid, and looked up in what the scene itself marks.
+    fn unmarked_blended(&mut self, scene: &Scene, camera: &Camera, drawn: bool) -> (usize, usize) {
+        let mut solid = scene.clone();
+        for material in &mut solid.materials {
+            material.alpha_mode = AlphaMode::Opaque;
+        }
+        let mut without = scene.clone();
+        for mesh in &mut without.meshes {
+            let opaque = |p: &Primitive| scene.materials[p.material].alpha_mode == AlphaMode::Opaque;
+            mesh.primitives.retain(opaque);
+        }
+        let Self { gpu, renderer, profiler, prepass, culling, unmarked, .. } = self;
+        let view = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds());
+        let marks = renderer.upload(if drawn { scene } else { &without }).unwrap();
+        let solid = renderer.upload(&solid).unwrap();
+        let count = (SIZE.x * SIZE.y) as usize;
+        let fragments = storage_buffer(&gpu.device, "fragments", 4 * count as u64).unwrap();
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
+        let lists = record(&mut frame, prepass, culling, &marks, &view);
+        let buffer = view.upload(&gpu.device);
+        let surface = prepass.record(&mut frame, &solid, &solid.visible_draws(&view), &buffer, SIZE, 1).unwrap();
+        let own = Bindings::new().buffer("pixel_fragments", &fragments);
+        let bindings = buffer.bindings().with(&surface.bindings()).with(&lists.bindings()).with(&own);
+        frame.dispatch(unmarked, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
+        frame.submit();
+        let found: Vec<u32> = read_back(&gpu.device, &gpu.queue, &fragments, count).unwrap();
+        let nowhere = u32::MAX;
+        let covered = || found.iter().filter(|fragments| **fragments != nowhere);
+        (covered().count(), covered().filter(|fragments| **fragments == 0).count())
+    }
+}
+
+fn record(
+    frame: &mut Frame<'_>,
+    prepass: &mut Prepass,
+    culling: &mut LightCulling,
+    scene: &GpuScene,
+    view: &View,
+) -> LightLists {
+    let buffer = view.upload(frame.device);
+    let draws = scene.visible_draws(view);
+    let surface = prepass.record(frame, scene, &draws, &buffer, SIZE, 0).unwrap();
+    let seen = Seen { view, buffer: &buffer, surface: &surface, draws: &draws };
+    culling.record(frame, scene, &[seen], Reach::Surface).unwrap().remove(0)
+}
+
+/// Panes of every size at every distance; every third one blended.
+fn panes(seed: u64) -> Scene {
+    let mut random = Random::new(seed);
+    let panes = (0..60).map(|i| {
+        let right = random.direction() * random.between(0.05, 2.0);
+        let up = right.cross(random.direction()) * random.between(0.3, 1.5);
+        quad(usize::from(i % 3 == 0), random.point() * Vec3::new(4.0, 3.0, 8.0), right, up)
+    });
+    let solid = Material { double_sided: true, ..Material::default() };
+    let blended = Material { alpha_mode: AlphaMode::Blend, ..solid.clone() };
+    scene_of(panes.collect(), vec![solid, blended])
+}
+
+fn camera(random: &mut Random, reach: Vec3) -> Camera {
+    let (eye, target) = (random.point() * reach, random.point() * reach * 0.3);
+    let fov_y = random.between(0.3, 2.2);
+    let projection = match random.unit() {
+        u if u < 0.75 => Projection::Perspective { fov_y, near: 0.01 },
+        _ => Projection::Orthographic { half_height: random.between(0.3, 5.0), near: 0.0, far: 40.0 },
+    };
+    Camera::look_at(eye, target + Vec3::new(0.0, 0.0, 0.013), projection)
+}
+
+/// Scenes with cameras of all kinds in them.
+fn cases() -> Vec<(Scene, Vec<Camera>)> {
+    let mut random = Random::new(11);
+    let mut cases = Vec::new();
+    for seed in 0..2 {
+        cases.push((panes(seed), (0..2).map(|_| camera(&mut random, Vec3::new(6.0, 4.0, 9.0))).collect()));
+    }
+    for demo in ["cornell", "atrium"] {
+        let scene = generate::demo(demo).unwrap();
+        cases.push((scene.clone(), vec![scene.cameras[0].clone(), camera(&mut random, 0.4 * scene.bounds().size())]));
+    }
+    cases
+}
+
+#[test]
+fn gpu_no_surface_misses_its_cluster() {
+    let Some(gpu) = testing::gpu("gpu_no_surface_misses_its_cluster") else { return };
+    let mut total = 0;
+    for shape in SHAPES {
+        let mut harness = Harness::new(gpu, shape);
+        for (scene, cameras) in cases() {
+            for camera in &cameras {
+                let (covered, magenta) = harness.magenta(&scene, camera, camera);
+                assert_eq!(magenta, 0, "of {covered} pixels of {} from {camera:?}, {shape:?}", scene.name);
+                total += covered;
+            }
+        }
+    }
+    println!("{total} fragments");
+    assert!(total > 900_000, "the cases show next to nothing: {total} fragments");
+}
+
+#[test]
+fn gpu_no_blended_surface_misses_its_cluster() {
+    let Some(gpu) = testing::gpu("gpu_no_blended_surface_misses_its_cluster") else { return };
+    let mut random = Random::new(12);
+    let (mut total, mut missed) = (0, 0);
+    for shape in SHAPES {
+        let mut harness = Harness::new(gpu, shape);
+        for seed in 3..6 {
+            let scene = panes(seed);
+            let camera = camera(&mut random, Vec3::new(6.0, 4.0, 9.0));
+            let (covered, unmarked) = harness.unmarked_blended(&scene, &camera, true);
+            assert_eq!(unmarked, 0, "of {covered} pixels from {camera:?}, {shape:?}");
+            total += covered;
+            // The test can fail: without its blended panes the scene does not mark their clusters.
+            missed += harness.unmarked_blended(&scene, &camera, false).1;
+        }
+    }
+    println!("{total} fragments; without drawing the blended ones {missed} would miss their cluster");
+    assert!(total > 100_000 && missed > 1000, "{total} fragments, {missed} missed");
+}
+
+#[test]
+fn gpu_the_view_shows_clusters_that_were_marked_a_little_off() {
+    let Some(gpu) = testing::gpu("gpu_the_view_shows_clusters_that_were_marked_a_little_off") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    for shape in SHAPES {
+        let camera = scene.cameras[0].clone();
+        let mut beside = camera.clone();
+        beside.world_from_camera.translation += glam::Vec3A::splat(0.1);
+        let (covered, magenta) = Harness::new(gpu, shape).magenta(&scene, &beside, &camera);
+        println!("{shape:?}: {magenta} of {covered} pixels are magenta");
+        assert!(magenta > 0, "{shape:?}: blind to a camera 17 cm beside");
+    }
+}

@@ -1,0 +1,61 @@
+//! What the clusters of a frame hold, read back: for measuring [VanGelderen2020, §6.1.1].
+
+use lanternfish_gpu::read_back;
+
+use super::ClusteredCulling;
+use crate::error::RenderError;
+
+/// A grid of the last frame.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct GridContents {
+    /// Clusters of the grid, those that no view sees among them.
+    pub clusters: u32,
+    /// Those with visible fragments, in the order of their indices.
+    pub visible: Vec<VisibleCluster>,
+}
+
+/// A cluster with visible fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VisibleCluster {
+    /// Its place in the grid: x fastest, then y, then z.
+    pub index: u32,
+    /// Fragments that its grid's views show in it; above 0. Those of blended surfaces and of multisampled pictures are counted as they are
+    /// drawn, hidden ones too where the adapter tests depth late.
+    pub fragments: u32,
+    /// Lights of its list.
+    pub lights: u32,
+}
+
+impl GridContents {
+    /// Visible fragments of all clusters.
+    pub fn fragments(&self) -> u64 {
+        self.visible.iter().map(|cluster| u64::from(cluster.fragments)).sum()
+    }
+
+    /// How often a light is looked at for a fragment: each fragment takes every light of its cluster's list.
+    pub fn lighting_operations(&self) -> u64 {
+        self.visible.iter().map(|cluster| u64::from(cluster.fragments) * u64::from(cluster.lights)).sum()
+    }
+}
+
+impl ClusteredCulling {
+    /// The grids of the last frame, in the order of their first views.
+    pub fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
+        let mut grids = Vec::new();
+        for lists in &self.lists {
+            // What views share is the first one's.
+            let (Some(counts), Some(fragments)) = (&lists.clusters, &lists.fragments) else { continue };
+            let count = counts.clusters as usize;
+            let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;
+            let fragments = read_back::<u32>(device, queue, fragments, count)?;
+            let cluster = |(index, fragments): (usize, u32)| VisibleCluster {
+                index: index as u32,
+                fragments,
+                lights: starts[index + 1].wrapping_sub(starts[index]),
+            };
+            let visible = fragments.into_iter().enumerate().filter(|(_, fragments)| *fragments > 0);
+            grids.push(GridContents { clusters: count as u32, visible: visible.map(cluster).collect() });
+        }
+        Ok(grids)
+    }
+}
