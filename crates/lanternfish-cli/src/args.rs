@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
 use glam::Vec3;
 use lanternfish::settings::{
-    Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials, RayCulling,
-    Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials,
+    RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Light, generate::DEMOS};
@@ -236,6 +236,11 @@ pub struct LookArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<ToneMap>())]
     #[arg(default_value_t = Settings::default().tone_map)]
     pub tone_map: ToneMap,
+    /// Samples along the long side of a pixel's footprint in a texture, at most. More: sharper where textures are seen at an
+    /// angle, and slower.
+    #[arg(long, value_name = "N", value_parser = choice::<Anisotropy>())]
+    #[arg(default_value_t = Settings::default().anisotropy)]
+    pub anisotropy: Anisotropy,
     /// Shows a quantity of the frame instead of the picture. PNG only.
     #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>())]
     pub debug_view: Option<DebugView>,
@@ -382,6 +387,7 @@ impl RenderArgs {
             tone_map: self.look.tone_map,
             debug_view: self.look.debug_view,
             textures: technique.textures,
+            anisotropy: self.look.anisotropy,
             samples: technique.samples,
         }
     }

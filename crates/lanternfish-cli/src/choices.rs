@@ -2,8 +2,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Samples, Shadows, TextureBinding,
-    TileSize, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Samples, Shadows,
+    TextureBinding, TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
 
@@ -113,6 +113,14 @@ meanings! {
         Tree: "By a tree over the lights, those first that send most",
         Uniform: "Each alike: for comparison",
     }
+    Anisotropy {
+        Auto: "16 on hardware, 4 on a software adapter, 1 on one that stalls on more",
+        X1: "Blurs what is seen at an angle",
+        X2: "A little sharper",
+        X4: "Almost as sharp as 16, at a lower price",
+        X8: "Hardly to be told from 16",
+        X16: "Sharpest",
+    }
     Samples {
         One: "One",
         Two: "Two, where the adapter has it",
@@ -120,7 +128,7 @@ meanings! {
         Eight: "Eight, where the adapter has it",
     }
     TextureBinding {
-        Auto: "array where the adapter has it",
+        Auto: "array on hardware that has it",
         Array: "All textures bound at once, chosen by index",
         PerMaterial: "Bound material by material: works everywhere",
     }

@@ -125,6 +125,7 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         ("exposure", settings.exposure.to_string()),
         ("tone-map", settings.tone_map.to_string()),
         ("textures", settings.textures.to_string()),
+        ("anisotropy", settings.anisotropy.to_string()),
         ("samples", settings.samples.to_string()),
         ("seed", seed.to_string()),
     ]);

@@ -1,7 +1,10 @@
 //! From a scene and a camera to a picture.
 
 use glam::UVec2;
-use half::f16;
+use half::{
+    f16,
+    slice::{HalfBitsSliceExt, HalfFloatSliceExt},
+};
 use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, checked, read_back, read_texture};
 use lanternfish_scene::{Camera, Scene};
 
@@ -155,8 +158,9 @@ impl Renderer {
 
     fn picture(&self, scene: &GpuScene, view: &View, result: &FrameResult) -> Result<Picture, RenderError> {
         let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
-        let radiance = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
-        let radiance = radiance.into_iter().map(|texel| texel.map(|bits| f16::from_bits(bits).to_f32())).collect();
+        let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
+        let mut radiance = vec![[0.0; 4]; halves.len()];
+        halves.as_flattened().reinterpret_cast::<f16>().convert_to_f32_slice(radiance.as_flattened_mut());
 
         let mut counters = scene.counters().to_vec();
         counters.push(("light_culling/light_tests".to_owned(), result.lights.tests));
@@ -223,8 +227,10 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
 
 fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool, RenderError> {
     let has = device.features().contains(Gpu::TEXTURE_ARRAYS);
+    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
     match setting {
-        TextureBinding::Auto => Ok(has),
+        // A software adapter reads what is chosen by index for each fragment by itself.
+        TextureBinding::Auto => Ok(has && !software),
         TextureBinding::PerMaterial => Ok(false),
         TextureBinding::Array if has => Ok(true),
         TextureBinding::Array => Err(RenderError::MissingFeature {

@@ -27,6 +27,9 @@ pub struct Settings {
     pub debug_view: Option<DebugView>,
     /// How material textures reach the shader. The picture is the same.
     pub textures: TextureBinding,
+    /// Samples along the long axis of a pixel's footprint in a texture, at most, where all its filters are linear. More:
+    /// textures seen at an angle are sharper, and cost more.
+    pub anisotropy: Anisotropy,
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
     /// once.
     pub samples: Samples,
@@ -45,6 +48,7 @@ impl Default for Settings {
             tone_map: ToneMap::Neutral,
             debug_view: None,
             textures: TextureBinding::Auto,
+            anisotropy: Anisotropy::Auto,
             samples: Samples::One,
         }
     }
@@ -310,12 +314,44 @@ impl Samples {
 named_enum! {
     /// How material textures reach the shader.
     TextureBinding {
-        /// `array` where the adapter has it, else `per-material`.
+        /// `array` on hardware that has it, else `per-material`.
         Auto = "auto",
         /// One array of all textures, chosen by index.
         Array = "array",
         /// A bind group for every material: works everywhere.
         PerMaterial = "per-material",
+    }
+}
+
+named_enum! {
+    /// Samples along the long axis of a pixel's footprint in a texture, at most.
+    Anisotropy {
+        /// 16 on hardware, 4 on a software adapter, 1 on one that stalls on more.
+        Auto = "auto",
+        /// None: the footprint's long axis decides, and the texture is blurred across it.
+        X1 = "1",
+        /// Two.
+        X2 = "2",
+        /// Four.
+        X4 = "4",
+        /// Eight.
+        X8 = "8",
+        /// Sixteen.
+        X16 = "16",
+    }
+}
+
+impl Anisotropy {
+    /// The number; none where the adapter decides.
+    pub const fn samples(self) -> Option<u16> {
+        match self {
+            Self::Auto => None,
+            Self::X1 => Some(1),
+            Self::X2 => Some(2),
+            Self::X4 => Some(4),
+            Self::X8 => Some(8),
+            Self::X16 => Some(16),
+        }
     }
 }
 

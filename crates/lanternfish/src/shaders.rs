@@ -28,7 +28,7 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        deep_images::{DeepFrame, DeepGrid, trace::TracedRay},
+        deep_images::{DeepFrame, DeepGrid, SurfaceSample, trace::TracedRay},
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::{
             Volume,
@@ -71,7 +71,8 @@ mod tests {
             choices: &[],
         },
         Root { module: "light_culling/clustered/assign", entries: &["count", "write"], choices: &[&["", "hierarchy"]] },
-        Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
+        Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
         Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "bvh"]] },
@@ -260,6 +261,7 @@ mod tests {
         check::<TileGrid>(&shaders, &mut checked);
         check::<DeepGrid>(&shaders, &mut checked);
         check::<DeepFrame>(&shaders, &mut checked);
+        check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);

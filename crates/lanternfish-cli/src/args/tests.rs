@@ -23,7 +23,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
-                 --debug-view light-count";
+                 --anisotropy 2 --debug-view light-count";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -36,6 +36,7 @@ fn every_flag_reaches_its_setting() {
         tone_map: ToneMap::None,
         debug_view: Some(DebugView::LightCount),
         textures: TextureBinding::PerMaterial,
+        anisotropy: Anisotropy::X2,
         samples: Samples::Four,
     };
     assert_eq!(args.settings(), expected);
@@ -93,6 +94,7 @@ fn unknown_values_are_refused_with_the_known_ones() {
         ("--materials", "lambert"),
         ("--debug-view", "light-count"),
         ("--textures", "per-material"),
+        ("--anisotropy", "16"),
         ("--ray-culling", "improved"),
         ("--aabb", "off"),
     ] {

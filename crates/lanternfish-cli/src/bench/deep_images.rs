@@ -49,6 +49,7 @@ struct Built {
     resolution: u32,
     supersampling: u32,
     /// Milliseconds a step, least of all runs.
+    sample_ms: f64,
     count_ms: f64,
     scan_ms: f64,
     fill_ms: f64,
@@ -198,6 +199,7 @@ impl Bench {
             directions: images.directions.len(),
             resolution: settings.resolution,
             supersampling: settings.supersampling,
+            sample_ms: step("deep_images/sample"),
             count_ms: step("deep_images/count"),
             scan_ms: step("deep_images/scan"),
             fill_ms: step("deep_images/fill"),
@@ -288,17 +290,18 @@ fn judged(
 fn markdown(report: &Report) -> String {
     let mut text = format!(
         "# Deep images\n\n{}, {} triangles; {} on {}; least of {} runs.\n\n## Building\n\n| builder | directions | texels | finer | \
-         count | scan | fill | sort | compact | all, ms | drawn | kept | MB |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+         sample | count | scan | fill | sort | compact | all, ms | drawn | kept | MB |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
         report.scene, report.triangles, report.adapter, report.driver, report.runs
     );
     for b in &report.built {
         let _ = writeln!(
             text,
-            "| {} | {} | {}² | {}× | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {} | {} | {:.1} |",
+            "| {} | {} | {}² | {}× | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {} | {} | {:.1} |",
             b.builder,
             b.directions,
             b.resolution,
             b.supersampling,
+            b.sample_ms,
             b.count_ms,
             b.scan_ms,
             b.fill_ms,

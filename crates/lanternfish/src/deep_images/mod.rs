@@ -2,10 +2,11 @@
 //! axis [Archer2019, §3.1; Niessner2010, §3.1].
 //!
 //! 1. Grid: a sphere around the scene; images of one size around it; as many images a chunk as fit one binding.
-//! 2. Count: the scene is drawn, every fragment adds one to its lists.
-//! 3. Scan: counts become starts; the host reads the total and makes room.
-//! 4. Fill: the scene is drawn again, every fragment goes to its lists.
-//! 5. Sort, merge, compact: lists in ascending order, one entry a surface, nothing between them.
+//! 2. Sample: the scene is drawn once, and every fragment kept (or drawn once a direction, as a yardstick).
+//! 3. Count: every sample adds one to the list of its texel in every image.
+//! 4. Scan: counts become starts; the host reads the total and makes room.
+//! 5. Fill: every sample goes to its lists.
+//! 6. Sort, merge, compact: lists in ascending order, one entry a surface, nothing between them.
 
 pub mod directions;
 #[cfg(test)]
@@ -14,7 +15,7 @@ pub mod trace;
 #[cfg(test)]
 mod twin;
 
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, primitives::Scan, storage_buffer,
     storage_buffer_of, uniform_buffer_of,
@@ -136,12 +137,34 @@ impl Chunk {
     }
 }
 
+gpu_struct! {
+    /// Where the single pass meets a surface.
+    pub struct SurfaceSample {
+        /// World space, m.
+        p_world: Vec3,
+        /// In the order of the BVH's leaves.
+        triangle: u32,
+        /// Of the second and third corner.
+        weights: Vec2,
+        /// Unused.
+        _pad: UVec2,
+    }
+}
+
+/// How fragments come to their lists.
+#[derive(Debug)]
+enum Builder {
+    /// The scene is drawn once into samples, which are then put into all images, for count and for fill.
+    SinglePass { sample: RasterPipeline, count: ComputeKernel, fill: ComputeKernel, capacity: u32 },
+    /// The scene is drawn for each image, for count and for fill.
+    PerDirection { count: RasterPipeline, fill: RasterPipeline },
+}
+
 /// The passes.
 #[derive(Debug)]
 pub struct DeepImageBuilder {
     settings: DeepImageSettings,
-    count: RasterPipeline,
-    fill: RasterPipeline,
+    builder: Builder,
     sort: ComputeKernel,
     compact: ComputeKernel,
     scan: Scan,
@@ -153,22 +176,34 @@ const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 impl DeepImageBuilder {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
-        let module = match settings.builder {
-            DeepBuilder::SinglePass => "deep_images/build/single_pass",
-            DeepBuilder::PerDirection => "deep_images/build/per_direction",
-        };
         let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
         let targets = [Some(nothing)];
         let state = RasterState { targets: &targets, ..Default::default() };
-        let pipeline = |features: &[&str], label: &str| {
+        let raster = |module: &str, features: &[&str], label: &str| {
             let shader = SHADERS.link(module, features)?;
             Ok::<_, RenderError>(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
+        };
+        let distribute = |features: &[&str], label: &str| {
+            let shader = SHADERS.link("deep_images/build/distribute", features)?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "distribute", label))
+        };
+        let builder = match settings.builder {
+            DeepBuilder::SinglePass => Builder::SinglePass {
+                sample: raster("deep_images/build/single_pass", &[], "deep_images/sample")?,
+                count: distribute(&[], "deep_images/count")?,
+                fill: distribute(&["fill"], "deep_images/fill")?,
+                // Three axes, and a few surfaces behind each other.
+                capacity: 12 * (settings.resolution * settings.supersampling).pow(2),
+            },
+            DeepBuilder::PerDirection => Builder::PerDirection {
+                count: raster("deep_images/build/per_direction", &[], "deep_images/count")?,
+                fill: raster("deep_images/build/per_direction", &["fill"], "deep_images/fill")?,
+            },
         };
         let sort = SHADERS.link("deep_images/sort/sort", &[])?;
         Ok(Self {
             settings,
-            count: pipeline(&[], "deep_images/count")?,
-            fill: pipeline(&["fill"], "deep_images/fill")?,
+            builder,
             sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
             compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
             scan: Scan::new(device, "deep_images")?,
@@ -199,12 +234,13 @@ impl DeepImageBuilder {
             ..DeepGrid::default()
         };
         let mut images = DeepImages { directions, frames, chunks: Vec::new(), counts: DeepCounts::default() };
+        let samples = self.sample(frame, scene, &grid)?;
         let most = self.images_a_chunk(frame.device);
         let mut first_image = 0;
         while first_image < axes.len() as u32 {
             let image_count = most.min(axes.len() as u32 - first_image);
             let grid = DeepGrid { first_image, image_count, ..grid };
-            let chunk = self.record_chunk(frame, scene, &images.frames, grid, &mut images.counts)?;
+            let chunk = self.record_chunk(frame, scene, &images.frames, samples.as_ref(), grid, &mut images.counts)?;
             images.chunks.push(chunk);
             first_image += image_count;
         }
@@ -223,6 +259,7 @@ impl DeepImageBuilder {
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         frames: &wgpu::Buffer,
+        samples: Option<&Samples>,
         mut grid: DeepGrid,
         counts: &mut DeepCounts,
     ) -> Result<Chunk, RenderError> {
@@ -233,10 +270,13 @@ impl DeepImageBuilder {
         let list_ends = storage_buffer(device, "deep_images/list_ends", list_bytes)?;
         let scene_bindings = scene.bindings();
         let grid_buffer = uniform(&grid);
-        let shared = scene_bindings.buffer("deep_frames", frames).buffer("list_counters", &list_ends);
+        let mut shared = scene_bindings.buffer("deep_frames", frames).buffer("list_counters", &list_ends);
+        if let Some(samples) = samples {
+            shared = shared.buffer("surface_samples", &samples.samples).buffer("sample_count", &samples.count);
+        }
 
         // Count, scan, make room.
-        self.draw(frame, &self.count, "deep_images/count", &grid, &shared.clone().buffer("deep_grid", &grid_buffer));
+        self.gather(frame, false, samples, &grid, &shared.clone().buffer("deep_grid", &grid_buffer));
         let total = self.scan.record(frame, &list_ends, lists + 2)?.clone();
         let drawn = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
         let limit = device.limits().max_storage_buffer_binding_size / 4;
@@ -258,7 +298,7 @@ impl DeepImageBuilder {
             .buffer("deep_grid", &grid_buffer)
             .buffer("filled_depths", &depths)
             .buffer("filled_triangles", &triangles);
-        self.draw(frame, &self.fill, "deep_images/fill", &grid, &shared);
+        self.gather(frame, true, samples, &grid, &shared);
         let kept = storage_buffer(device, "deep_images/kept", list_bytes)?;
         let all = [WIDTH.min(lists.div_ceil(WORKGROUP)), lists.div_ceil(WORKGROUP * WIDTH), 1];
         let sorting = shared.buffer("list_ends", &list_ends).buffer("kept", &kept);
@@ -285,32 +325,87 @@ impl DeepImageBuilder {
         })
     }
 
-    fn draw(
+    /// Samples of all surfaces, where the builder takes samples. The list is grown and drawn again where it was too small.
+    fn sample(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        grid: &DeepGrid,
+    ) -> Result<Option<Samples>, RenderError> {
+        let Builder::SinglePass { sample, capacity, .. } = &mut self.builder else { return Ok(None) };
+        let raster = grid.resolution * self.settings.supersampling;
+        let grid_buffer = uniform_buffer_of(frame.device, "deep_images/grid", grid);
+        loop {
+            let samples = storage_buffer(frame.device, "deep_images/samples", 32 * u64::from(*capacity))?;
+            let count = storage_buffer(frame.device, "deep_images/sample_count", 4)?;
+            let scene_bindings = scene.bindings();
+            let bindings = scene_bindings
+                .buffer("deep_grid", &grid_buffer)
+                .buffer("surface_samples", &samples)
+                .buffer("sample_count", &count);
+            draw(frame, sample, "deep_images/sample", UVec2::new(3 * raster, raster), grid, 1, &bindings);
+            let taken = frame.read_now::<u32>(&count, 1)?[0];
+            if taken <= *capacity {
+                return Ok(Some(Samples { samples, count, taken }));
+            }
+            tracing::debug!(taken, capacity = *capacity, "deep_images/samples grows");
+            *capacity = taken;
+        }
+    }
+
+    /// Counts or fills the lists of a chunk.
+    fn gather(
         &self,
         frame: &mut Frame<'_>,
-        pipeline: &RasterPipeline,
-        label: &str,
+        fills: bool,
+        samples: Option<&Samples>,
         grid: &DeepGrid,
         bindings: &Bindings<'_>,
     ) {
-        let (size, instances) = match self.settings.builder {
-            DeepBuilder::SinglePass => {
-                let raster = grid.resolution * self.settings.supersampling;
-                (UVec2::new(3 * raster, raster), 1)
+        match (&self.builder, samples) {
+            (Builder::SinglePass { count, fill, .. }, Some(samples)) => {
+                let groups = samples.taken.div_ceil(WORKGROUP).max(1);
+                let groups = [WIDTH.min(groups), groups.div_ceil(WIDTH), 1];
+                frame.dispatch(if fills { fill } else { count }, bindings, groups);
             }
-            DeepBuilder::PerDirection => (UVec2::splat(grid.resolution), grid.image_count),
-        };
-        let nothing = target(frame.device, label, size, NO_TARGET, wgpu::TextureUsages::empty());
-        let color = wgpu::RenderPassColorAttachment {
-            view: &nothing,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
-        };
-        frame.render(label, &[Some(color)], None, |device, pass| {
-            pipeline.set(pass);
-            pipeline.bind(device, pass, bindings, 4);
-            pass.draw(0..3 * grid.triangle_count, 0..instances);
-        });
+            (Builder::PerDirection { count, fill }, _) => {
+                let (pipeline, label) = if fills { (fill, "deep_images/fill") } else { (count, "deep_images/count") };
+                let size = UVec2::splat(grid.resolution);
+                draw(frame, pipeline, label, size, grid, grid.image_count, bindings);
+            }
+            (Builder::SinglePass { .. }, None) => unreachable!("a single pass has taken its samples"),
+        }
     }
+}
+
+/// What the single pass has met.
+#[derive(Debug)]
+struct Samples {
+    samples: wgpu::Buffer,
+    count: wgpu::Buffer,
+    taken: u32,
+}
+
+/// Draws all triangles, pulled by their index, into nothing.
+fn draw(
+    frame: &mut Frame<'_>,
+    pipeline: &RasterPipeline,
+    label: &str,
+    size: UVec2,
+    grid: &DeepGrid,
+    instances: u32,
+    bindings: &Bindings<'_>,
+) {
+    let nothing = target(frame.device, label, size, NO_TARGET, wgpu::TextureUsages::empty());
+    let color = wgpu::RenderPassColorAttachment {
+        view: &nothing,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
+    };
+    frame.render(label, &[Some(color)], None, |device, pass| {
+        pipeline.set(pass);
+        pipeline.bind(device, pass, bindings, 4);
+        pass.draw(0..3 * grid.triangle_count, 0..instances);
+    });
 }

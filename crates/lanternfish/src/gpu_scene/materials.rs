@@ -1,7 +1,7 @@
 //! Materials as shaders read them.
 
 use glam::{Vec2, Vec3, Vec4};
-use lanternfish_gpu::{GpuError, WgslType, gpu_struct, storage_buffer_of};
+use lanternfish_gpu::{Bindings, GpuError, WgslType, gpu_struct, storage_buffer_of};
 use lanternfish_scene::{Scene, TextureRef};
 
 use super::{Shading, mask_cutoff, textures::Textures};
@@ -63,16 +63,42 @@ const METALLIC_ROUGHNESS_MAPPED: u32 = 8;
 const EMISSIVE_MAPPED: u32 = 16;
 const BASE_COLOR_MAPPED: u32 = 32;
 
-/// The materials of a scene on the device.
+/// The materials of a scene on the device: an array where textures are one, else each where a uniform binding may start.
 #[derive(Debug)]
 pub(super) struct Materials {
-    pub buffer: wgpu::Buffer,
+    buffer: wgpu::Buffer,
+    /// Bytes from one material to the next.
+    stride: usize,
 }
 
 impl Materials {
     pub fn new(device: &wgpu::Device, scene: &Scene, shading: Shading, textures: &Textures) -> Result<Self, GpuError> {
-        let packed: Vec<Material> = scene.materials.iter().map(|m| pack(m, shading, textures)).collect();
-        Ok(Self { buffer: storage_buffer_of(device, "scene/materials", &packed, wgpu::BufferUsages::empty())? })
+        let alignment = if textures.arrays { 1 } else { device.limits().min_uniform_buffer_offset_alignment as usize };
+        let stride = size_of::<Material>().next_multiple_of(alignment);
+        let mut packed = vec![0; stride * scene.materials.len().max(1)];
+        for (place, material) in packed.chunks_exact_mut(stride).zip(&scene.materials) {
+            let material = pack(material, shading, textures);
+            place[..size_of::<Material>()].copy_from_slice(bytemuck::bytes_of(&material));
+        }
+        let buffer = storage_buffer_of(device, "scene/materials", &packed, wgpu::BufferUsages::UNIFORM)?;
+        Ok(Self { buffer, stride })
+    }
+
+    /// All of them, where textures are one array.
+    pub fn all(&self) -> Bindings<'_> {
+        Bindings::new().buffer("materials", &self.buffer)
+    }
+
+    /// One of them, where they are not.
+    pub fn of_draw(&self, material: u32) -> Bindings<'_> {
+        Bindings::new().resource(
+            "material_of_draw",
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &self.buffer,
+                offset: material as u64 * self.stride as u64,
+                size: wgpu::BufferSize::new(size_of::<Material>() as u64),
+            }),
+        )
     }
 }
 

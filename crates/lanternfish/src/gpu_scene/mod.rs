@@ -74,7 +74,8 @@ impl GpuScene {
         texture_arrays: bool,
     ) -> Result<Self, RenderError> {
         let shading = Shading::of(settings);
-        let textures = Textures::new(device, queue, scene, shading, texture_arrays)?;
+        let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
+        let textures = Textures::new(device, queue, scene, shading, texture_arrays, anisotropy)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
@@ -121,8 +122,9 @@ impl GpuScene {
 
     /// What shaders call the scene's buffers.
     pub(crate) fn bindings(&self) -> Bindings<'_> {
-        let mut bindings = Bindings::new()
-            .buffer("materials", &self.materials.buffer)
+        let mut bindings = self
+            .materials
+            .all()
             .buffer("draw_instances", &self.geometry.instances)
             .buffer("lights", &self.lights)
             .buffer("masks", &self.masks);
@@ -139,6 +141,11 @@ impl GpuScene {
     #[cfg(test)]
     pub(crate) fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
         self.bvh.as_ref().map(|bvh| &bvh.triangles)
+    }
+
+    /// The textures and the numbers of one material, where textures are not one array.
+    pub(crate) fn bindings_of_material(&self, material: u32) -> Bindings<'_> {
+        self.textures.of_material(material).with(&self.materials.of_draw(material))
     }
 
     /// Sizes of what was uploaded.

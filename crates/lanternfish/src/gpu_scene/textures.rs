@@ -7,12 +7,14 @@ use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, W
 use rayon::prelude::*;
 
 use super::{Shading, mips};
+use crate::settings::Anisotropy;
 
 /// How many textures get their mip levels at a time: bounds the memory that waits to be copied.
 const BATCH: usize = 16;
-/// Samples along the long axis of a pixel's footprint, at most, where all filters are linear: what every adapter has.
-/// Fewer blur surfaces seen at an angle.
-const ANISOTROPY: u16 = 16;
+/// What [`Anisotropy::Auto`] is on hardware: what every adapter has.
+const HARDWARE_ANISOTROPY: u16 = 16;
+/// And on a software adapter: the README has what each value costs there, and how far it is from the truth.
+const SOFTWARE_ANISOTROPY: u16 = 4;
 /// Mesa's software rasteriser from which anisotropic filtering is usable. 22.3.6 takes minutes for a frame that takes a
 /// second without; 25.0.7 is fine; those between are untested.
 const FIRST_ANISOTROPIC_MESA: u32 = 25;
@@ -57,6 +59,7 @@ impl Textures {
         scene: &Scene,
         shading: Shading,
         arrays: bool,
+        anisotropy: u16,
     ) -> Result<Self, GpuError> {
         // Each image once for each way it is read.
         let mut uploads: Vec<(usize, bool)> = Vec::new();
@@ -95,7 +98,6 @@ impl Textures {
             queue.submit([]);
         }
 
-        let anisotropy = anisotropy(&device.adapter_info());
         let mut samplers: Vec<_> = scene.samplers.iter().map(|s| sampler(device, s, anisotropy)).collect();
         if samplers.is_empty() {
             samplers.push(sampler(device, &Default::default(), anisotropy));
@@ -201,17 +203,27 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
     queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }
 
-/// Samples along the long axis of a footprint: 16, or 1 on a software driver that is known to stall on more.
-pub fn anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
-    let mesa = adapter.driver_info.strip_prefix("Mesa ").and_then(|version| version.split('.').next()?.parse().ok());
-    let stalls = adapter.device_type == wgpu::DeviceType::Cpu && mesa.is_some_and(|m: u32| m < FIRST_ANISOTROPIC_MESA);
-    if stalls {
+/// Samples along the long axis of a footprint, at most, of a setting on an adapter.
+pub fn anisotropy(setting: Anisotropy, adapter: &wgpu::AdapterInfo) -> u16 {
+    let software = adapter.device_type == wgpu::DeviceType::Cpu;
+    let samples = setting.samples().unwrap_or_else(|| automatic_anisotropy(software, &adapter.driver_info));
+    if setting == Anisotropy::Auto && samples == 1 {
         tracing::info!(
             driver = adapter.driver_info,
             "textures are not filtered anisotropically: this driver stalls on it"
         );
     }
-    if stalls { 1 } else { ANISOTROPY }
+    samples
+}
+
+/// 1 on a software driver that is known to stall on more.
+fn automatic_anisotropy(software: bool, driver: &str) -> u16 {
+    let mesa = driver.strip_prefix("Mesa ").and_then(|version| version.split('.').next()?.parse().ok());
+    match (software, mesa) {
+        (false, _) => HARDWARE_ANISOTROPY,
+        (true, Some(0..FIRST_ANISOTROPIC_MESA)) => 1,
+        (true, _) => SOFTWARE_ANISOTROPY,
+    }
 }
 
 fn sampler(device: &wgpu::Device, sampler: &lanternfish_scene::Sampler, anisotropy: u16) -> wgpu::Sampler {
@@ -249,6 +261,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn anisotropy_is_as_asked_or_as_the_driver_bears() {
+        for (software, driver, samples) in [
+            (false, "Mesa 22.3.6", 16),
+            (false, "555.42", 16),
+            (true, "Mesa 22.3.6", 1),
+            (true, "Mesa 24.3.1 (LLVM 19)", 1),
+            (true, "Mesa 25.0.7-2 (LLVM 15.0.6)", 4),
+            (true, "SwiftShader", 4),
+        ] {
+            assert_eq!(automatic_anisotropy(software, driver), samples, "{driver}");
+        }
+        for setting in Anisotropy::ALL {
+            assert_eq!(setting.samples().map(|n| n.to_string()).unwrap_or("auto".to_owned()), setting.name());
+        }
+    }
+
+    #[test]
     fn gpu_an_image_larger_than_textures_can_be_is_refused_by_its_pixels() {
         let test = "gpu_an_image_larger_than_textures_can_be_is_refused_by_its_pixels";
         let Some(gpu) = testing::gpu(test) else { return };
@@ -263,7 +292,7 @@ mod tests {
                 materials: vec![Material { base_color_texture: Some(texture), ..Material::default() }],
                 ..Scene::default()
             };
-            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, false).err().map(|e| e.to_string())
+            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, false, 1).err().map(|e| e.to_string())
         };
         assert_eq!(upload(1, limit), None);
         for (width, height) in [(limit + 1, 1), (1, limit + 1)] {

@@ -1,12 +1,12 @@
 use glam::{Vec3, Vec4};
-use lanternfish_gpu::testing;
+use lanternfish_gpu::{Bindings, storage_buffer_of, testing};
 use lanternfish_scene::{Camera, Light, LightKind, Material, Projection};
 
 use super::twin;
 use crate::{
     Renderer, Settings,
     settings::{Attenuation, Materials, Shadows},
-    testing::{Random, ask, quad, scene_of},
+    testing::{Random, ask, ask_about, quad, scene_of},
 };
 
 /// Functions that the thesis made to end at R1; `physical` and `step` are cut there.
@@ -78,7 +78,7 @@ fn gpu_attenuation_is_the_theses() {
 fn gpu_incidence_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_incidence_is_the_path_tracers") else { return };
     let mut random = Random::new(5);
-    let (mut queries, mut expected) = (Vec::new(), Vec::new());
+    let (mut lights, mut queries, mut expected) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..4096 {
         let outer_angle = random.between(0.1, 1.5);
         let kind = match i % 3 {
@@ -95,18 +95,14 @@ fn gpu_incidence_is_the_path_tracers() {
         let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
         let settings = Settings { attenuation, range_threshold: 0.1, ..Default::default() };
         let place = 5.0 * random.point();
-        let packed = super::Light::new(&light, &settings);
-        queries.extend([
-            packed.position.extend(packed.range),
-            packed.intensity.extend(packed.kind as f32),
-            packed.direction.extend(packed.falloff as f32),
-            Vec4::new(packed.cos_outer, packed.inverse_cos_span, 0.0, 0.0),
-            place.extend(f32::INFINITY),
-        ]);
+        lights.push(super::Light::new(&light, &settings));
+        queries.push(place.extend(f32::INFINITY));
         expected.push(lanternfish_reference::incidence(&light, place.into(), attenuation, 0.1));
     }
+    let lights = storage_buffer_of(&gpu.device, "lights", &lights, wgpu::BufferUsages::empty()).expect("they fit");
+    let lights = Bindings::new().buffer("lights", &lights);
     let mut lit = 0;
-    for (expected, found) in expected.iter().zip(ask(gpu, "incidences", &queries, 5)) {
+    for (expected, found) in expected.iter().zip(ask_about(gpu, "incidences", &lights, &queries, 1)) {
         let (found, distance) = (found.truncate(), found.w);
         assert!(distance == expected.distance || (distance / expected.distance - 1.0).abs() < 1e-5);
         // Windows and cones that are nearly closed are differences of numbers near one: their error is that of the

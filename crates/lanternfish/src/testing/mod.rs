@@ -39,6 +39,11 @@ pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[&str], entry: &str) -> 
 
 /// Runs a probe of `testing/functions` over its queries, `vectors` vec4f each.
 pub(crate) fn ask(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
+    ask_about(gpu, entry, &Bindings::new(), queries, vectors)
+}
+
+/// The same, with what else the entry point reads.
+pub(crate) fn ask_about(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
     let kernel = probe(gpu, "testing/functions", &[], entry);
     let count = queries.len() / vectors;
     let none = wgpu::BufferUsages::empty();
@@ -46,7 +51,7 @@ pub(crate) fn ask(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> V
     let answers = storage_buffer(&gpu.device, "answers", 16 * count as u64).expect("a few answers fit");
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let bindings = Bindings::new().buffer("queries", &queries).buffer("answers", &answers);
+    let bindings = Bindings::new().buffer("queries", &queries).buffer("answers", &answers).with(about);
     frame.dispatch(&kernel, &bindings, [count.div_ceil(64) as u32, 1, 1]);
     frame.submit();
     read_back(&gpu.device, &gpu.queue, &answers, count).expect("answers can be read")

@@ -3,7 +3,7 @@
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lanternfish::{
     Settings,
-    settings::{Materials, Shadows, ToneMap},
+    settings::{Anisotropy, Materials, Shadows, ToneMap},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{
@@ -339,4 +339,32 @@ fn gpu_parallel_and_central_views_show_the_same_scene() {
     println!("{differ} of 3600 pixels differ between projections");
     assert!(differ < 3600 / 20, "{differ} pixels differ");
     assert!(parallel.radiance.iter().filter(|texel| texel[0] > 0.01).count() > 1000);
+}
+
+#[test]
+fn gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle() {
+    let test = "gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle";
+    let Some(gpu) = testing::gpu(test) else { return };
+    if left_out_on_old_software(test, gpu, "it stalls") {
+        return;
+    }
+    // Stripes two texels wide; a pixel covers one texel across them and eight along them.
+    let slope = quad(0, Vec3::ZERO, Vec3::X * 2.0, Vec3::new(0.0, 0.25, -2.0));
+    let mut scene = scene_of(vec![slope], vec![unlit(Vec3::ONE)]);
+    let texel = |i: u32| if i & 2 == 0 { [255; 4] } else { [0, 0, 0, 255] };
+    let rgba = (0..64 * 64).flat_map(texel).collect();
+    scene.images.push(Image { name: String::new(), width: 64, height: 64, rgba });
+    scene.samplers.push(Sampler::default());
+    scene.textures.push(Texture { image: 0, sampler: 0 });
+    scene.materials[0].base_color_texture = Some(TextureRef::new(0));
+    let contrast = |anisotropy| {
+        let front = Front::render(gpu, &scene, Settings { anisotropy, ..Default::default() });
+        (0..62).map(|i| (front.at(-1.97 + i as f32 / 16.0, 0.0).x - 0.5).abs()).sum::<f32>() / 62.0
+    };
+    let contrasts = [Anisotropy::X1, Anisotropy::X2, Anisotropy::X4, Anisotropy::X8].map(contrast);
+    println!("contrast at 1, 2, 4, 8 samples: {contrasts:?}");
+    assert!(contrasts.is_sorted() && contrasts[0] < 0.1 && contrasts[3] > 0.4, "{contrasts:?}");
+    // More than the footprint is long changes nothing; `auto` is one of them.
+    assert_eq!(contrast(Anisotropy::X16), contrasts[3]);
+    assert!(contrast(Anisotropy::Auto) >= contrasts[2]);
 }

@@ -5,8 +5,8 @@
 //! without a row.
 
 use lanternfish::settings::{
-    Assignment, ClusterShape, ClusterTest, Clustered, Culling, Materials, RayCulling, Samples, Settings, Shadows,
-    TextureBinding, TileSize, Tiled,
+    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, Materials, RayCulling, Samples, Settings,
+    Shadows, TextureBinding, TileSize, Tiled,
 };
 
 use super::truths::Truth;
@@ -40,6 +40,7 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         materials,
         textures,
         samples,
+        anisotropy,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,
@@ -67,6 +68,10 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
     for other in Samples::ALL.iter().filter(|other| *other != samples) {
         let settings = Settings { samples: *other, ..default.clone() };
         rows.push(row(format!("samples {other}"), Truth::Direct, settings));
+    }
+    for other in Anisotropy::ALL.iter().filter(|other| *other != anisotropy) {
+        let settings = Settings { anisotropy: *other, ..default.clone() };
+        rows.push(row(format!("anisotropy {other}"), Truth::Direct, settings));
     }
     for other in Materials::ALL.iter().filter(|other| *other != materials) {
         let truth = match other {
@@ -144,6 +149,7 @@ mod tests {
         assert_every(TextureBinding::ALL, |settings| settings.textures);
 
         assert_every(Samples::ALL, |settings| settings.samples);
+        assert_every(Anisotropy::ALL, |settings| settings.anisotropy);
 
         // `Culling` lists no values of its own: each part of each scheme.
         let clustered = |culling| match culling {
@@ -185,6 +191,7 @@ mod tests {
                 s.materials != default.materials,
                 s.textures != default.textures,
                 s.samples != default.samples,
+                s.anisotropy != default.anisotropy,
                 row.truth == Truth::Full,
             ];
             let count = changes.iter().filter(|changed| **changed).count();
