@@ -163,7 +163,8 @@ pub struct ViewArgs {
 
 #[derive(Debug, Args)]
 pub struct StereoArgs {
-    /// Renders for two eyes: vive (HTC Vive), parallel[:METRES] (both see what the camera sees), or l,r,b,t,METRES[,DEGREES]:
+    /// Renders for two eyes: vive (HTC Vive), parallel or parallel:METRES (both see what the camera sees), or
+    /// l,r,b,t,METRES with ,DEGREES if they are turned:
     /// slopes of the left eye's sides, mirrored for the right one, the distance of the eyes, and how far each is turned out.
     /// --size is that of one eye.
     #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
@@ -206,7 +207,7 @@ pub struct LightArgs {
     /// A constant background, linear radiance (nits). It is seen, but lights nothing yet.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
-    /// N coloured point lights, at most 2097152. rain:N[:radius]: falling through the scene's box; --seed chooses where; the
+    /// N coloured point lights, at most 2097152. rain:N or rain:N:radius: falling through the scene's box; --seed chooses where; the
     /// radius is how far each reaches, m, by default chosen by the scene's size and N. random:N:radius:seed:x0,y0,z0,x1,y1,z1:
     /// at random places of a box, by a rule that other renderers can follow.
     #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]

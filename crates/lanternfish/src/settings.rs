@@ -69,7 +69,7 @@ impl Default for Culling {
 
 pub use crate::light_culling::clustered::grid::ClusterShape;
 
-/// Lists per cluster [VanGelderen2020].
+/// Lists per cluster [VanGelderen2020, ch. 3].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clustered {
     /// Which clusters there are. Smaller: fewer lights a pixel, more lists.

@@ -6,7 +6,7 @@ use crate::{Bounds, Light};
 
 /// `count` point lights of one `radius` (their range, m) at random places of `bounds`, in random light colours.
 ///
-/// SplitMix64 from `seed` [Steele2014]; each number is u = (next >> 40) / 2²⁴, six a light in the order x y z r g b. Position:
+/// SplitMix64 from `seed` [Steele2014, fig. 16]; each number is u = (next >> 40) / 2²⁴, six a light in the order x y z r g b. Position:
 /// low + u · (high − low); linear colour: 0.25 + 0.75 · u; luminous intensity: radius² × colour, cd. All in 32 bits.
 pub fn random_lights(bounds: &Bounds, count: u32, radius: f32, seed: u64) -> Vec<Light> {
     let mut state = seed;

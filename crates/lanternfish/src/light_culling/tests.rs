@@ -154,7 +154,8 @@ fn world_from_depth(camera: &Camera, pixel: usize, depth: f64) -> DVec3 {
         }
         Projection::Frustum { left, right, bottom, top, near } => {
             let distance = f64::from(near) / depth;
-            let between = |low: f32, high: f32, t: f64| f64::from(low) + 0.5 * (t + 1.0) * f64::from(high - low);
+            let between =
+                |low: f32, high: f32, t: f64| f64::from(low) + (f64::from(high) - f64::from(low)) * (0.5 + 0.5 * t);
             DVec3::new(between(left, right, x) * distance, between(bottom, top, y) * distance, -distance)
         }
         Projection::Orthographic { half_height, near, far } => {
@@ -250,10 +251,8 @@ fn camera() -> impl Strategy<Value = Camera> {
     let perspective = (0.3f32..2.2).prop_map(|fov_y| Projection::Perspective { fov_y, near: 0.01 });
     let orthographic =
         (0.3f32..5.0).prop_map(|half_height| Projection::Orthographic { half_height, near: 0.0, far: 12.0 });
-    // An eye's: off the axis, pixels that are not square.
-    let frustum = (0.2f32..1.5, 0.2f32..1.5, 0.2f32..1.5, 0.2f32..1.5).prop_map(|(left, right, bottom, top)| {
-        Projection::Frustum { left: -left, right, bottom: -bottom, top, near: 0.01 }
-    });
+    let frustum = (-1.5f32..0.2, 0.3f32..1.5, -1.5f32..0.2, 0.3f32..1.5)
+        .prop_map(|(left, right, bottom, top)| Projection::Frustum { left, right, bottom, top, near: 0.01 });
     let projection = prop_oneof![3 => perspective, 1 => frustum, 1 => orthographic];
     (point(), point(), projection).prop_map(|(eye, target, projection)| {
         // Neither in one place nor straight up.

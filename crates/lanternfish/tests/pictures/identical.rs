@@ -89,7 +89,7 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
 fn views(head: &Camera) -> Vec<Camera> {
     let [left, right] = StereoRig::vive().cameras(head, 0.05);
     let mut back = head.clone();
-    back.world_from_camera = back.world_from_camera * glam::Affine3A::from_rotation_y(3.0);
+    back.world_from_camera *= glam::Affine3A::from_rotation_y(3.0);
     vec![left, right, back]
 }
 
@@ -98,7 +98,7 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     let Some(gpu) = testing::gpu("gpu_views_that_share_clusters_show_what_each_shows_alone") else { return };
     let (scene, mut head) = cornell_in_rain(1);
     // Into the box: the eyes' frusta are wide.
-    head.world_from_camera = head.world_from_camera * glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
+    head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
     let cameras = views(&head);
     let pictures = |cameras: &[Camera], culling, samples| {
         let settings = Settings { culling, samples, ..Settings::default() };

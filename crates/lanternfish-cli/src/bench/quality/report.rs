@@ -1,4 +1,4 @@
-//! What the bench found: for scripts as JSON; [`markdown`] and [`html`] are for people.
+//! What the bench found: for scripts as JSON; `markdown` and `html` are for people.
 
 use std::{io::Write, path::Path};
 

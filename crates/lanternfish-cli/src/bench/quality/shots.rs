@@ -109,6 +109,7 @@ pub const SHOTS: &[Shot] = &[
         exposure: 0.0,
     },
     // A street at night: 94 point lights and a moon, instances, blended surfaces. Its file's intensities are not photometric.
+    // Its beams are blended: they shade the ground in the truth, and cast no shadow in the renderer, which is thus brighter.
     Shot {
         name: "candela-city",
         scene: "candela-city/candela_city.glb",

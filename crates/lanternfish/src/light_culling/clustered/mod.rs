@@ -1,4 +1,4 @@
-//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020], for one view or several at once.
+//! Lists for the clusters of a grid in which fragments are visible [VanGelderen2020, ch. 3, 4], for one view or several at once.
 //!
 //! 1. Grid: from the frusta of the views, one each or one for all of them ([`grid`]).
 //! 2. Mark: fragments of every cluster, from depth, and from blended fragments as they are drawn.
