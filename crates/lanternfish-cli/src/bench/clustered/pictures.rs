@@ -24,7 +24,7 @@ pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     let named = |what: &str| format!("{what}: {}, {} lights, one view", results.scene, grouped(most_lights as u64));
     let histogram = |title: &str, label: &str, of: fn(&Row) -> &Vec<u64>| {
         let curves_of: Vec<Curve> = most.iter().map(|row| distribution(row, &most, of(row))).collect();
-        let bins = most.iter().map(|row| of(row).len()).max().unwrap_or(1).max(2);
+        let bins = most.iter().map(|row| of(row).len()).max().unwrap_or(1) + 1;
         let highest = curves_of.iter().flat_map(|c| &c.points).map(|(_, share)| *share).fold(0.1, f64::max);
         let x = Axis {
             label,
@@ -113,7 +113,8 @@ fn distribution(row: &Row, rows: &[&Row], bins: &[u64]) -> Curve {
         color: color(&row.clusters, rows),
         dashed: false,
         marked: true,
-        points: bins.iter().enumerate().map(|(bin, count)| (bin as f64, *count as f64 / sum)).collect(),
+        // Down to none beyond the last.
+        points: bins.iter().chain([&0]).enumerate().map(|(bin, count)| (bin as f64, *count as f64 / sum)).collect(),
     }
 }
 
