@@ -239,7 +239,7 @@ fn help_teaches() {
     let help = run(folder.path(), &["render", "--help"]);
     assert!(help.success);
     for word in
-        ["Examples:", "x,y,z,cd[,r,g,b[,range]]", "rain:N[:radius]", "ray-query", "Fewest lights a pixel", "1280x720"]
+        ["Examples:", "x,y,z,cd[,r,g,b[,range]]", "rain:N:radius", "ray-query", "Fewest lights a pixel", "1280x720"]
     {
         assert!(help.stdout.contains(word), "{word:?} is not in: {}", help.stdout);
     }
