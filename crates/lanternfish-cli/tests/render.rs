@@ -50,7 +50,7 @@ fn gpu_a_png_a_table_and_a_report() {
 
     let report: Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!((&report["width"], &report["height"]), (&48.into(), &32.into()));
-    assert_eq!(report["settings"]["culling"], "tiled");
+    assert_eq!(report["settings"]["culling"], "clustered");
     assert_eq!(report["output"], "picture.png");
     for text in ["adapter", "driver", "scene"] {
         assert!(report[text].as_str().is_some_and(|text| !text.is_empty()), "{text}: {report}");

@@ -206,11 +206,7 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
         return Ok(());
     }
     if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) {
-        return Err(RenderError::MissingFeature {
-            setting: "--debug-view",
-            feature: "one sample a pixel",
-            instead: "--samples 1",
-        });
+        return Err(RenderError::Together { setting: "--debug-view", needed: "--samples 1" });
     }
     let try_targets = || {
         for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {

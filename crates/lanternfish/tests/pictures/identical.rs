@@ -110,6 +110,10 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     for samples in [Samples::One, Samples::Four] {
         let alone = cameras.iter().map(|c| pictures(std::slice::from_ref(c), Culling::All, samples).unwrap().remove(0));
         let alone: Vec<Picture> = alone.collect();
+        let tiled = pictures(&cameras, Culling::Tiled(Tiled::default()), samples).unwrap();
+        for (i, (tiled, alone)) in tiled.iter().zip(&alone).enumerate() {
+            assert_eq!(differing(tiled, alone), 0, "view {i}, {samples} samples, tiles");
+        }
         for shape in [
             ClusterShape::Perspective { pixels: 32 },
             ClusterShape::Displaced { pixels: 32, distance: 2.0 },

@@ -1,10 +1,17 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
+use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of};
 
 use super::{LightLists, Reach, Volume};
 use crate::{
-    error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::Tiled, shaders::SHADERS, view::ViewBuffer,
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::{DEPTH_FORMAT, Surface},
+    settings::Tiled,
+    shaders::SHADERS,
+    texture::target,
+    view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -89,7 +96,11 @@ impl TiledCulling {
         let mut grid_buffer = uniform_buffer_of(device, "light_culling/grid", &grid);
         let tiles = storage_buffer(device, "light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
         let cells = storage_buffer(device, "light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
-        let shared = view.bindings().with(&scene.bindings()).with(&surface.bindings()).buffer("tiles", &tiles);
+        // The depths of several samples a pixel bound no tile: the caller asks for unbounded ones.
+        let no_depth = (surface.samples > 1)
+            .then(|| target(device, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty()));
+        let depth = no_depth.as_ref().unwrap_or(&surface.depth);
+        let shared = view.bindings().with(&scene.bindings()).texture("depth_texture", depth).buffer("tiles", &tiles);
 
         // Count, and turn the counts into starts. The value after the last is zero and ends up as the total.
         let bindings = shared.clone().buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
