@@ -187,13 +187,19 @@ impl ClusteredCulling {
         let bindings = shared.clone().buffer("cluster_grid", grid).buffer("listed_lights", &no_list);
         frame.dispatch_indirect(&self.count, &bindings, &workgroups);
         let total = self.scan.record(frame, &cells, clusters + 1)?.clone();
+        // What the host has to know, in one read: total, visible clusters, tests in two words.
+        let known = storage_buffer(device, "light_culling/known", 16)?;
+        frame.encoder.copy_buffer_to_buffer(&total, 0, &known, 0, 4);
+        frame.encoder.copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
+        frame.encoder.copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
+        let known = frame.read_now::<u32>(&known, 4)?;
+        let visible_count = u64::from(known[1]);
+        let test_words = [known[2], known[3]];
         // Sums of 32 bits hold where all visible clusters could list all lights; else they are added up here.
-        let listed = match clusters.checked_mul(scene.light_count) {
-            Some(_) => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
+        let listed = match known[1].checked_mul(scene.light_count) {
+            Some(_) => u64::from(known[0]),
             None => super::total(&frame.read_now::<u32>(&cells, clusters as usize + 1)?),
         };
-        let test_words = frame.read_now::<u32>(&tests, 2)?;
-        let visible_count = u64::from(frame.read_now::<u32>(&visible, 1)?[0]);
         self.grow(device, listed)?;
         let indices = storage_buffer(device, "light_culling/indices", 4 * u64::from(self.capacity))?;
         let uploaded: Vec<wgpu::Buffer> =
