@@ -51,8 +51,8 @@ gpu_struct! {
         capacity: u32,
         /// Fragments of one list nearer to each other than this are one surface, m.
         merge_distance: f32,
-        /// Unused.
-        _pad: u32,
+        /// Between the single pass' samples, across the axis that a triangle is drawn along, m.
+        sample_spacing: f32,
     }
 }
 
@@ -231,6 +231,7 @@ impl DeepImageBuilder {
             resolution,
             triangle_count: scene.traced_triangles,
             merge_distance: self.settings.merge_texels / texels_per_metre,
+            sample_spacing: 2.0 * radius / (resolution * self.settings.supersampling) as f32,
             ..DeepGrid::default()
         };
         let mut images = DeepImages { directions, frames, chunks: Vec::new(), counts: DeepCounts::default() };
