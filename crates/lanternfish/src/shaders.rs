@@ -75,7 +75,7 @@ mod tests {
         Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
-        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "bvh"]] },
+        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "across", "bvh"]] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",

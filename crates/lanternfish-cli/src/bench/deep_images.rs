@@ -10,7 +10,7 @@ use lanternfish::{
     deep_images::{
         DeepImageBuilder, DeepImages,
         directions::DirectionSet,
-        trace::{RayTracer, TracedRay},
+        trace::{RayTracer, Structure, TracedRay},
     },
     gpu_scene::GpuScene,
     settings::{DeepBuilder, DeepImageSettings, Settings, Shadows},
@@ -228,7 +228,11 @@ impl Bench {
             }
             let expected: Vec<Option<f32>> = rays.iter().map(|ray| nearest(exact, ray)).collect();
             let uploaded = tracer.upload(&self.gpu.device, &rays)?;
-            for (name, structure) in [("deep images", Some(images)), ("BVH in compute", None)] {
+            for (name, structure) in [
+                ("within a texel", Structure::WithinTexel(images)),
+                ("across texels", Structure::AcrossTexels(images)),
+                ("BVH in compute", Structure::Bvh),
+            ] {
                 let mut least = f64::INFINITY;
                 let mut distances = Vec::new();
                 for run in 0..=self.runs {

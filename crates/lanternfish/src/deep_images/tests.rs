@@ -5,7 +5,7 @@ use lanternfish_scene::Scene;
 use super::{
     Chunk, DeepFrame, DeepImageBuilder, DeepImages,
     directions::{DirectionSet, Directions},
-    trace::{RayTracer, TracedRay},
+    trace::{RayTracer, Structure, TracedRay},
     twin::{self, Fragment},
 };
 use crate::{
@@ -203,7 +203,8 @@ fn gpu_rays_find_what_the_lists_hold() {
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let tracer = RayTracer::new(&gpu.device).unwrap();
-    let distances = tracer.record(&mut frame, &scene, Some(&images), &ray_buffer, rays.len() as u32).unwrap();
+    let distances =
+        tracer.record(&mut frame, &scene, Structure::WithinTexel(&images), &ray_buffer, rays.len() as u32).unwrap();
     frame.submit();
     let found = read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap();
     let mut hits = 0;
@@ -238,7 +239,7 @@ fn gpu_the_bvh_finds_the_closest_surface() {
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let tracer = RayTracer::new(&gpu.device).unwrap();
-    let distances = tracer.record(&mut frame, &uploaded, None, &buffer, rays.len() as u32).unwrap();
+    let distances = tracer.record(&mut frame, &uploaded, Structure::Bvh, &buffer, rays.len() as u32).unwrap();
     frame.submit();
     let found = read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap();
     let (mut hits, mut other) = (0, 0);
@@ -293,4 +294,46 @@ fn gpu_the_nearest_direction_is_the_hosts() {
             assert!(found.x as u32 != image || (found.y == 1.0) == reversed);
         }
     }
+}
+
+/// Rays that are followed from texel to texel end closer to the truth than those that stay in one.
+#[test]
+fn gpu_rays_across_texels_are_closer_to_the_truth() {
+    let Some(gpu) = testing::gpu("gpu_rays_across_texels_are_closer_to_the_truth") else { return };
+    let scene = lanternfish_scene::generate::demo("atrium").unwrap();
+    let uploaded = upload(gpu, &scene);
+    let exact = lanternfish_reference::Tracer::new(&scene, lanternfish_reference::Settings::default()).unwrap();
+    let directions = DirectionSet::ZonalEqualArea { count: 60 };
+    let images =
+        build(gpu, &uploaded, DeepImageSettings { directions, resolution: 128, ..settings(DeepBuilder::SinglePass) });
+    let mut random = Random::new(8);
+    let bounds = scene.bounds();
+    let rays: Vec<TracedRay> = (0..8000)
+        .map(|_| {
+            let origin = bounds.center() + 0.3 * random.point() * bounds.size();
+            TracedRay::new(&images, origin, random.direction(), 0.0)
+        })
+        .collect();
+    let tracer = RayTracer::new(&gpu.device).unwrap();
+    let buffer = tracer.upload(&gpu.device, &rays).unwrap();
+    let median = |structure| {
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+        let distances = tracer.record(&mut frame, &uploaded, structure, &buffer, rays.len() as u32).unwrap();
+        frame.submit();
+        let found = read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap();
+        let pairs = rays.iter().zip(found);
+        let mut errors: Vec<f32> = pairs
+            .filter_map(|(ray, found)| {
+                let expected = exact.nearest(ray.origin.into(), ray.direction.into())?;
+                // A miss is as wrong as can be.
+                Some(if found < 0.0 { f32::INFINITY } else { (found - expected).abs() / expected })
+            })
+            .collect();
+        errors.sort_unstable_by(f32::total_cmp);
+        errors[errors.len() / 2]
+    };
+    let (within, across) = (median(Structure::WithinTexel(&images)), median(Structure::AcrossTexels(&images)));
+    println!("median error {within} within a texel, {across} across texels");
+    assert!(across < 0.4 * within && across < 0.05, "{within} {across}");
 }

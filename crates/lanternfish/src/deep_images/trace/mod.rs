@@ -28,21 +28,37 @@ impl TracedRay {
     }
 }
 
+/// What rays are traced through.
+#[derive(Clone, Copy, Debug)]
+pub enum Structure<'i> {
+    /// The texel of the nearest direction's image that the ray starts in [Archer2019, §3.2].
+    WithinTexel(&'i DeepImages),
+    /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
+    AcrossTexels(&'i DeepImages),
+    /// The BVH, for the closest hit: exact.
+    Bvh,
+}
+
 /// Traces lists of rays.
 #[derive(Debug)]
 pub struct RayTracer {
-    deep_images: ComputeKernel,
+    within_texel: ComputeKernel,
+    across_texels: ComputeKernel,
     bvh: ComputeKernel,
 }
 
 impl RayTracer {
-    /// Compiles the passes `deep_images/trace` and `bvh/trace`.
+    /// Compiles the passes.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let kernel = |features: &[&str], label: &str| {
             let shader = SHADERS.link("deep_images/trace/rays", features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "trace", label))
         };
-        Ok(Self { deep_images: kernel(&[], "deep_images/trace")?, bvh: kernel(&["bvh"], "bvh/trace")? })
+        Ok(Self {
+            within_texel: kernel(&[], "deep_images/within_texel")?,
+            across_texels: kernel(&["across"], "deep_images/across_texels")?,
+            bvh: kernel(&["bvh"], "bvh/closest_hit")?,
+        })
     }
 
     /// Puts a list of rays on the device.
@@ -50,12 +66,12 @@ impl RayTracer {
         Ok(storage_buffer_of(device, "deep_images/rays", rays, wgpu::BufferUsages::empty())?)
     }
 
-    /// Distance that each of `count` rays goes, m; −1 where it meets nothing. Through the images, or, without them, the BVH.
+    /// Distance that each of `count` rays goes, m; −1 where it meets nothing.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        images: Option<&DeepImages>,
+        structure: Structure<'_>,
         rays: &wgpu::Buffer,
         count: u32,
     ) -> Result<wgpu::Buffer, RenderError> {
@@ -64,14 +80,17 @@ impl RayTracer {
         let groups = [WIDTH.min(groups), groups.div_ceil(WIDTH), 1];
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
-        match images {
-            None => frame.dispatch(&self.bvh, &bindings, groups),
-            Some(images) => {
-                for chunk in &images.chunks {
-                    let chunk_bindings = chunk.bindings(&images.frames);
-                    frame.dispatch(&self.deep_images, &bindings.clone().with(&chunk_bindings), groups);
-                }
+        let (kernel, images) = match structure {
+            Structure::Bvh => {
+                frame.dispatch(&self.bvh, &bindings, groups);
+                return Ok(distances);
             }
+            Structure::WithinTexel(images) => (&self.within_texel, images),
+            Structure::AcrossTexels(images) => (&self.across_texels, images),
+        };
+        for chunk in &images.chunks {
+            let chunk_bindings = chunk.bindings(&images.frames);
+            frame.dispatch(kernel, &bindings.clone().with(&chunk_bindings), groups);
         }
         Ok(distances)
     }
