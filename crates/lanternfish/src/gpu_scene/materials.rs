@@ -56,8 +56,8 @@ gpu_struct! {
     }
 }
 
-const UNLIT: u32 = 1;
-const LAMBERT: u32 = 2;
+pub(super) const UNLIT: u32 = 1;
+pub(super) const LAMBERT: u32 = 2;
 const NORMAL_MAPPED: u32 = 4;
 const METALLIC_ROUGHNESS_MAPPED: u32 = 8;
 const EMISSIVE_MAPPED: u32 = 16;
@@ -103,7 +103,7 @@ impl Materials {
 }
 
 /// Reflectance at normal incidence of a dielectric, tinted and weighted as `KHR_materials_specular` says.
-fn dielectric_f0(material: &lanternfish_scene::Material) -> Vec3 {
+pub(super) fn dielectric_f0(material: &lanternfish_scene::Material) -> Vec3 {
     let r = (material.ior - 1.0) / (material.ior + 1.0);
     (r * r * material.specular_color).min(Vec3::ONE) * material.specular
 }

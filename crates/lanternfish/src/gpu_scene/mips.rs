@@ -24,7 +24,13 @@ static SRGB_FROM_ROOT: LazyLock<Vec<u8>> = LazyLock::new(|| {
         .collect()
 });
 
-fn srgb_from_linear(l: f32) -> u8 {
+/// Linear value of an sRGB byte.
+pub fn linear_from_srgb(byte: u8) -> f32 {
+    LINEAR_FROM_SRGB[byte as usize]
+}
+
+/// sRGB byte of a linear value, 0 to 1.
+pub fn srgb_from_linear(l: f32) -> u8 {
     SRGB_FROM_ROOT[(l.sqrt() * 4096.0).round() as usize]
 }
 

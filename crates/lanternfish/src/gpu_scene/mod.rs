@@ -13,6 +13,7 @@
 
 mod bvh;
 mod geometry;
+mod hits;
 mod materials;
 mod mips;
 mod raster;
@@ -24,6 +25,7 @@ mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
+pub use hits::{HitMaterial, HitTriangle};
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
 pub use materials::{Material, TextureSlot};
 pub(crate) use raster::{PassState, SceneRaster};
@@ -36,7 +38,7 @@ use lanternfish_gpu::{Bindings, storage_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
-    bvh::Bvh, geometry::Geometry, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing,
+    bvh::Bvh, geometry::Geometry, hits::Hits, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing,
     update::Placed,
 };
 use crate::{
@@ -68,6 +70,8 @@ pub struct GpuScene {
     bvh: Option<Bvh>,
     tlas: Option<Tlas>,
     masks: wgpu::Buffer,
+    /// Where hits are shaded.
+    hits: Option<Hits>,
     placed: Placed,
     counters: Vec<(String, u64)>,
 }
@@ -126,6 +130,7 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
+            hits: settings.shades_hits().then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
             placed: Placed::new(scene, tracing),
             counters,
         })
@@ -141,6 +146,9 @@ impl GpuScene {
             .buffer("masks", &self.masks);
         if let Some(bvh) = &self.bvh {
             bindings = bindings.buffer("bvh_nodes", &bvh.nodes).buffer("bvh_triangles", &bvh.triangles);
+        }
+        if let Some(hits) = &self.hits {
+            bindings = bindings.with(&hits.bindings());
         }
         if let Some(tlas) = &self.tlas {
             bindings = bindings.resource("scene_tlas", tlas.tlas.as_binding());

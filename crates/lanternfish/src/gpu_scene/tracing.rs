@@ -144,7 +144,7 @@ fn parts_of<'s>(scene: &'s Scene, (index, instance): (u32, &'s Instance)) -> imp
 
 impl Part {
     /// The instance and the primitive.
-    fn of<'s>(&self, scene: &'s Scene) -> (&'s Instance, &'s Primitive) {
+    pub fn of<'s>(&self, scene: &'s Scene) -> (&'s Instance, &'s Primitive) {
         let instance = &scene.instances[self.instance as usize];
         (instance, &scene.meshes[instance.mesh].primitives[self.primitive as usize])
     }

@@ -76,6 +76,9 @@ impl GpuScene {
         if let Some(bvh) = &mut self.bvh {
             bvh.update(queue, &triangles);
         }
+        if let Some(hits) = &self.hits {
+            hits.update(queue, scene, &self.placed.parts, &self.placed.sources);
+        }
         if let Some(tlas) = &mut self.tlas {
             *tlas = Tlas::new(device, queue, &triangles)?;
         }

@@ -1,0 +1,325 @@
+//! What a ray that ends on a triangle needs to know of it beside its corners: normals, texture coordinates, material. Hits of
+//! indirect light are shaded with it, where no rasteriser brings geometry and material together.
+//!
+//! Textures are read at one coarse level, an array of square images: what a bounce sees is averaged over a large angle.
+
+use std::collections::HashMap;
+
+use glam::{Mat3, Vec2, Vec3};
+use half::f16;
+use lanternfish_gpu::{Bindings, gpu_struct, storage_buffer_of};
+use lanternfish_scene::{Image, Material, Primitive, Scene, TextureRef};
+use rayon::prelude::*;
+
+use super::{
+    Shading,
+    materials::{LAMBERT, UNLIT, dielectric_f0},
+    mips::{linear_from_srgb, srgb_from_linear},
+    tracing::{Part, Source, Tracing},
+};
+use crate::error::RenderError;
+
+gpu_struct! {
+    /// A triangle, in the order of the BVH's leaves.
+    pub struct HitTriangle {
+        /// Texture coordinates of the first corner: two half floats.
+        uv_a: u32,
+        /// Of the second.
+        uv_b: u32,
+        /// Of the third.
+        uv_c: u32,
+        /// Index into the hit materials.
+        material: u32,
+        /// Normal of the first corner, world space, octahedral: two snorms of 16 bits.
+        normal_a: u32,
+        /// Of the second.
+        normal_b: u32,
+        /// Of the third.
+        normal_c: u32,
+        /// Multiplies the base colour, linear RGBA, four unorms of 8 bits: the mean of the corners'.
+        color: u32,
+    }
+}
+
+gpu_struct! {
+    /// A surface as hits are shaded.
+    pub struct HitMaterial {
+        /// Linear.
+        base_color: Vec3,
+        /// Layer of the hit textures that multiplies it; [`NO_LAYER`]: none.
+        base_color_layer: u32,
+        /// Nits.
+        emissive: Vec3,
+        /// Layer that multiplies it.
+        emissive_layer: u32,
+        /// Of the dielectric part, at normal incidence.
+        dielectric_f0: Vec3,
+        /// And at grazing incidence.
+        dielectric_f90: f32,
+        /// Mean over the texture.
+        metallic: f32,
+        /// Mean over the texture.
+        perceptual_roughness: f32,
+        /// Sum of `UNLIT`, `LAMBERT` of `material.wesl` and of [`DOUBLE_SIDED`].
+        flags: u32,
+        /// Unused.
+        _pad: u32,
+    }
+}
+
+/// No texture.
+pub const NO_LAYER: u32 = u32::MAX;
+/// Emits from the back too.
+const DOUBLE_SIDED: u32 = 256;
+/// Texels along an edge of a hit texture.
+const SIDE: u32 = 128;
+
+/// On the device.
+#[derive(Debug)]
+pub struct Hits {
+    triangles: wgpu::Buffer,
+    materials: wgpu::Buffer,
+    textures: wgpu::TextureView,
+    sampler: wgpu::Sampler,
+}
+
+impl Hits {
+    /// Of the traced triangles, in their order.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        shading: Shading,
+        tracing: &Tracing,
+    ) -> Result<Self, RenderError> {
+        let sources: Vec<Source> = tracing.triangles.iter().map(|triangle| triangle.source).collect();
+        let mut layers = Layers { most: device.limits().max_texture_array_layers, ..Layers::default() };
+        let materials: Vec<HitMaterial> =
+            scene.materials.iter().map(|material| pack(scene, material, shading, &mut layers)).collect();
+        let none = wgpu::BufferUsages::empty();
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("scene/hit_sampler"),
+            address_mode_u: wgpu::AddressMode::Repeat,
+            address_mode_v: wgpu::AddressMode::Repeat,
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        Ok(Self {
+            triangles: storage_buffer_of(device, "scene/hit_triangles", &triangles(scene, &tracing.parts, &sources), none)?,
+            materials: storage_buffer_of(device, "scene/hit_materials", &materials, none)?,
+            textures: layers.upload(device, queue, scene),
+            sampler,
+        })
+    }
+
+    /// Writes the triangles anew, where they stand now.
+    pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, parts: &[Part], sources: &[Source]) {
+        queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&triangles(scene, parts, sources)));
+    }
+
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new()
+            .buffer("hit_triangles", &self.triangles)
+            .buffer("hit_materials", &self.materials)
+            .texture("hit_textures", &self.textures)
+            .sampler("hit_sampler", &self.sampler)
+    }
+}
+
+fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriangle> {
+    // Of each part, world-space normals from object-space ones.
+    let turns: Vec<Mat3> = parts
+        .par_iter()
+        .map(|part| {
+            let m = Mat3::from(part.of(scene).0.world_from_object.matrix3);
+            // The cofactors: the inverse transpose but for a positive factor, and there for flat transforms too.
+            let cofactors = Mat3::from_cols(
+                m.y_axis.cross(m.z_axis),
+                m.z_axis.cross(m.x_axis),
+                m.x_axis.cross(m.y_axis),
+            );
+            cofactors * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
+        })
+        .collect();
+    let triangle = |source: &Source| {
+        let (_, primitive) = parts[source.part as usize].of(scene);
+        let material = &scene.materials[primitive.material];
+        let first = 3 * source.triangle as usize;
+        let corners: [usize; 3] = std::array::from_fn(|i| primitive.indices[first + i] as usize);
+        let uv = coordinates(primitive, material, corners);
+        let normal = corners.map(|i| {
+            let normal = turns[source.part as usize] * primitive.normals[i];
+            packed_normal(normal.try_normalize().unwrap_or(Vec3::Y))
+        });
+        let color = corners.map(|i| primitive.colors.get(i).copied().unwrap_or(glam::Vec4::ONE));
+        let color = (color[0] + color[1] + color[2]) / 3.0;
+        let bytes = color.to_array().map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8);
+        HitTriangle {
+            uv_a: uv[0],
+            uv_b: uv[1],
+            uv_c: uv[2],
+            material: primitive.material as u32,
+            normal_a: normal[0],
+            normal_b: normal[1],
+            normal_c: normal[2],
+            color: u32::from_le_bytes(bytes),
+        }
+    };
+    sources.par_iter().map(triangle).collect()
+}
+
+/// Whose coordinates a material's hits are read at: its base colour's, or where that has no texture, its emission's.
+fn coordinates_of(material: &Material) -> Option<&TextureRef> {
+    material.base_color_texture.as_ref().or(material.emissive_texture.as_ref())
+}
+
+/// Texture coordinates, moved by whole repeats towards zero, where half floats are finer.
+fn coordinates(primitive: &Primitive, material: &Material, corners: [usize; 3]) -> [u32; 3] {
+    let Some(reference) = coordinates_of(material) else { return [0; 3] };
+    let set = if reference.uv_set == 1 { &primitive.uv1 } else { &primitive.uv0 };
+    let uv = corners.map(|i| reference.texture_from_uv.transform_point2(set.get(i).copied().unwrap_or_default()));
+    let whole = uv[0].min(uv[1]).min(uv[2]).floor();
+    uv.map(|uv| {
+        let Vec2 { x, y } = uv - whole;
+        u32::from(f16::from_f32(x).to_bits()) | (u32::from(f16::from_f32(y).to_bits()) << 16)
+    })
+}
+
+/// As `unit_from_octahedral(unpack2x16snorm(bits))` reads it.
+fn packed_normal(n: Vec3) -> u32 {
+    let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    let folded = Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y));
+    let e = if n.z >= 0.0 { p } else { folded };
+    let snorm = |v: f32| u32::from((v.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    snorm(e.x) | (snorm(e.y) << 16)
+}
+
+fn pack(scene: &Scene, material: &Material, shading: Shading, layers: &mut Layers) -> HitMaterial {
+    let coordinates = coordinates_of(material);
+    let mut layer = |reference: &Option<TextureRef>, factor: &mut Vec3| {
+        let Some(reference) = reference else { return NO_LAYER };
+        let image = scene.textures[reference.texture].image;
+        let same_place = coordinates
+            .is_some_and(|c| (c.uv_set, c.texture_from_uv) == (reference.uv_set, reference.texture_from_uv));
+        match same_place.then(|| layers.of(image)).flatten() {
+            Some(layer) => layer,
+            // Coordinates of its own, or no room: its mean.
+            None => {
+                *factor *= mean(&scene.images[image], true);
+                NO_LAYER
+            }
+        }
+    };
+    let (mut base_color, mut emissive) = (material.base_color.truncate(), material.emissive);
+    let base_color_layer = layer(&material.base_color_texture, &mut base_color);
+    let emissive_layer = layer(&material.emissive_texture, &mut emissive);
+    let (mut metallic, mut perceptual_roughness) = (material.metallic, material.perceptual_roughness);
+    if let Some(reference) = &material.metallic_roughness_texture {
+        let mean = mean(&scene.images[scene.textures[reference.texture].image], false);
+        (metallic, perceptual_roughness) = (metallic * mean.z, perceptual_roughness * mean.y);
+    }
+    let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+    HitMaterial {
+        base_color,
+        base_color_layer,
+        emissive,
+        emissive_layer,
+        dielectric_f0: dielectric_f0(material),
+        dielectric_f90: material.specular,
+        metallic,
+        perceptual_roughness,
+        flags: flag(shading == Shading::File && material.unlit, UNLIT)
+            | flag(shading == Shading::Lambert, LAMBERT)
+            | flag(material.double_sided, DOUBLE_SIDED),
+        _pad: 0,
+    }
+}
+
+/// The images that hit textures are made of, in the order of their layers.
+#[derive(Default)]
+struct Layers {
+    images: Vec<usize>,
+    of_image: HashMap<usize, u32>,
+    most: u32,
+}
+
+impl Layers {
+    /// The layer of an image; none where there is no room for it.
+    fn of(&mut self, image: usize) -> Option<u32> {
+        if let Some(layer) = self.of_image.get(&image) {
+            return Some(*layer);
+        }
+        let layer = self.images.len() as u32;
+        (layer < self.most).then(|| {
+            self.images.push(image);
+            self.of_image.insert(image, layer);
+            layer
+        })
+    }
+
+    fn upload(&self, device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> wgpu::TextureView {
+        let layer_count = self.images.len().max(1) as u32;
+        let size = wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: layer_count };
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("scene/hit_textures"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8UnormSrgb,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let small: Vec<Vec<u8>> = self.images.par_iter().map(|image| shrunk(&scene.images[*image])).collect();
+        if !small.is_empty() {
+            queue.write_texture(
+                texture.as_image_copy(),
+                &small.concat(),
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * SIDE), rows_per_image: Some(SIDE) },
+                size,
+            );
+        }
+        let dimension = Some(wgpu::TextureViewDimension::D2Array);
+        texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
+    }
+}
+
+/// An image as [`SIDE`]² texels, each the mean of those that it covers, in linear light.
+fn shrunk(image: &Image) -> Vec<u8> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let covered = |i: usize, n: usize| {
+        let first = i * n / SIDE as usize;
+        first..((i + 1) * n / SIDE as usize).max(first + 1)
+    };
+    let mut texels = Vec::with_capacity(4 * (SIDE * SIDE) as usize);
+    for y in 0..SIDE as usize {
+        for x in 0..SIDE as usize {
+            let (rows, columns) = (covered(y, height), covered(x, width));
+            let count = (rows.len() * columns.len()) as f32;
+            let mut sum = Vec3::ZERO;
+            for row in rows {
+                for column in columns.clone() {
+                    let at = 4 * (row * width + column);
+                    sum += Vec3::from_array(std::array::from_fn(|c| linear_from_srgb(image.rgba[at + c])));
+                }
+            }
+            texels.extend((sum / count).to_array().map(srgb_from_linear));
+            texels.push(255);
+        }
+    }
+    texels
+}
+
+/// Mean colour, 0 to 1; in linear light where it is sRGB.
+fn mean(image: &Image, srgb: bool) -> Vec3 {
+    let value = |byte: u8| if srgb { linear_from_srgb(byte) } else { f32::from(byte) / 255.0 };
+    let sum: glam::DVec3 = image
+        .rgba
+        .par_chunks(4)
+        .map(|texel| Vec3::new(value(texel[0]), value(texel[1]), value(texel[2])).as_dvec3())
+        .sum();
+    (sum / f64::from(image.width) / f64::from(image.height)).as_vec3()
+}
