@@ -30,7 +30,7 @@ impl KeptDeepImages {
     }
 
     /// Takes other settings: the builder is compiled again, and the images go. Nothing happens where they are the same.
-    pub fn set(&mut self, device: &wgpu::Device, settings: DeepImageSettings) -> Result<(), RenderError> {
+    pub fn set_settings(&mut self, device: &wgpu::Device, settings: DeepImageSettings) -> Result<(), RenderError> {
         if settings != self.settings {
             *self = Self { builds: self.builds, ..Self::new(device, settings)? };
         }

@@ -147,8 +147,8 @@ fn gpu_images_are_built_again_only_when_something_has_changed() {
     // Another scene, and other settings.
     let other = renderer.upload(&scene).unwrap();
     assert_eq!(ask(&mut kept, &other, turned).0, 4);
-    kept.set(&gpu.device, settings(DeepBuilder::SinglePass)).unwrap();
+    kept.set_settings(&gpu.device, settings(DeepBuilder::SinglePass)).unwrap();
     assert_eq!(ask(&mut kept, &other, turned).0, 4);
-    kept.set(&gpu.device, DeepImageSettings { resolution: 16, ..settings(DeepBuilder::SinglePass) }).unwrap();
+    kept.set_settings(&gpu.device, DeepImageSettings { resolution: 16, ..settings(DeepBuilder::SinglePass) }).unwrap();
     assert_eq!(ask(&mut kept, &other, turned).0, 5);
 }

@@ -201,3 +201,25 @@ fn degenerate_and_blended_triangles_are_left_out_and_records_follow_their_triang
     assert_eq!(tracing.triangles.iter().map(|t| t.source.record).collect::<Vec<_>>(), [1, 0, 2, 0]);
     assert_eq!((tracing.masks[0], tracing.masks[RECORD_WORDS]), (0, 7));
 }
+
+#[test]
+fn triangles_are_posed_as_they_were_gathered_and_are_points_where_no_number_reaches() {
+    let mut scene = scene();
+    let mut tracing = Tracing::new(&scene, ANY);
+    tracing.reorder(&[3, 2, 1, 0]);
+    let sources: Vec<Source> = tracing.triangles.iter().map(|triangle| triangle.source).collect();
+    assert_eq!(pose(&scene, &tracing.parts, &sources), tracing.triangles);
+    // The second instance moves: its two triangles are the first of the order.
+    scene.instances[1].world_from_object = glam::Affine3A::from_translation(Vec3::X);
+    let posed = pose(&scene, &tracing.parts, &sources);
+    assert_eq!(posed[2..], tracing.triangles[2..]);
+    for (posed, before) in posed[..2].iter().zip(&tracing.triangles) {
+        assert_eq!((posed.corners, posed.source), (before.corners.map(|corner| corner + Vec3::X), before.source));
+    }
+    // Every number of the transform is finite, but not where it takes the corner at x = 1.
+    scene.instances[1].world_from_object.translation.x = 3e38;
+    scene.instances[1].world_from_object.matrix3.x_axis.x = 1e38;
+    let posed = pose(&scene, &tracing.parts, &sources);
+    assert!(posed[..2].iter().all(|triangle| triangle.corners == [Vec3::ZERO; 3]), "{posed:?}");
+    assert_eq!(posed[2..], tracing.triangles[2..]);
+}
