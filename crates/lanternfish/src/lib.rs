@@ -54,6 +54,7 @@
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (emission, sky, pictures);
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit.
 
+pub mod common;
 pub mod debug_views;
 pub mod deep_images;
 mod error;

@@ -27,8 +27,8 @@ gpu_struct! {
         far: f32,
         /// Radiance of everything that no surface covers, nits.
         sky: Vec3,
-        /// Unused.
-        _pad2: u32,
+        /// Which of the frames that are averaged into one picture this is, from 0: random numbers are drawn with it.
+        frame_index: u32,
     }
 }
 
