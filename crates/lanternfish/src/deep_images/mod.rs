@@ -9,6 +9,7 @@
 
 mod build;
 pub mod directions;
+mod kept;
 mod store;
 #[cfg(test)]
 mod tests;
@@ -17,12 +18,13 @@ pub mod trace;
 mod twin;
 mod validate;
 
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct};
 
 use self::directions::Directions;
 pub use self::{
     build::DeepImageBuilder,
+    kept::KeptDeepImages,
     validate::{Fragment, ListFault},
 };
 use crate::settings::{DeepDepth, DeepImageSettings, DeepStore};
@@ -50,6 +52,8 @@ gpu_struct! {
         merge_distance: f32,
         /// Between the single pass' samples, across the axis that a triangle is drawn along, m.
         sample_spacing: f32,
+        /// Rotation into the space of the set of directions, a unit quaternion.
+        set_from_world: Vec4,
     }
 }
 
@@ -89,6 +93,10 @@ pub struct DeepImages {
     pub settings: DeepImageSettings,
     /// Their directions.
     pub directions: Directions,
+    /// Their axes in the set's own space, bound as `direction_axes`.
+    pub direction_axes: wgpu::Buffer,
+    /// The table that finds the nearest, bound as `direction_cells`.
+    pub direction_cells: wgpu::Buffer,
     /// Axes of all images on the device, bound as `deep_frames`.
     pub frames: wgpu::Buffer,
     /// Together they hold every image.
@@ -138,6 +146,13 @@ impl DeepImageSettings {
         };
         let depth = (self.depth == DeepDepth::Bits16).then_some("depth_16");
         store.into_iter().chain(depth).chain(self.payload.then_some("payload")).collect()
+    }
+}
+
+impl DeepImages {
+    /// What `nearest_image.wesl` needs beside the grid of any chunk.
+    pub fn direction_bindings(&self) -> Bindings<'_> {
+        Bindings::new().buffer("direction_axes", &self.direction_axes).buffer("direction_cells", &self.direction_cells)
     }
 }
 

@@ -3,7 +3,7 @@
 mod per_direction;
 mod single_pass;
 
-use glam::UVec2;
+use glam::{Quat, UVec2};
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, storage_buffer_of};
 
 use self::{
@@ -73,19 +73,41 @@ pub struct DeepImageBuilder {
     settings: DeepImageSettings,
     builder: Builder,
     store: Store,
+    /// Not turned.
+    directions: Directions,
+    rotation: Quat,
+    direction_axes: wgpu::Buffer,
+    direction_cells: wgpu::Buffer,
 }
 
 impl DeepImageBuilder {
-    /// Compiles the passes. An error where the settings do not go together.
+    /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number. An error where
+    /// the settings do not go together.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
         let (store, builder) = (Store::new(device, &settings)?, Builder::new(device, &settings)?);
-        Ok(Self { settings, builder, store })
+        let directions = Directions::new(settings.directions)
+            .map_err(|error| RenderError::Directions { what: error.to_string() })?;
+        let none = wgpu::BufferUsages::empty();
+        Ok(Self {
+            settings,
+            builder,
+            store,
+            direction_axes: storage_buffer_of(device, "deep_images/direction_axes", &directions.gpu_axes(), none)?,
+            direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
+            directions,
+            rotation: Quat::IDENTITY,
+        })
+    }
+
+    /// Turns the set of directions for the images that are recorded from now on: world space from the set's own, unit.
+    /// Frames whose sets are turned differently see each other's blind spots ([`super::directions::rotation_of_frame`]).
+    pub fn set_rotation(&mut self, rotation: Quat) {
+        self.rotation = rotation;
     }
 
     /// Builds the images of the scene's triangles, which must have been uploaded for the BVH; blended surfaces are not in them.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
-        let directions = Directions::new(self.settings.directions)
-            .map_err(|error| RenderError::Directions { what: error.to_string() })?;
+        let directions = self.directions.rotated(self.rotation);
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)
             .map(|image| {
                 let axes = directions.frame(image);
@@ -104,6 +126,7 @@ impl DeepImageBuilder {
             triangle_count: scene.traced_triangles,
             merge_distance: self.settings.merge_texels / texels_per_metre,
             sample_spacing: 2.0 * radius / (resolution * self.settings.supersampling) as f32,
+            set_from_world: directions.rotation().inverse().into(),
             ..DeepGrid::default()
         };
         let found = self.builder.begin(frame, scene, &grid)?;
@@ -131,7 +154,15 @@ impl DeepImageBuilder {
             first_image += image_count;
         }
         drop(source);
-        Ok(DeepImages { settings: self.settings, directions, frames, chunks, counts })
+        Ok(DeepImages {
+            settings: self.settings,
+            directions,
+            direction_axes: self.direction_axes.clone(),
+            direction_cells: self.direction_cells.clone(),
+            frames,
+            chunks,
+            counts,
+        })
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{
 
 /// Of texels where the exact axis meets something: how many are empty, and how many first surfaces are off by more than a
 /// texel. And how many texels hold something where there is nothing.
-fn compare(found: &[Vec<Fragment>], exact: &[Vec<Fragment>], texel: f32) -> (f64, f64, f64) {
+pub(super) fn compare(found: &[Vec<Fragment>], exact: &[Vec<Fragment>], texel: f32) -> (f64, f64, f64) {
     let (mut met, mut empty, mut off, mut false_hits) = (0, 0, 0, 0);
     for (found, exact) in found.iter().zip(exact) {
         match (found.first(), exact.first()) {

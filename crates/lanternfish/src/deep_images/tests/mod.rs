@@ -4,6 +4,7 @@ mod builders;
 mod combinations;
 mod faults;
 mod measure;
+mod moving;
 mod nearest;
 mod stores;
 mod tracers;
