@@ -2,6 +2,8 @@
 
 use lanternfish_gpu::GpuError;
 
+use crate::deep_images::ListFault;
+
 /// Why there is no image. Messages name the thing and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -55,6 +57,9 @@ pub enum RenderError {
         /// What is wrong with it.
         what: String,
     },
+    /// Deep images are not what they must be.
+    #[error("deep images: {0}; this is a bug, or another driver is needed")]
+    Lists(#[from] ListFault),
     /// A list outgrew what one binding of the device can hold.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {

@@ -57,6 +57,17 @@ mod tests {
     const CULLING: &[&str] = &["", "culling_all", "culling_clustered"];
     const TEXTURES: &[&str] = &["", "binding_arrays"];
 
+    /// What deep images' stores ask of builders: to count (linear array), or to put.
+    const TURNS: &[&str] = &[
+        "",
+        "fill",
+        "fill+payload",
+        "linked_list",
+        "linked_list+payload",
+        "sorted_linked_list",
+        "sorted_linked_list+payload",
+    ];
+
     const ROOTS: &[Root] = &[
         Root { module: "prepass/prepass", entries: &["vertex", "fragment"], choices: &[&["", "masked"], TEXTURES] },
         Root { module: "prepass/depth", entries: &["vertex"], choices: &[&["", "masked"], TEXTURES] },
@@ -72,10 +83,16 @@ mod tests {
         },
         Root { module: "light_culling/clustered/assign", entries: &["count", "write"], choices: &[&["", "hierarchy"]] },
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
-        Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[&["", "fill"]] },
-        Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
-        Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
-        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "across", "bvh"]] },
+        Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[TURNS] },
+        Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[TURNS] },
+        Root { module: "deep_images/store/sort", entries: &["sort", "compact"], choices: &[&["", "payload"]] },
+        Root { module: "deep_images/store/pack", entries: &["pack"], choices: &[] },
+        Root { module: "deep_images/store/link", entries: &["link"], choices: &[&["", "payload"]] },
+        Root {
+            module: "deep_images/trace/rays",
+            entries: &["trace"],
+            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"], &["", "across", "bvh"]],
+        },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",

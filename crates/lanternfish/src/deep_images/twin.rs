@@ -3,16 +3,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{DeepFrame, DeepGrid};
-
-/// A surface on a texel's axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Fragment {
-    /// m along the image's axis from the scene's middle.
-    pub depth: f32,
-    /// Its triangle.
-    pub triangle: u32,
-}
+use super::{DeepFrame, DeepGrid, Fragment};
 
 /// Lists of one image, row by row, each ascending.
 pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]]) -> Vec<Vec<Fragment>> {
@@ -32,7 +23,7 @@ pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]])
             for column in texel(low.x)..texel(high.x).min(n) {
                 let middle = |i: usize| (i as f64 + 0.5 - 0.5 * n as f64) / f64::from(grid.texels_per_metre);
                 if let Some(depth) = meet(&local, middle(column), middle(row)) {
-                    lists[row * n + column].push(Fragment { depth: depth as f32, triangle: index as u32 });
+                    lists[row * n + column].push(Fragment { depth: depth as f32, triangle: Some(index as u32) });
                 }
             }
         }
