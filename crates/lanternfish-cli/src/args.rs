@@ -11,6 +11,7 @@ use lanternfish::settings::{
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Light, generate::DEMOS};
 
+use self::indirect::IndirectArgs;
 use crate::{
     bench::BenchArgs,
     choices::choice,
@@ -120,6 +121,8 @@ pub struct RenderArgs {
     pub look: LookArgs,
     #[command(flatten, next_help_heading = "Technique")]
     pub technique: TechniqueArgs,
+    #[command(flatten, next_help_heading = "Indirect (light)")]
+    pub indirect: IndirectArgs,
     #[command(flatten, next_help_heading = "Run")]
     pub run: RunArgs,
 }
@@ -389,9 +392,12 @@ impl RenderArgs {
             textures: technique.textures,
             anisotropy: self.look.anisotropy,
             samples: technique.samples,
+            indirect: self.indirect.indirect(),
+            deep_images: self.indirect.deep_images(),
         }
     }
 }
 
+mod indirect;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Samples, Shadows,
+    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, Grouping, IndirectResolution, IndirectTracer, Materials, RayCulling, Samples, Shadows,
     TextureBinding, TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
@@ -108,6 +108,15 @@ meanings! {
         RayCount: "Shadow rays of a pixel, as a heat map",
         Visibility: "Share of a pixel's listed lights that reach it",
         Nan: "Magenta where the result is not a number",
+    }
+    IndirectTracer {
+        WithinTexel: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
+        AcrossTexels: "Every texel of a deep image that a ray crosses",
+        Bvh: "The bounding volume hierarchy: exact",
+    }
+    IndirectResolution {
+        Full: "From every pixel",
+        Half: "From every second pixel of every second row: four times fewer rays",
     }
     LightChoice {
         Tree: "By a tree over the lights, those first that send most",

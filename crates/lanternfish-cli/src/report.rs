@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    settings::{Culling, Settings},
+    settings::{Culling, Indirect, Settings},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
@@ -129,6 +129,18 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         ("samples", settings.samples.to_string()),
         ("seed", seed.to_string()),
     ]);
+    if let Indirect::Sampled(sampled) = settings.indirect {
+        names.insert("indirect", "sampled".to_owned());
+        names.insert("indirect-rays", sampled.diffuse_rays.to_string());
+        names.insert("glossy-rays", sampled.glossy_rays.to_string());
+        names.insert("indirect-tracer", sampled.tracer.to_string());
+        names.insert("indirect-resolution", sampled.resolution.to_string());
+        names.insert("indirect-filter", sampled.filter_radius.to_string());
+        names.insert("deep-directions", settings.deep_images.directions.count().to_string());
+        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
+    } else {
+        names.insert("indirect", "none".to_owned());
+    }
     match settings.culling {
         Culling::All => {
             names.insert("culling", "all".to_owned());

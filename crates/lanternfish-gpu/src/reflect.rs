@@ -102,6 +102,15 @@ fn is_sampled(shader: &LinkedShader, texture: Handle<GlobalVariable>) -> bool {
     (0..shader.module.entry_points.len()).any(uses)
 }
 
+/// Formats that every adapter can write from shaders, and that some shader does.
+fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
+    match format {
+        naga::StorageFormat::R32Uint => Some(wgpu::TextureFormat::R32Uint),
+        naga::StorageFormat::Rgba16Float => Some(wgpu::TextureFormat::Rgba16Float),
+        _ => None,
+    }
+}
+
 fn opaque_type(inner: &TypeInner, is_sampled: bool, label: &str, name: &str) -> wgpu::BindingType {
     match inner {
         TypeInner::Image { dim, arrayed, class } => {
@@ -128,9 +137,11 @@ fn opaque_type(inner: &TypeInner, is_sampled: bool, label: &str, name: &str) -> 
                     view_dimension,
                     multisampled: *multi,
                 },
-                ImageClass::Storage { format: naga::StorageFormat::R32Uint, .. } => wgpu::BindingType::StorageTexture {
+                ImageClass::Storage { format, access: StorageAccess::STORE } => wgpu::BindingType::StorageTexture {
                     access: wgpu::StorageTextureAccess::WriteOnly,
-                    format: wgpu::TextureFormat::R32Uint,
+                    format: storage_format(*format).unwrap_or_else(|| {
+                        panic!("{label}: storage texture {name} of format {format:?} cannot be bound by name yet")
+                    }),
                     view_dimension,
                 },
                 other => panic!("{label}: texture {name} of class {other:?} cannot be bound by name yet"),

@@ -4,8 +4,10 @@ use lanternfish_gpu::Frame;
 
 use crate::{
     debug_views::DebugViews,
+    deep_images::{KeptDeepImages, directions::rotation_of_frame},
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
+    indirect::{IndirectLight, IndirectSums},
     light_culling::{LightCulling, LightLists, Reach, Seen},
     output::Output,
     prepass::{Prepass, Surface},
@@ -21,6 +23,8 @@ pub(crate) struct Passes {
     pub prepass: Prepass,
     pub light_culling: LightCulling,
     pub shadows: Option<Shadows>,
+    pub deep_images: Option<KeptDeepImages>,
+    pub indirect: Option<IndirectLight>,
     pub forward: Forward,
     pub sky: Sky,
     pub output: Output,
@@ -54,8 +58,27 @@ impl Passes {
             true => self.light_culling.record(frame, scene, &seen, Reach::Anywhere)?,
             false => Vec::new(),
         };
+        let indirect = self.indirect_light(frame, scene, &shown)?;
         let results = shown.iter().zip(lights).enumerate();
-        results.map(|(i, (shown, lights))| self.shade(frame, scene, shown, lights, blended.get(i))).collect()
+        let shade = |(i, (shown, lights)): (usize, (&Shown<'_>, LightLists))| {
+            self.shade(frame, scene, shown, lights, blended.get(i), indirect.get(i))
+        };
+        results.map(shade).collect()
+    }
+
+    /// What arrives from other surfaces, of every view; none where nothing asks for it.
+    fn indirect_light(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        shown: &[Shown<'_>],
+    ) -> Result<Vec<IndirectSums>, RenderError> {
+        let Some(indirect) = &mut self.indirect else { return Ok(Vec::new()) };
+        // Turned in every frame of a picture, so that no direction is left out for good.
+        let rotation = rotation_of_frame(shown.first().map_or(0, |shown| shown.view.frame_index));
+        let images = self.deep_images.as_mut().map(|images| images.get(frame, scene, rotation)).transpose()?;
+        let of_view = |Shown { buffer, surface, .. }: &Shown<'_>| indirect.record(frame, scene, images, buffer, surface);
+        shown.iter().map(of_view).collect()
     }
 
     fn show<'s>(
@@ -78,16 +101,17 @@ impl Passes {
         Shown { view, buffer, draws, surface }: &Shown<'_>,
         lights: LightLists,
         blended_lights: Option<&LightLists>,
+        indirect: Option<&IndirectSums>,
     ) -> Result<FrameResult, RenderError> {
         let mut plan = None;
         let radiance = match self.shadows.as_mut().filter(|_| surface.samples == 1) {
-            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, None)?,
+            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, None, indirect)?,
             Some(shadows) => {
                 let plan = plan.insert(shadows.plan(frame, scene, buffer, surface, &lights)?);
                 // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
                 for band in plan.bands() {
                     let visibility = &shadows.record(frame, scene, buffer, surface, &lights, plan, band);
-                    self.forward.record(frame, scene, draws, buffer, surface, &lights, Some(visibility))?;
+                    self.forward.record(frame, scene, draws, buffer, surface, &lights, Some(visibility), indirect)?;
                 }
                 self.forward.radiance(frame.device, view.size, surface.slot)
             }

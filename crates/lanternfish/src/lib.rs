@@ -60,6 +60,7 @@ pub mod deep_images;
 mod error;
 mod frame;
 pub mod gpu_scene;
+pub mod indirect;
 pub mod light_culling;
 pub mod lights;
 pub mod output;

@@ -10,13 +10,15 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::{
     debug_views::DebugViews,
+    deep_images::KeptDeepImages,
     error::RenderError,
     frame::{FrameResult, Passes},
     gpu_scene::GpuScene,
+    indirect::IndirectLight,
     light_culling::{LightCulling, clustered::GridContents},
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
-    settings::{DebugView, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
+    settings::{DebugView, Indirect, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
     shading::{Forward, RADIANCE_FORMAT},
     shadows::{Shadows, Tracer},
     sky::Sky,
@@ -69,15 +71,22 @@ impl Renderer {
         if settings.debug_view == Some(DebugView::BaseColor) {
             // A colour is shown as it is, and no light is asked for.
             (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
+            settings.indirect = Indirect::None;
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
+        let deep_images = settings.indirect.uses_deep_images();
+        let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
+        let asks_for_normals =
+            tracer != Tracer::None || settings.debug_view.is_some() || settings.indirect != Indirect::None;
         let passes = Passes {
-            prepass: Prepass::new(tracer != Tracer::None || settings.debug_view.is_some(), settings.samples.count()),
+            prepass: Prepass::new(asks_for_normals, settings.samples.count()),
             light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
             shadows,
+            deep_images,
+            indirect: IndirectLight::new(device, &settings, tracer)?,
             forward: Forward::new(&settings, tracer),
             sky: Sky::new(),
             output: Output::new(device, settings.tone_map)?,
@@ -223,6 +232,9 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
     }
     if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) {
         return Err(RenderError::Together { setting: "--debug-view", needed: "--samples 1" });
+    }
+    if settings.indirect != Indirect::None {
+        return Err(RenderError::Together { setting: "--indirect", needed: "--samples 1" });
     }
     let try_targets = || {
         for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {

@@ -30,6 +30,10 @@ pub struct Settings {
     /// Samples along the long axis of a pixel's footprint in a texture, at most, where all its filters are linear. More:
     /// textures seen at an angle are sharper, and cost more.
     pub anisotropy: Anisotropy,
+    /// Where light comes from that is not straight from the listed lights.
+    pub indirect: Indirect,
+    /// The deep images that indirect light is found in; not built where nothing uses them.
+    pub deep_images: DeepImageSettings,
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
     /// once.
     pub samples: Samples,
@@ -49,6 +53,8 @@ impl Default for Settings {
             debug_view: None,
             textures: TextureBinding::Auto,
             anisotropy: Anisotropy::Auto,
+            indirect: Indirect::None,
+            deep_images: DeepImageSettings::default(),
             samples: Samples::One,
         }
     }
@@ -71,7 +77,11 @@ impl Default for Culling {
     }
 }
 
-pub use crate::{deep_images::directions::DirectionSet, light_culling::clustered::grid::ClusterShape};
+pub use crate::{
+    deep_images::directions::DirectionSet,
+    indirect::{Indirect, IndirectResolution, IndirectTracer, Sampled},
+    light_culling::clustered::grid::ClusterShape,
+};
 
 /// Lists per cluster [VanGelderen2020, ch. 3].
 #[derive(Clone, Copy, Debug, PartialEq)]

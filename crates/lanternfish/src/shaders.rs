@@ -29,7 +29,8 @@ mod tests {
     use crate::{
         debug_views::DebugParameters,
         deep_images::{DeepFrame, DeepGrid, SurfaceSample, trace::TracedRay},
-        gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
+        gpu_scene::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot},
+        indirect::sampled::{SampledHit, SampledParameters},
         light_culling::{
             Volume,
             clustered::{
@@ -93,6 +94,27 @@ mod tests {
             entries: &["trace"],
             choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"], &["", "across", "bvh"]],
         },
+        Root {
+            module: "indirect/sampled/trace",
+            entries: &["trace"],
+            choices: &[&[
+                "payload",
+                "bvh",
+                "payload+across",
+                "payload+depth_16",
+                "payload+depth_16+across",
+                "payload+linked_list",
+                "payload+linked_list+across",
+                "payload+sorted_linked_list",
+                "payload+sorted_linked_list+across",
+            ]],
+        },
+        Root {
+            module: "indirect/sampled/shade",
+            entries: &["shade"],
+            choices: &[&["", "tracer_ray_query"], &["", "environment"]],
+        },
+        Root { module: "indirect/sampled/filter", entries: &["resolve", "filter_axis"], choices: &[] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -122,6 +144,7 @@ mod tests {
                     "transparent+shadow_rays",
                     "transparent+shadow_rays+tracer_ray_query",
                 ],
+                &["", "indirect"],
                 TEXTURES,
             ],
         },
@@ -280,6 +303,10 @@ mod tests {
         check::<DeepFrame>(&shaders, &mut checked);
         check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
+        check::<HitTriangle>(&shaders, &mut checked);
+        check::<HitMaterial>(&shaders, &mut checked);
+        check::<SampledParameters>(&shaders, &mut checked);
+        check::<SampledHit>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);
         check::<LightTree>(&shaders, &mut checked);

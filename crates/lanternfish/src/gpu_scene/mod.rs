@@ -94,14 +94,17 @@ impl GpuScene {
         let lights = packed_lights(scene, settings);
         let none = wgpu::BufferUsages::empty();
 
+        // Rays of indirect light go through the BVH or the deep images of its triangles, whatever traces shadows.
+        let wants_bvh = tracer == Tracer::Bvh || settings.indirect != crate::settings::Indirect::None;
+        let traces = wants_bvh || tracer != Tracer::None;
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let mut tracing = if tracer == Tracer::None { Tracing::default() } else { Tracing::new(scene, mask_bytes) };
+        let mut tracing = if !traces { Tracing::default() } else { Tracing::new(scene, mask_bytes) };
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
-        let bvh = (tracer == Tracer::Bvh).then(|| Bvh::new(device, nodes, triangles)).transpose()?;
+        let bvh = wants_bvh.then(|| Bvh::new(device, nodes, triangles)).transpose()?;
         let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
@@ -130,7 +133,7 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
-            hits: settings.shades_hits().then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
+            hits: settings.indirect.shades_hits().then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
             placed: Placed::new(scene, tracing),
             counters,
         })

@@ -11,7 +11,8 @@ use crate::{
     gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
     light_culling::{LightCulling, LightLists},
     prepass::{DEPTH_FORMAT, Surface},
-    settings::Settings,
+    indirect::IndirectSums,
+    settings::{Indirect, Settings},
     shadows::{Tracer, Visibility},
     texture::samples_target,
     view::ViewBuffer,
@@ -65,6 +66,9 @@ impl Forward {
         let culling = LightCulling::feature(settings.culling);
         let mut opaque: Vec<_> = culling.into_iter().collect();
         let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
+        if settings.indirect != Indirect::None {
+            opaque.push("indirect");
+        }
         let samples = settings.samples.count();
         if tracer != Tracer::None {
             // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
@@ -130,6 +134,7 @@ impl Forward {
         surface: &Surface,
         lights: &LightLists,
         visibility: Option<&Visibility<'_>>,
+        indirect: Option<&IndirectSums>,
     ) -> Result<Radiance, RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
         let radiance = self.radiance(frame.device, surface.size, surface.slot);
@@ -138,6 +143,10 @@ impl Forward {
         let visibility_bindings = visibility.map(Visibility::bindings);
         if let (Some(visibility), Some(more)) = (visibility, &visibility_bindings) {
             rows = visibility.rows.clone();
+            bindings = bindings.with(more);
+        }
+        let indirect_bindings = indirect.map(IndirectSums::bindings);
+        if let Some(more) = &indirect_bindings {
             bindings = bindings.with(more);
         }
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };

@@ -41,6 +41,9 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         textures,
         samples,
         anisotropy,
+        indirect: _,
+        // Of what indirect light is found in.
+        deep_images: _,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,

@@ -1,0 +1,131 @@
+//! Light that arrives from other surfaces, and from the surroundings.
+//!
+//! Every room ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. A room: [`sampled`].
+
+pub mod sampled;
+
+use lanternfish_gpu::{Bindings, Frame};
+use lanternfish_scene::named_enum;
+
+use crate::{
+    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::Settings,
+    shadows::Tracer, view::ViewBuffer,
+};
+
+use self::sampled::SampledLight;
+
+/// Where light comes from that is not straight from the listed lights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Indirect {
+    /// Nowhere.
+    None,
+    /// Rays from every pixel, whose ends are shaded by the scene's lights: one bounce, emission, surroundings
+    /// [Niessner2010, §4–6].
+    Sampled(Sampled),
+}
+
+/// How rays of indirect light are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampled {
+    /// Rays a pixel by the cosine, at least 1. More: less noise, slower.
+    pub diffuse_rays: u32,
+    /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
+    pub glossy_rays: u32,
+    /// What rays are traced through.
+    pub tracer: IndirectTracer,
+    /// Where rays start.
+    pub resolution: IndirectResolution,
+    /// Pixels to each side that the filter reaches, up to 64; 0: none. More: less noise, softer detail.
+    pub filter_radius: u32,
+}
+
+impl Default for Sampled {
+    fn default() -> Self {
+        Self {
+            diffuse_rays: 8,
+            glossy_rays: 4,
+            tracer: IndirectTracer::AcrossTexels,
+            resolution: IndirectResolution::Full,
+            filter_radius: 8,
+        }
+    }
+}
+
+named_enum! {
+    /// What rays of indirect light are traced through.
+    IndirectTracer {
+        /// The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].
+        WithinTexel = "within-texel",
+        /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
+        AcrossTexels = "across-texels",
+        /// The BVH: exact.
+        Bvh = "bvh",
+    }
+}
+
+named_enum! {
+    /// Where rays of indirect light start.
+    IndirectResolution {
+        /// From every pixel.
+        Full = "full",
+        /// From every second pixel of every second row; between them light is interpolated along surfaces.
+        Half = "half",
+    }
+}
+
+impl Indirect {
+    /// Whether it needs deep images.
+    pub(crate) fn uses_deep_images(&self) -> bool {
+        matches!(self, Self::Sampled(sampled) if sampled.tracer != IndirectTracer::Bvh)
+    }
+
+    /// Whether ends of rays are shaded.
+    pub(crate) fn shades_hits(&self) -> bool {
+        matches!(self, Self::Sampled(_))
+    }
+}
+
+/// The passes of a room.
+#[derive(Debug)]
+pub(crate) enum IndirectLight {
+    /// Rays from every pixel.
+    Sampled(SampledLight),
+}
+
+/// Indirect light of one view.
+#[derive(Clone, Debug)]
+pub struct IndirectSums {
+    layers: wgpu::TextureView,
+}
+
+impl IndirectSums {
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().texture("indirect_sums", &self.layers)
+    }
+}
+
+impl IndirectLight {
+    /// Compiles the passes that the settings need: none, where there is no indirect light.
+    pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Option<Self>, RenderError> {
+        match settings.indirect {
+            Indirect::None => Ok(None),
+            Indirect::Sampled(sampled) => {
+                Ok(Some(Self::Sampled(SampledLight::new(device, sampled, settings.deep_images, tracer)?)))
+            }
+        }
+    }
+
+    /// Finds the indirect light of a view. `images` are of the scene as it stands, where the room uses them.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        images: Option<&DeepImages>,
+        view: &ViewBuffer,
+        surface: &Surface,
+    ) -> Result<IndirectSums, RenderError> {
+        let Self::Sampled(sampled) = self;
+        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface)? })
+    }
+}
