@@ -3,7 +3,6 @@
 mod builders;
 mod combinations;
 mod faults;
-mod measure;
 mod moving;
 mod nearest;
 mod stores;
@@ -46,8 +45,13 @@ fn lists(gpu: &Gpu, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
 }
 
 /// Distances that rays go; −1 where they meet nothing.
-fn distances(gpu: &Gpu, scene: &GpuScene, structure: Structure<'_>, rays: &[TracedRay]) -> Vec<f32> {
-    let tracer = RayTracer::new(&gpu.device).unwrap();
+fn distances(
+    gpu: &Gpu,
+    tracer: &RayTracer,
+    scene: &GpuScene,
+    structure: Structure<'_>,
+    rays: &[TracedRay],
+) -> Vec<f32> {
     let buffer = tracer.upload(&gpu.device, rays).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
@@ -63,14 +67,17 @@ fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
     words.iter().map(|w| [Vec3::from_slice(w), Vec3::from_slice(&w[4..]), Vec3::from_slice(&w[8..])]).collect()
 }
 
+/// Axes of an image.
+fn frame_of(images: &DeepImages, image: u32) -> DeepFrame {
+    let axes = images.directions.frame(image);
+    DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() }
+}
+
 /// What exact intersection makes of a chunk.
 fn exact(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     let triangles = triangles(gpu, scene);
-    let all = (0..chunk.grid.image_count).flat_map(|image| {
-        let axes = images.directions.frame(chunk.grid.first_image + image);
-        let frame = DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() };
-        twin::image(&chunk.grid, &frame, &triangles)
-    });
+    let all = (0..chunk.grid.image_count)
+        .flat_map(|image| twin::image(&chunk.grid, &frame_of(images, chunk.grid.first_image + image), &triangles));
     all.map(|list| twin::merge(&list, chunk.grid.merge_distance)).collect()
 }
 

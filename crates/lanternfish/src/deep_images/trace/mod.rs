@@ -72,12 +72,7 @@ impl RayTracer {
             for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
                 // Distances need no payload.
                 let settings = DeepImageSettings { store, depth, payload: false, ..Default::default() };
-                let mut within = settings.fragment_features();
-                match SEARCH.load(std::sync::atomic::Ordering::Relaxed) {
-                    1 => within.push("search_bisect"),
-                    2 => within.push("search_both"),
-                    _ => {}
-                }
+                let within = settings.fragment_features();
                 let across: Vec<_> = within.iter().copied().chain(["across"]).collect();
                 deep.push(DeepTracers {
                     store,
@@ -130,5 +125,3 @@ impl RayTracer {
         Ok(distances)
     }
 }
-
-pub static SEARCH: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
