@@ -127,7 +127,7 @@ impl DeepImages {
     /// - linked lists end, and between them come to every fragment once;
     /// - they are in order, where the store sorts: by depth, then (but in 16 bits) by triangle;
     /// - every fragment was written, has a depth that the scene has, and a triangle that there is;
-    /// - as many were kept as were drawn, where none are merged. (What is lost before merging may be merged away unseen.)
+    /// - as many were kept as were drawn, where none are merged, and no more where some are.
     ///
     /// The first fault that is found comes back as [`RenderError::Lists`]: a bug, or a device that computes wrongly.
     pub fn validate(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), RenderError> {

@@ -73,7 +73,7 @@ pub(crate) struct Source<'s> {
 #[derive(Debug)]
 pub(crate) enum Store {
     /// Lists behind each other.
-    LinearArray(LinearArray),
+    LinearArray(Box<LinearArray>),
     /// Lists of links, sorted or not.
     Linked(LinkedLists),
 }
@@ -88,7 +88,7 @@ impl Store {
             });
         }
         Ok(match settings.store {
-            DeepStore::LinearArray => Self::LinearArray(LinearArray::new(device, settings)?),
+            DeepStore::LinearArray => Self::LinearArray(Box::new(LinearArray::new(device, settings)?)),
             DeepStore::LinkedList | DeepStore::SortedLinkedList => Self::Linked(LinkedLists::new(device, settings)?),
         })
     }

@@ -142,6 +142,19 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
     }
 }
 
+/// Bytes are what each store says of itself: linked lists may have more room than they took.
+fn check_bytes(images: &DeepImages) {
+    let DeepImageSettings { store, depth, payload, .. } = images.settings;
+    let chunk = &images.chunks[0];
+    let depth_bytes = if depth == DeepDepth::Bits16 { 2 } else { 4 };
+    let link_bytes = if store == DeepStore::LinearArray { 0 } else { 4 };
+    let a_fragment = depth_bytes + link_bytes + if payload { 4 } else { 0 };
+    let least = 4 * u64::from(chunk.list_count()) + a_fragment * chunk.fragments;
+    // Two words at the lists' ends, and four buffers rounded up to 16.
+    let most = if link_bytes > 0 { u64::MAX } else { least + 8 + 4 * 15 };
+    assert!((least..=most).contains(&images.counts.bytes), "{:?}: {:?}", images.settings, images.counts);
+}
+
 fn check_all(gpu: &Gpu, builder: DeepBuilder, most_wrong: f64) {
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
     let tracer = RayTracer::new(&gpu.device).unwrap();
@@ -160,6 +173,7 @@ fn check_all(gpu: &Gpu, builder: DeepBuilder, most_wrong: f64) {
             let images = build(gpu, &scene, settings);
             images.validate(&gpu.device, &gpu.queue).unwrap();
             assert_eq!(images.counts.drawn, unmerged.counts.drawn, "{settings:?}");
+            check_bytes(&images);
             let found = sorted(lists(gpu, &images, &images.chunks[0]));
             let mut expected = expected(&drawn, &images);
             assert_eq!(differing(&found, &expected, &images), 0, "{settings:?}");

@@ -17,15 +17,15 @@ use crate::{
     testing::{Random, probe},
 };
 
-/// Lists of the hand-made images: three of 2 x 2 texels.
-const LISTS: u32 = 12;
 const TRIANGLES: u32 = 1000;
 
-/// Images of fragments that are put into lists by hand: (list, fragment). `kept_back` of them are counted, but not put.
-fn images_of(gpu: &Gpu, settings: DeepImageSettings, fragments: &[Vec4], kept_back: usize) -> DeepImages {
+/// Three images of 2 x 2 texels, whose fragments (list, depth, triangle) are counted and put into lists by hand.
+fn images_of(gpu: &Gpu, settings: DeepImageSettings, counted: &[Vec4], put: &[Vec4]) -> DeepImages {
     let none = wgpu::BufferUsages::empty();
     let buffer = |label, content: &[Vec4]| storage_buffer_of(&gpu.device, label, content, none).unwrap();
-    let (counted, put) = (buffer("counted", fragments), buffer("put", &fragments[kept_back..]));
+    let groups = |fragments: &[Vec4]| [fragments.len().div_ceil(64) as u32, 1, 1];
+    let count = (buffer("counted", counted), groups(counted));
+    let put = (buffer("put", put), groups(put));
     let kernels: Turns<ComputeKernel> =
         Turns::new(&settings, |features, _| Ok(probe(gpu, "testing/put_fragments", features, "put"))).unwrap();
     let directions = Directions::new(settings.directions).unwrap();
@@ -40,12 +40,11 @@ fn images_of(gpu: &Gpu, settings: DeepImageSettings, fragments: &[Vec4], kept_ba
     };
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let groups = [fragments.len().div_ceil(64) as u32, 1, 1];
     let source = Source {
         bindings: Default::default(),
         gather: &|frame, turn, _, bindings| {
-            let queries = if turn == Turn::Count { &counted } else { &put };
-            frame.dispatch(kernels.pass(turn), &bindings.clone().buffer("queries", queries), groups);
+            let (queries, groups) = if turn == Turn::Count { &count } else { &put };
+            frame.dispatch(kernels.pass(turn), &bindings.clone().buffer("queries", queries), *groups);
         },
     };
     let (chunk, drawn) = Store::new(&gpu.device, &settings).unwrap().record(&mut frame, grid, &source).unwrap();
@@ -72,7 +71,7 @@ fn by_hand(store: DeepStore, merge_texels: f32) -> DeepImageSettings {
 /// Lists of every length about the sort's bounds, some depths equal, some zero, some at the sphere's ends.
 fn fragments() -> Vec<Vec4> {
     let mut random = Random::new(9);
-    let lengths = [0, 1, 2, 3, 47, 48, 49, 50, 0, 300, 1000, 1];
+    let lengths = [3, 0, 1, 2, 47, 48, 49, 50, 0, 300, 1000, 1];
     let mut all = Vec::new();
     for (list, length) in lengths.into_iter().enumerate() {
         for i in 0..length {
@@ -101,7 +100,7 @@ fn gpu_stores_hold_what_is_put_into_them() {
         for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
             for (payload, merge_texels) in [(true, 0.0), (true, 0.02), (false, 0.0), (false, 0.02)] {
                 let settings = DeepImageSettings { depth, payload, ..by_hand(store, merge_texels) };
-                let images = images_of(gpu, settings, &put, 0);
+                let images = images_of(gpu, settings, &put, &put);
                 images.validate(&gpu.device, &gpu.queue).unwrap();
                 let found = lists(gpu, &images, &images.chunks[0]);
                 for (list, mut found) in found.into_iter().enumerate() {
@@ -149,12 +148,15 @@ fn fault(gpu: &Gpu, images: &DeepImages) -> Option<ListFault> {
 fn gpu_fragments_that_are_counted_but_never_put_are_missed() {
     let Some(gpu) = testing::gpu("gpu_fragments_that_are_counted_but_never_put_are_missed") else { return };
     let put = fragments();
-    let settings = by_hand(DeepStore::LinearArray, 0.0);
-    assert_eq!(fault(gpu, &images_of(gpu, settings, &put, 0)), None);
-    for kept_back in [1, 2, 100] {
-        let found = fault(gpu, &images_of(gpu, settings, &put, kept_back));
-        let missed = matches!(found, Some(ListFault::Unwritten { .. } | ListFault::Lost { .. }));
-        assert!(missed, "{kept_back}: {found:?}");
+    for merge_texels in [0.0, 0.02] {
+        let settings = by_hand(DeepStore::LinearArray, merge_texels);
+        assert_eq!(fault(gpu, &images_of(gpu, settings, &put, &put)), None);
+        // Of the first lists, of the last ones, one of a long one's, and all.
+        let without_one = [&put[..700], &put[701..]].concat();
+        for filled in [&put[1..], &put[3..], &put[100..], &put[..put.len() - 1], &put[..400], &without_one, &[]] {
+            let found = fault(gpu, &images_of(gpu, settings, &put, filled));
+            assert!(matches!(found, Some(ListFault::Unwritten { .. })), "{} of {}: {found:?}", filled.len(), put.len());
+        }
     }
 }
 
