@@ -49,6 +49,16 @@ pub enum RenderError {
         /// What is wrong with it.
         what: String,
     },
+    /// A picture of something in deep images that is not there.
+    #[error("deep images: there is no {what} {number}: {known}")]
+    NoSuch {
+        /// An image, or a layer of one.
+        what: &'static str,
+        /// Asked for.
+        number: i64,
+        /// What there is.
+        known: String,
+    },
     /// A list outgrew what one binding of the device can hold.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {

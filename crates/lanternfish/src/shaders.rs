@@ -28,7 +28,11 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        deep_images::{DeepFrame, DeepGrid, SurfaceSample, trace::TracedRay},
+        deep_images::{
+            DeepFrame, DeepGrid, SurfaceSample,
+            trace::TracedRay,
+            view::{PointRange, TexelQuery, TexelScale},
+        },
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::{
             Volume,
@@ -76,6 +80,9 @@ mod tests {
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
         Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "across", "bvh"]] },
+        Root { module: "deep_images/view/points", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "deep_images/view/texels", entries: &["count", "layer"], choices: &[] },
+        Root { module: "deep_images/view/paint", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -263,6 +270,9 @@ mod tests {
         check::<DeepFrame>(&shaders, &mut checked);
         check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
+        check::<PointRange>(&shaders, &mut checked);
+        check::<TexelQuery>(&shaders, &mut checked);
+        check::<TexelScale>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);
         check::<LightTree>(&shaders, &mut checked);

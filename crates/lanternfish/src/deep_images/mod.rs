@@ -15,6 +15,7 @@ mod tests;
 pub mod trace;
 #[cfg(test)]
 mod twin;
+pub mod view;
 
 use glam::{UVec2, Vec2, Vec3};
 use lanternfish_gpu::{Bindings, gpu_struct};
