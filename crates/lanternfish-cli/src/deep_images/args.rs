@@ -168,3 +168,65 @@ impl DeepImageArgs {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::args::{Cli, Command};
+
+    fn parsed(words: &str) -> Result<DeepImagesArgs, clap::Error> {
+        let line = ["lanternfish", "deep-images", "a.glb"].into_iter().chain(words.split_whitespace());
+        match Cli::try_parse_from(line)?.command {
+            Command::DeepImages(args) => Ok(*args),
+            _ => unreachable!("the words start with deep-images"),
+        }
+    }
+
+    #[test]
+    fn without_flags_the_images_are_the_librarys() {
+        assert_eq!(parsed("").unwrap().images.settings(8192).unwrap(), DeepImageSettings::default());
+    }
+
+    #[test]
+    fn flags_choose_the_images() {
+        let words = "--directions cube:2 --resolution 100 --supersampling 3 --builder per_direction";
+        let settings = parsed(words).unwrap().images.settings(8192).unwrap();
+        let expected = DeepImageSettings {
+            directions: DirectionSet::Cube { k: 2 },
+            resolution: 100,
+            supersampling: 3,
+            builder: DeepBuilder::PerDirection,
+            ..DeepImageSettings::default()
+        };
+        assert_eq!(settings, expected);
+        assert_eq!(parsed("--view layer --layer -2").unwrap().shown.layer, -2);
+        for bad in [
+            "--directions ball:3",
+            "--resolution 0",
+            "--resolution 5000",
+            "--supersampling 9",
+            "--builder both",
+            "--view all",
+            "--image -1",
+            "--layer x",
+            "--layers 0",
+            "--upscale 0",
+            "--point-size 0",
+        ] {
+            assert!(parsed(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn what_the_adapter_cannot_draw_is_refused() {
+        let settings = |words: &str| parsed(words).unwrap().images.settings(8192).map_err(|error| error.to_string());
+        assert!(settings("--resolution 2730").is_ok() && settings("--resolution 910 --supersampling 3").is_ok());
+        for words in ["--resolution 2731", "--resolution 911 --supersampling 3"] {
+            let error = settings(words).unwrap_err();
+            assert!(error.contains("this adapter has 8192") && error.contains("--builder per_direction"), "{error}");
+        }
+        assert!(settings("--resolution 4096 --supersampling 8 --builder per_direction").is_ok());
+    }
+}

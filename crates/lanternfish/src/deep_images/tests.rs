@@ -16,12 +16,12 @@ use crate::{
 };
 
 /// Uploads for the BVH, whose triangles the builders draw.
-fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
+pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
     let settings = Settings { shadows: Shadows::Bvh, ..Settings::default() };
     Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(scene).unwrap()
 }
 
-fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {
+pub(super) fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut builder = DeepImageBuilder::new(&gpu.device, settings).unwrap();
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
@@ -32,7 +32,7 @@ fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages
 
 /// A chunk's lists, after checking every invariant: starts ascend from zero to the total, lists are sorted, depths lie in the
 /// sphere, every fragment is of a triangle that there is.
-fn lists(gpu: &Gpu, chunk: &Chunk) -> Vec<Vec<Fragment>> {
+pub(super) fn lists(gpu: &Gpu, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     let count = chunk.list_count() as usize;
     let ends = read_back::<u32>(&gpu.device, &gpu.queue, &chunk.list_ends, count + 2).unwrap();
     let total = chunk.fragments as usize;
@@ -72,7 +72,7 @@ fn exact(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, chunk: &Chunk) -> Vec
     all.map(|list| twin::merge(&list, chunk.grid.merge_distance)).collect()
 }
 
-fn settings(builder: DeepBuilder) -> DeepImageSettings {
+pub(super) fn settings(builder: DeepBuilder) -> DeepImageSettings {
     DeepImageSettings {
         directions: DirectionSet::StacksSlices { stacks: 4, slices: 5 },
         resolution: 48,
