@@ -18,7 +18,7 @@ fn said(folder: &Path, words: &str) -> String {
 }
 
 /// Width, height and pixels.
-fn picture(path: &Path) -> (u32, u32, Vec<[u8; 4]>) {
+fn picture(path: &Path) -> (usize, usize, Vec<[f32; 3]>) {
     let scene = lanternfish_metrics::read_png(path).unwrap();
     (scene.width, scene.height, scene.pixels)
 }

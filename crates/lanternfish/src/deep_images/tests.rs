@@ -57,7 +57,7 @@ pub(super) fn lists(gpu: &Gpu, chunk: &Chunk) -> Vec<Vec<Fragment>> {
 }
 
 /// Triangles in the order in which the device holds them.
-fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
+pub(super) fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
     let count = scene.traced_triangles as usize;
     let words = read_back::<[f32; 12]>(&gpu.device, &gpu.queue, scene.bvh_triangles().unwrap(), count).unwrap();
     words.iter().map(|w| [Vec3::from_slice(w), Vec3::from_slice(&w[4..]), Vec3::from_slice(&w[8..])]).collect()

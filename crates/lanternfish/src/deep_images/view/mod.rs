@@ -1,6 +1,6 @@
 //! Deep images to look at: their fragments as points in the scene, and one image's texels as pictures.
 //!
-//! Everything is read as any other reader of the lists does it (`lists.wesl`), so a picture shows what a tracer gets.
+//! Fragments are read in one place, `fragments.wesl`, from the lists that tracers read: a picture shows what a tracer gets.
 
 mod points;
 #[cfg(test)]

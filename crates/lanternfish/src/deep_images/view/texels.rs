@@ -40,8 +40,8 @@ gpu_struct! {
     }
 }
 
-/// In a texel whose list ends before the layer: the shaders' `NO_FRAGMENT`.
-const NO_FRAGMENT: f32 = 3e38;
+/// In a texel whose list ends before the layer: `NO_FRAGMENT` of `fragments.wesl`.
+pub(super) const NO_FRAGMENT: f32 = 3e38;
 
 /// The scale that numbers are shown on.
 #[derive(Clone, Copy, Debug, PartialEq)]
