@@ -8,7 +8,7 @@ use lanternfish::{
 use lanternfish_scene::{Bounds, Light};
 
 /// Pixels a side that are accepted.
-const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
+pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 
 /// Most lights made by rule: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
 const MOST_LIGHTS: u32 = (128 << 20) / 64;

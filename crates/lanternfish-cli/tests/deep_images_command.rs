@@ -59,7 +59,10 @@ fn gpu_what_is_not_there_is_refused_with_what_is() {
         ("--view count --image 12", "images 0 to 11"),
         ("--view layer --image 3 --layer 99", "there is no layer 99: the longest list of image 3 holds "),
         ("--view layer --layer -99", "there is no layer -99"),
-        ("--view count --upscale 1024", "each side must be from 1 to "),
+        ("--view count --upscale 1024", "choose a smaller --upscale"),
+        ("--view layers --image 3 --upscale 512", "choose a smaller --upscale"),
+        ("--directions zonal:4096 --resolution 1024", "2147483648 are the most"),
+        ("--resolution 2500", "choose a smaller --resolution"),
     ] {
         let (success, stdout, stderr) = deep_images(folder.path(), &format!("{SMALL} -o a.png {words}"));
         assert!(!success && stdout.is_empty() && stderr.contains(known), "{words}: {stderr}");

@@ -16,6 +16,9 @@ use crate::{
     parse::{self, Size},
 };
 
+/// Texels of all images that are accepted: without any fragment they fill 8 GiB.
+const MOST_TEXELS: u64 = 1 << 31;
+
 pub const HELP: &str = "\
 Examples:
   All fragments of all images, from where a shot's camera stands:
@@ -159,6 +162,13 @@ impl DeepImageArgs {
                 "choose a smaller --resolution or --supersampling, or --builder per_direction",
             ));
         }
+        let texels = self.directions.count() * u64::from(self.resolution).pow(2);
+        if texels > MOST_TEXELS {
+            return Err(CliError::new(
+                format!("{texels} texels in all images: {MOST_TEXELS} are the most"),
+                "choose a smaller --resolution or fewer --directions",
+            ));
+        }
         Ok(DeepImageSettings {
             directions: self.directions,
             resolution: self.resolution,
@@ -227,6 +237,9 @@ mod tests {
             let error = settings(words).unwrap_err();
             assert!(error.contains("this adapter has 8192") && error.contains("--builder per_direction"), "{error}");
         }
-        assert!(settings("--resolution 4096 --supersampling 8 --builder per_direction").is_ok());
+        let fine = "--resolution 4096 --supersampling 8 --builder per_direction --directions";
+        assert!(settings(&format!("{fine} zonal:128")).is_ok());
+        let error = settings(&format!("{fine} zonal:129")).unwrap_err();
+        assert!(error.contains("2164260864 texels") && error.contains("fewer --directions"), "{error}");
     }
 }

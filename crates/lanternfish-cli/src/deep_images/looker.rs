@@ -11,7 +11,7 @@ use lanternfish::{
     settings::{DeepImageSettings, Settings, Shadows},
     view::View,
 };
-use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, read_texture};
+use lanternfish_gpu::{Frame, Gpu, GpuError, Profiler, read_back, read_texture};
 use lanternfish_scene::Scene;
 
 use super::{
@@ -70,7 +70,7 @@ impl Looker<'_> {
     ) -> Result<(R, W), CliError> {
         let started = Instant::now();
         let mut frame = Frame::new(&self.gpu.device, &self.gpu.queue, &mut self.profiler);
-        let recorded = record(&mut frame)?;
+        let recorded = record(&mut frame).map_err(|error| with_remedy(error, self.args.shown.view))?;
         frame.submit();
         let waited = wait(self.gpu, &recorded)?;
         let wall = 1e3 * started.elapsed().as_secs_f64();
@@ -126,6 +126,7 @@ impl Looker<'_> {
         let upscale = self.upscale(images, layers.len() as u32);
         let mut shown = Vec::new();
         let mut scale = (0.0, 0.0);
+        let edge = images.chunks[0].grid.resolution.saturating_mul(upscale);
         let (_, pictures) = self.frame(
             "layers",
             |frame| {
@@ -133,16 +134,17 @@ impl Looker<'_> {
                 let first = texels.layer(frame, images, image, 0)?.extent();
                 let last = texels.layer(frame, images, image, -1)?.extent();
                 scale = (first.map_or(0.0, |(least, _)| least), last.map_or(0.0, |(_, most)| most));
-                let mut pictures = Vec::new();
+                let mut depths = Vec::new();
                 for layer in layers {
-                    let depths = match texels.layer(frame, images, image, *layer) {
+                    match texels.layer(frame, images, image, *layer) {
                         Err(RenderError::NoSuch { .. }) if !shown.is_empty() => break,
-                        depths => depths?,
-                    };
-                    pictures.push(texels.paint(frame, &depths, Colors::Grey(scale.0, scale.1), upscale)?);
+                        read => depths.push(read?),
+                    }
                     shown.push(layer.to_string());
                 }
-                Ok(pictures)
+                Sheet::check(depths.len() as u32, edge)?;
+                let colors = Colors::Grey(scale.0, scale.1);
+                depths.iter().map(|depths| texels.paint(frame, depths, colors, upscale)).collect::<Result<Vec<_>, _>>()
             },
             |gpu, pictures| {
                 let read = |i: usize| read_texture(&gpu.device, &gpu.queue, pictures[i].texture());
@@ -156,7 +158,6 @@ impl Looker<'_> {
             "scale",
             format_args!("white {white:.2} m, darkest {dark:.2} m along the axis; dark blue: no fragment"),
         );
-        let edge = images.chunks[0].grid.resolution * upscale;
         Ok(Sheet::side_by_side(pictures.into_iter().map(|pixels| Sheet::new(edge, pixels)).collect()))
     }
 
@@ -184,6 +185,7 @@ impl Looker<'_> {
         self.say("scale", legend.join(", "));
         Ok(Sheet::new(images.chunks[0].grid.resolution * upscale, pixels))
     }
+
     /// Pixels of a texel where so many images are shown.
     fn upscale(&self, images: &DeepImages, count: u32) -> u32 {
         let wide = WIDTH / (Sheet::columns(count) * images.chunks[0].grid.resolution);
@@ -194,4 +196,16 @@ impl Looker<'_> {
         let axis = images.directions.axes()[image as usize];
         self.say("shown", format_args!("image {image}, along {:.3},{:.3},{:.3}", axis.x, axis.y, axis.z));
     }
+}
+
+/// With a remedy among this command's flags.
+fn with_remedy(error: RenderError, view: DeepView) -> CliError {
+    let hint = match &error {
+        RenderError::Size { .. } if view != DeepView::Points => "choose a smaller --upscale, --resolution or --layers",
+        RenderError::Gpu(GpuError::TooLarge { .. }) | RenderError::Overflow { .. } => {
+            "choose a smaller --resolution or --supersampling, fewer --directions, or another adapter with --adapter"
+        }
+        _ => return error.into(),
+    };
+    CliError::new(error, hint)
 }

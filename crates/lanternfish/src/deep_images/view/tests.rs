@@ -29,7 +29,7 @@ fn frame<R>(gpu: &Gpu, record: impl FnOnce(&mut Frame<'_>) -> Result<R, RenderEr
 
 /// 20 images of 48 x 48 texels in more than one chunk.
 fn in_chunks(gpu: &Gpu, scene: &GpuScene) -> DeepImages {
-    let fragments_a_texel = u64::from(gpu.device.limits().max_storage_buffer_binding_size) / (4 * 48 * 48 * 7);
+    let fragments_a_texel = gpu.device.limits().max_storage_buffer_binding_size / (4 * 48 * 48 * 7);
     let images = build(gpu, scene, DeepImageSettings { fragments_a_texel, ..settings(DeepBuilder::SinglePass) });
     assert!(images.chunks.len() > 1, "one chunk");
     images
