@@ -28,7 +28,11 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        deep_images::{DeepFrame, DeepGrid, SurfaceSample, trace::TracedRay},
+        deep_images::{
+            DeepFrame, DeepGrid, SurfaceSample,
+            trace::TracedRay,
+            view::{PointRange, TexelQuery, TexelScale},
+        },
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::{
             Volume,
@@ -93,6 +97,17 @@ mod tests {
             entries: &["trace"],
             choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"], &["", "across", "bvh"]],
         },
+        Root {
+            module: "deep_images/view/points",
+            entries: &["vertex", "fragment"],
+            choices: &[&["payload"], &["", "depth_16"]],
+        },
+        Root {
+            module: "deep_images/view/texels",
+            entries: &["count", "layer"],
+            choices: &[&["", "payload"], &["", "depth_16"]],
+        },
+        Root { module: "deep_images/view/paint", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -163,8 +178,9 @@ mod tests {
         }
         let shaders = all_variants();
         for root in ROOTS {
-            let plain = shaders.iter().find(|shader| shader.label == root.module).expect("linked above");
-            let entries: Vec<_> = plain.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+            let any = shaders.iter().find(|shader| shader.label.split('+').next() == Some(root.module));
+            let any = any.expect("linked above");
+            let entries: Vec<_> = any.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
             assert_eq!(entries, root.entries, "{}", root.module);
         }
         let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
@@ -280,6 +296,9 @@ mod tests {
         check::<DeepFrame>(&shaders, &mut checked);
         check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
+        check::<PointRange>(&shaders, &mut checked);
+        check::<TexelQuery>(&shaders, &mut checked);
+        check::<TexelScale>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);
         check::<LightTree>(&shaders, &mut checked);

@@ -17,6 +17,7 @@ pub mod trace;
 #[cfg(test)]
 mod twin;
 mod validate;
+pub mod view;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct};

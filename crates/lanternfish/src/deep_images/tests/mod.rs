@@ -25,12 +25,12 @@ use crate::{
 };
 
 /// Uploads for the BVH, whose triangles the builders draw.
-fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
+pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
     let settings = Settings { shadows: Shadows::Bvh, ..Settings::default() };
     Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(scene).unwrap()
 }
 
-fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {
+pub(super) fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut builder = DeepImageBuilder::new(&gpu.device, settings).unwrap();
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
@@ -40,7 +40,7 @@ fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages
 }
 
 /// A chunk's lists, after checking every invariant.
-fn lists(gpu: &Gpu, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
+pub(super) fn lists(gpu: &Gpu, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     images.read_lists(&gpu.device, &gpu.queue, chunk).unwrap()
 }
 
@@ -61,7 +61,7 @@ fn distances(
 }
 
 /// Triangles in the order in which the device holds them.
-fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
+pub(super) fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
     let count = scene.traced_triangles as usize;
     let words = read_back::<[f32; 12]>(&gpu.device, &gpu.queue, scene.bvh_triangles().unwrap(), count).unwrap();
     words.iter().map(|w| [Vec3::from_slice(w), Vec3::from_slice(&w[4..]), Vec3::from_slice(&w[8..])]).collect()
@@ -81,7 +81,7 @@ fn exact(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, chunk: &Chunk) -> Vec
     all.map(|list| twin::merge(&list, chunk.grid.merge_distance)).collect()
 }
 
-fn settings(builder: DeepBuilder) -> DeepImageSettings {
+pub(super) fn settings(builder: DeepBuilder) -> DeepImageSettings {
     DeepImageSettings {
         directions: DirectionSet::StacksSlices { stacks: 4, slices: 5 },
         resolution: 48,
