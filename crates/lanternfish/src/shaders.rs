@@ -28,7 +28,7 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        deep_images::{DeepFrame, DeepGrid, SurfaceSample, trace::TracedRay},
+        deep_images::{DeepFrame, DeepGrid, PeeledFragment, SurfaceSample, trace::TracedRay},
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::{
             Volume,
@@ -74,8 +74,14 @@ mod tests {
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[&["", "fill"]] },
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
+        Root { module: "deep_images/build/depth_peeling", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "deep_images/build/peeled", entries: &["keep", "fill"], choices: &[] },
         Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
-        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "across", "bvh"]] },
+        Root {
+            module: "deep_images/trace/rays",
+            entries: &["trace"],
+            choices: &[&["", "across", "exact", "exact+tracer_ray_query"]],
+        },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -261,6 +267,7 @@ mod tests {
         check::<TileGrid>(&shaders, &mut checked);
         check::<DeepGrid>(&shaders, &mut checked);
         check::<DeepFrame>(&shaders, &mut checked);
+        check::<PeeledFragment>(&shaders, &mut checked);
         check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);

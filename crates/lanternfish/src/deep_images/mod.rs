@@ -19,7 +19,7 @@ mod twin;
 use glam::{UVec2, Vec2, Vec3};
 use lanternfish_gpu::{Bindings, gpu_struct};
 
-pub use self::build::DeepImageBuilder;
+pub use self::build::{DeepImageBuilder, PeeledFragment};
 use self::directions::Directions;
 
 gpu_struct! {

@@ -1,3 +1,6 @@
+mod depth_peeling;
+mod ray_query;
+
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
 use lanternfish_scene::Scene;

@@ -1,4 +1,6 @@
-//! Building deep images: a single pass, or a draw for each direction.
+//! Building deep images: a single pass, a draw for each direction, or one for each layer of surfaces.
+
+mod depth_peeling;
 
 use glam::UVec2;
 use lanternfish_gpu::{
@@ -6,6 +8,8 @@ use lanternfish_gpu::{
     uniform_buffer_of,
 };
 
+use self::depth_peeling::DepthPeeling;
+pub use self::depth_peeling::PeeledFragment;
 use super::{Chunk, DeepCounts, DeepFrame, DeepGrid, DeepImages, WIDTH, WORKGROUP, directions::Directions};
 use crate::{
     error::RenderError,
@@ -22,6 +26,8 @@ enum Builder {
     SinglePass { sample: RasterPipeline, count: ComputeKernel, fill: ComputeKernel, capacity: u32 },
     /// The scene is drawn for each image, for count and for fill.
     PerDirection { count: RasterPipeline, fill: RasterPipeline },
+    /// The scene is drawn for each layer of surfaces, of all images at once.
+    DepthPeeling(DepthPeeling),
 }
 
 /// The passes.
@@ -63,6 +69,7 @@ impl DeepImageBuilder {
                 count: raster("deep_images/build/per_direction", &[], "deep_images/count")?,
                 fill: raster("deep_images/build/per_direction", &["fill"], "deep_images/fill")?,
             },
+            DeepBuilder::DepthPeeling => Builder::DepthPeeling(DepthPeeling::new(device)?),
         };
         let sort = SHADERS.link("deep_images/sort/sort", &[])?;
         Ok(Self {
@@ -116,7 +123,11 @@ impl DeepImageBuilder {
     fn images_a_chunk(&self, device: &wgpu::Device) -> u32 {
         let texels = u64::from(self.settings.resolution).pow(2);
         let entries = device.limits().max_storage_buffer_binding_size / 4;
-        (entries / (texels * self.settings.fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
+        let most = (entries / (texels * self.settings.fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32;
+        match self.builder {
+            Builder::DepthPeeling(_) => most.min(DepthPeeling::most_images(device, self.settings.resolution)),
+            _ => most,
+        }
     }
 
     fn record_chunk(
@@ -141,7 +152,7 @@ impl DeepImageBuilder {
         }
 
         // Count, scan, make room.
-        self.gather(frame, false, samples, &grid, &shared.clone().buffer("deep_grid", &grid_buffer));
+        self.gather(frame, false, samples, &grid, &shared.clone().buffer("deep_grid", &grid_buffer))?;
         let total = self.scan.record(frame, &list_ends, lists + 2)?.clone();
         let drawn = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
         let limit = device.limits().max_storage_buffer_binding_size / 4;
@@ -163,7 +174,7 @@ impl DeepImageBuilder {
             .buffer("deep_grid", &grid_buffer)
             .buffer("filled_depths", &depths)
             .buffer("filled_triangles", &triangles);
-        self.gather(frame, true, samples, &grid, &shared);
+        self.gather(frame, true, samples, &grid, &shared)?;
         let kept = storage_buffer(device, "deep_images/kept", list_bytes)?;
         let all = [WIDTH.min(lists.div_ceil(WORKGROUP)), lists.div_ceil(WORKGROUP * WIDTH), 1];
         let sorting = shared.buffer("list_ends", &list_ends).buffer("kept", &kept);
@@ -220,14 +231,14 @@ impl DeepImageBuilder {
 
     /// Counts or fills the lists of a chunk.
     fn gather(
-        &self,
+        &mut self,
         frame: &mut Frame<'_>,
         fills: bool,
         samples: Option<&Samples>,
         grid: &DeepGrid,
         bindings: &Bindings<'_>,
-    ) {
-        match (&self.builder, samples) {
+    ) -> Result<(), RenderError> {
+        match (&mut self.builder, samples) {
             (Builder::SinglePass { count, fill, .. }, Some(samples)) => {
                 let groups = samples.taken.div_ceil(WORKGROUP).max(1);
                 let groups = [WIDTH.min(groups), groups.div_ceil(WIDTH), 1];
@@ -238,8 +249,11 @@ impl DeepImageBuilder {
                 let size = UVec2::splat(grid.resolution);
                 draw(frame, pipeline, label, size, grid, grid.image_count, bindings);
             }
+            (Builder::DepthPeeling(peeling), _) if fills => peeling.fill(frame, bindings),
+            (Builder::DepthPeeling(peeling), _) => peeling.count(frame, grid, bindings)?,
             (Builder::SinglePass { .. }, None) => unreachable!("a single pass has taken its samples"),
         }
+        Ok(())
     }
 }
 
