@@ -43,6 +43,12 @@ pub enum RenderError {
          for each view (--cluster-views individual)"
     )]
     Unaligned,
+    /// What has changed since the upload is more than where things are.
+    #[error("{what}: only what moves is brought up to date; upload the scene again")]
+    Changed {
+        /// The first thing that is not as it was uploaded.
+        what: String,
+    },
     /// There is no such set of directions.
     #[error("deep images: {what}")]
     Directions {

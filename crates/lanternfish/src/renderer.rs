@@ -101,6 +101,22 @@ impl Renderer {
         })
     }
 
+    /// Brings what has moved in `scene` since it was uploaded by this renderer to the device: where its instances stand; all
+    /// lights, more or fewer too; [`Scene::sky`]. Where all instances stand where they did, the geometry is not touched.
+    ///
+    /// All else must be as it was. Another number of meshes, instances, materials, textures, images; another mesh of an
+    /// instance; an instance that is mirrored and was not, or the other way round; other numbers of vertices or indices, or
+    /// another material, of a primitive: these are [`RenderError::Changed`], and nothing is done. What vertices, materials,
+    /// textures and an environment *are* is not compared, and not brought to the device. The scene must be valid
+    /// ([`Scene::validate`]).
+    ///
+    /// The BVH keeps its tree and gets new boxes: things that move far apart make its rays slower. Upload again to build it
+    /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both; one
+    /// that loses its area is met by nothing. After any other error update again, or upload.
+    pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
+        checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.settings))
+    }
+
     /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
     /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {

@@ -5,6 +5,7 @@ mod clustered;
 mod deep_images;
 mod forward_plus;
 mod markdown;
+mod moving;
 mod normals;
 mod plot;
 mod quality;
@@ -51,6 +52,10 @@ pub enum Paper {
     /// stands for, as Markdown, JSON and plots. Counts are exact; times are to be compared with each other only. Exits with an
     /// error when configurations that must show the same picture do not.
     Clustered(Box<ClusteredArgs>),
+    /// Bringing what has moved to the device, beside uploading it afresh, and rays through the tree that was refit.
+    ///
+    /// Times are the least of some runs on this machine, to be compared with each other only.
+    Moving(moving::MovingArgs),
     /// The attenuation functions as curves: Van Gelderen 2020, fig. A.1.
     Attenuation(AttenuationArgs),
     /// Every technique on a fixed list of shots, against a path tracer.
@@ -94,6 +99,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         Paper::ForwardPlus(args) => forward_plus::run(args),
         Paper::DeepImages(args) => deep_images::run(args),
         Paper::Clustered(args) => clustered::run(args),
+        Paper::Moving(args) => moving::run(args),
         Paper::Attenuation(args) => attenuation::run(args),
         Paper::Quality(args) => quality::run(args),
     }

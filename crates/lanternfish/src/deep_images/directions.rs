@@ -3,6 +3,7 @@
 //! One image serves a direction and its opposite: the texels' lists are read from the other end.
 
 mod cells;
+mod rotations;
 mod sets;
 #[cfg(test)]
 mod tests;
@@ -10,6 +11,8 @@ mod tests;
 use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec3, Vec4};
+
+pub use self::rotations::rotation_of_frame;
 
 /// Which directions there are deep images of. The pole of a set is +y until it is turned ([`Directions::rotated`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,17 +10,21 @@
 
 mod build;
 pub mod directions;
+mod kept;
 #[cfg(test)]
 mod tests;
 pub mod trace;
 #[cfg(test)]
 mod twin;
 
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct};
 
-pub use self::build::{DeepImageBuilder, PeeledFragment};
 use self::directions::Directions;
+pub use self::{
+    build::{DeepImageBuilder, PeeledFragment},
+    kept::KeptDeepImages,
+};
 
 gpu_struct! {
     /// Where deep images lie.
@@ -45,6 +49,8 @@ gpu_struct! {
         merge_distance: f32,
         /// Between the single pass' samples, across the axis that a triangle is drawn along, m.
         sample_spacing: f32,
+        /// Rotation into the space of the set of directions, a unit quaternion.
+        set_from_world: Vec4,
     }
 }
 
@@ -76,6 +82,10 @@ pub(crate) const WORKGROUP: u32 = 64;
 pub struct DeepImages {
     /// Their directions.
     pub directions: Directions,
+    /// Their axes in the set's own space, bound as `direction_axes`.
+    pub direction_axes: wgpu::Buffer,
+    /// The table that finds the nearest, bound as `direction_cells`.
+    pub direction_cells: wgpu::Buffer,
     /// Axes of all images on the device, bound as `deep_frames`.
     pub frames: wgpu::Buffer,
     /// Together they hold every image.
@@ -110,6 +120,13 @@ pub struct DeepCounts {
     pub kept: u64,
     /// Bytes of lists and fragments.
     pub bytes: u64,
+}
+
+impl DeepImages {
+    /// What `nearest_image.wesl` needs beside the grid of any chunk.
+    pub fn direction_bindings(&self) -> Bindings<'_> {
+        Bindings::new().buffer("direction_axes", &self.direction_axes).buffer("direction_cells", &self.direction_cells)
+    }
 }
 
 impl Chunk {

@@ -1,4 +1,5 @@
 mod depth_peeling;
+mod moving;
 mod ray_query;
 
 use glam::{Vec3, Vec4};

@@ -11,7 +11,10 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-use super::tracing::Tracing;
+use super::{
+    refit::refit,
+    tracing::{TracedTriangle, Tracing},
+};
 use crate::error::RenderError;
 
 /// Levels that the shader's stack has room for; its `STACK_SIZE`.
@@ -42,6 +45,8 @@ pub struct Bvh {
     pub nodes: wgpu::Buffer,
     /// [`BvhTriangle`]s in leaf order.
     pub triangles: wgpu::Buffer,
+    /// The nodes again, to be refit.
+    tree: Vec<CwBvhNode>,
 }
 
 /// Builds the tree and puts the triangles into its leaf order. A scene without triangles gets one node without children.
@@ -63,8 +68,9 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
 }
 
 impl Bvh {
-    pub fn new(device: &wgpu::Device, nodes: &[CwBvhNode], tracing: &Tracing) -> Result<Self, RenderError> {
-        let depth = depth(nodes);
+    /// Uploads a tree and its triangles, in its leaf order.
+    pub fn new(device: &wgpu::Device, tree: Vec<CwBvhNode>, triangles: &[TracedTriangle]) -> Result<Self, RenderError> {
+        let depth = depth(&tree);
         if depth > STACK_SIZE {
             return Err(RenderError::Overflow {
                 list: "BVH levels",
@@ -73,21 +79,29 @@ impl Bvh {
                 remedy: "the scene has thousands of triangles in one place; remove copies",
             });
         }
-        let triangles: Vec<BvhTriangle> = tracing
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.corners;
-                BvhTriangle { a, record: t.record, b, c, ..BvhTriangle::default() }
-            })
-            .collect();
         let none = wgpu::BufferUsages::empty();
-        let words: &[u32] = bytemuck::cast_slice(nodes);
+        let words: &[u32] = bytemuck::cast_slice(&tree);
         Ok(Self {
             nodes: storage_buffer_of(device, "scene/bvh_nodes", words, none)?,
-            triangles: storage_buffer_of(device, "scene/bvh_triangles", &triangles, none)?,
+            triangles: storage_buffer_of(device, "scene/bvh_triangles", &packed(triangles), none)?,
+            tree,
         })
     }
+
+    /// Puts triangles that have moved, as many and in the same order, into the same tree.
+    pub fn update(&mut self, queue: &wgpu::Queue, triangles: &[TracedTriangle]) {
+        refit(&mut self.tree, triangles);
+        queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&self.tree));
+        queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&packed(triangles)));
+    }
+}
+
+fn packed(triangles: &[TracedTriangle]) -> Vec<BvhTriangle> {
+    let pack = |triangle: &TracedTriangle| {
+        let [a, b, c] = triangle.corners;
+        BvhTriangle { a, record: triangle.source.record, b, c, ..BvhTriangle::default() }
+    };
+    triangles.par_iter().map(pack).collect()
 }
 
 /// Levels of the tree.

@@ -95,6 +95,17 @@ pub struct Geometry {
     pub instances: wgpu::Buffer,
     /// In the order of the meshes.
     pub draws: Vec<Draw>,
+    templates: Vec<Template>,
+}
+
+/// A primitive before it is placed.
+#[derive(Debug)]
+struct Template {
+    mesh: usize,
+    draw: Draw,
+    double_sided: bool,
+    /// Object space.
+    bounds: Bounds,
 }
 
 /// The two vertex buffers, as pipelines see them.
@@ -122,17 +133,10 @@ impl Geometry {
             .collect();
         let indices: Vec<u32> = primitives.iter().flat_map(|(_, p)| p.indices.iter().copied()).collect();
 
-        // Instances of each mesh.
-        let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); scene.meshes.len()];
-        for instance in &scene.instances {
-            placed[instance.mesh].push(instance.world_from_object);
-        }
-
-        let mut draws = Vec::new();
-        let mut instances = Vec::new();
+        let mut templates = Vec::new();
         let (mut first_index, mut base_vertex) = (0u32, 0i32);
         for (mesh, primitive) in &primitives {
-            let template = Draw {
+            let draw = Draw {
                 indices: first_index..first_index + primitive.indices.len() as u32,
                 base_vertex,
                 instances: 0..0,
@@ -142,10 +146,11 @@ impl Geometry {
                 bounds: Bounds::EMPTY,
             };
             let double_sided = scene.materials[primitive.material].double_sided || shading == Shading::Lambert;
-            add_draws(&template, &placed[*mesh], primitive, double_sided, &mut draws, &mut instances);
+            templates.push(Template { mesh: *mesh, draw, double_sided, bounds: primitive.bounds() });
             first_index += primitive.indices.len() as u32;
             base_vertex += primitive.positions.len() as i32;
         }
+        let (draws, instances) = place(&templates, scene);
 
         let vertex = wgpu::BufferUsages::VERTEX;
         Ok(Self {
@@ -154,21 +159,52 @@ impl Geometry {
             indices: buffer(device, "scene/indices", &indices, wgpu::BufferUsages::INDEX)?,
             instances: storage_buffer_of(device, "scene/instances", &instances, wgpu::BufferUsages::empty())?,
             draws,
+            templates,
         })
     }
+
+    /// Puts everything where the scene's instances stand now: as many, of the same meshes, mirrored where they were.
+    pub(super) fn update(&mut self, queue: &wgpu::Queue, scene: &Scene) {
+        let (draws, instances) = place(&self.templates, scene);
+        self.draws = draws;
+        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&instances));
+    }
+
+    /// World-space box of everything.
+    pub(super) fn bounds(&self) -> Bounds {
+        let mut bounds = Bounds::EMPTY;
+        self.draws.iter().for_each(|draw| bounds.add_bounds(&draw.bounds));
+        bounds
+    }
+}
+
+/// Whether a transform turns counter-clockwise into clockwise.
+pub(super) fn mirrors(transform: &Affine3A) -> bool {
+    transform.matrix3.determinant() < 0.0
+}
+
+/// Draws of all primitives, and where each is drawn.
+fn place(templates: &[Template], scene: &Scene) -> (Vec<Draw>, Vec<DrawInstance>) {
+    // Instances of each mesh.
+    let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); scene.meshes.len()];
+    for instance in &scene.instances {
+        placed[instance.mesh].push(instance.world_from_object);
+    }
+    let (mut draws, mut instances) = (Vec::new(), Vec::new());
+    for template in templates {
+        add_draws(template, &placed[template.mesh], &mut draws, &mut instances);
+    }
+    (draws, instances)
 }
 
 /// Draws of one primitive: one for its instances that keep handedness, one for those that mirror; blended surfaces get
 /// one each, so that they can be sorted.
 fn add_draws(
-    template: &Draw,
+    Template { draw, double_sided, bounds: object_bounds, .. }: &Template,
     placed: &[Affine3A],
-    primitive: &Primitive,
-    double_sided: bool,
     draws: &mut Vec<Draw>,
     instances: &mut Vec<DrawInstance>,
 ) {
-    let object_bounds = primitive.bounds();
     for mirrored in [false, true] {
         let facing = match (double_sided, mirrored) {
             (false, false) => Facing::Front,
@@ -176,21 +212,21 @@ fn add_draws(
             (true, false) => Facing::Both,
             (true, true) => Facing::BothMirrored,
         };
-        let matching = placed.iter().filter(|t| (t.matrix3.determinant() < 0.0) == mirrored);
+        let matching = placed.iter().filter(|transform| mirrors(transform) == mirrored);
         let first = instances.len() as u32;
         let mut all_bounds = Bounds::EMPTY;
         for transform in matching {
             let bounds = object_bounds.transformed(transform);
             all_bounds.add_bounds(&bounds);
-            instances.push(draw_instance(transform, template.material, mirrored));
-            if template.alpha == DrawAlpha::Blended {
+            instances.push(draw_instance(transform, draw.material, mirrored));
+            if draw.alpha == DrawAlpha::Blended {
                 let index = instances.len() as u32 - 1;
-                draws.push(Draw { instances: index..index + 1, facing, bounds, ..template.clone() });
+                draws.push(Draw { instances: index..index + 1, facing, bounds, ..draw.clone() });
             }
         }
         let last = instances.len() as u32;
-        if template.alpha != DrawAlpha::Blended && last > first {
-            draws.push(Draw { instances: first..last, facing, bounds: all_bounds, ..template.clone() });
+        if draw.alpha != DrawAlpha::Blended && last > first {
+            draws.push(Draw { instances: first..last, facing, bounds: all_bounds, ..draw.clone() });
         }
     }
 }

@@ -3,20 +3,24 @@
 //! ```text
 //! Scene ─┬─ geometry.rs   vertex and index buffers, draw instances, draws
 //!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
-//!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH
+//!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
 //!        │                                                       └─ tlas.rs  the adapter's own structure
 //!        ├─ environment   as sky/mod.rs uploads it
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
+//!
+//! `update.rs` brings what has moved in the caller's scene to the device.
 
 mod bvh;
 mod geometry;
 mod materials;
 mod mips;
 mod raster;
+mod refit;
 mod textures;
 mod tlas;
 mod tracing;
+mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
@@ -31,7 +35,10 @@ use glam::Vec3;
 use lanternfish_gpu::{Bindings, storage_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
-use self::{bvh::Bvh, geometry::Geometry, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing};
+use self::{
+    bvh::Bvh, geometry::Geometry, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing,
+    update::Placed,
+};
 use crate::{
     error::RenderError,
     lights::Light,
@@ -61,6 +68,7 @@ pub struct GpuScene {
     bvh: Option<Bvh>,
     tlas: Option<Tlas>,
     masks: wgpu::Buffer,
+    placed: Placed,
     counters: Vec<(String, u64)>,
 }
 
@@ -79,7 +87,7 @@ impl GpuScene {
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
-        let lights: Vec<Light> = scene.lights.iter().map(|light| Light::new(light, settings)).collect();
+        let lights = packed_lights(scene, settings);
         let none = wgpu::BufferUsages::empty();
 
         // Surfaces that cast shadows, in the order in which the BVH holds them.
@@ -87,35 +95,38 @@ impl GpuScene {
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let mut tracing = if tracer == Tracer::None { Tracing::default() } else { Tracing::new(scene, mask_bytes) };
         let nodes = bvh::build(&mut tracing);
-        let bvh = (tracer == Tracer::Bvh).then(|| Bvh::new(device, &nodes, &tracing)).transpose()?;
-        let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, &tracing)).transpose()?;
+        let node_count = nodes.len() as u64;
+        let triangles = &tracing.triangles;
+        let bvh = (tracer == Tracer::Bvh).then(|| Bvh::new(device, nodes, triangles)).transpose()?;
+        let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
 
         let mut counters = vec![
             ("scene/draws".to_owned(), geometry.draws.len() as u64),
-            ("scene/lights".to_owned(), lights.len() as u64),
+            (LIGHTS.to_owned(), lights.len() as u64),
             ("scene/textures_bytes".to_owned(), textures.bytes),
-            ("scene/traced_triangles".to_owned(), tracing.triangles.len() as u64),
-            ("scene/bvh_nodes".to_owned(), nodes.len() as u64),
+            ("scene/traced_triangles".to_owned(), triangles.len() as u64),
+            ("scene/bvh_nodes".to_owned(), node_count),
         ];
         if let Some(environment) = &environment {
             counters.push(("scene/environment_bytes".to_owned(), environment.bytes));
         }
         Ok(Self {
+            bounds: geometry.bounds(),
             geometry,
             textures,
             light_count: lights.len() as u32,
-            traced_triangles: tracing.triangles.len() as u32,
+            traced_triangles: triangles.len() as u32,
             sky: scene.sky,
             environment,
-            bounds: scene.bounds(),
             light_bounds: light_bounds(scene),
             materials,
-            lights: storage_buffer_of(device, "scene/lights", &lights, none)?,
+            lights: storage_buffer_of(device, LIGHTS, &lights, none)?,
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
+            placed: Placed::new(scene, tracing),
             counters,
         })
     }
@@ -152,6 +163,13 @@ impl GpuScene {
     pub fn counters(&self) -> &[(String, u64)] {
         &self.counters
     }
+}
+
+/// Buffer and counter.
+const LIGHTS: &str = "scene/lights";
+
+fn packed_lights(scene: &Scene, settings: &Settings) -> Vec<Light> {
+    scene.lights.iter().map(|light| Light::new(light, settings)).collect()
 }
 
 fn light_bounds(scene: &Scene) -> Bounds {

@@ -5,10 +5,7 @@
 
 use glam::Vec3;
 
-use super::{
-    geometry::buffer,
-    tracing::{TracedTriangle, Tracing},
-};
+use super::{geometry::buffer, tracing::TracedTriangle};
 use crate::error::RenderError;
 
 /// An acceleration structure on the device.
@@ -19,7 +16,7 @@ pub struct Tlas {
 }
 
 impl Tlas {
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, tracing: &Tracing) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, triangles: &[TracedTriangle]) -> Result<Self, RenderError> {
         let mut tlas = device.create_tlas(&wgpu::CreateTlasDescriptor {
             label: Some("scene/tlas"),
             max_instances: 1,
@@ -27,20 +24,20 @@ impl Tlas {
             update_mode: wgpu::AccelerationStructureUpdateMode::Build,
         });
         let limit = u64::from(device.limits().max_blas_primitive_count);
-        if tracing.triangles.len() as u64 > limit {
+        if triangles.len() as u64 > limit {
             return Err(RenderError::Overflow {
                 list: "acceleration structure",
-                needed: tracing.triangles.len() as u64,
+                needed: triangles.len() as u64,
                 limit,
                 remedy: "use --shadows bvh",
             });
         }
 
         // One vertex buffer; each geometry picks its triangles by index.
-        let corners: Vec<Vec3> = tracing.triangles.iter().flat_map(|t| t.corners).collect();
+        let corners: Vec<Vec3> = triangles.iter().flat_map(|t| t.corners).collect();
         let input = wgpu::BufferUsages::BLAS_INPUT;
         let vertices = buffer(device, "scene/tlas_vertices", &corners, input)?;
-        let parts = [indices(tracing, |t| t.record == 0), indices(tracing, |t| t.record != 0)];
+        let parts = [indices(triangles, |t| t.source.record == 0), indices(triangles, |t| t.source.record != 0)];
         let flags = [
             wgpu::AccelerationStructureGeometryFlags::OPAQUE,
             wgpu::AccelerationStructureGeometryFlags::NO_DUPLICATE_ANY_HIT_INVOCATION,
@@ -101,8 +98,8 @@ impl Tlas {
 }
 
 /// Vertex indices of the triangles that are wanted, in order.
-fn indices(tracing: &Tracing, wanted: impl Fn(&TracedTriangle) -> bool) -> Vec<u32> {
-    let numbered = tracing.triangles.iter().zip(0u32..);
+fn indices(triangles: &[TracedTriangle], wanted: impl Fn(&TracedTriangle) -> bool) -> Vec<u32> {
+    let numbered = triangles.iter().zip(0u32..);
     numbered.filter(|(t, _)| wanted(t)).flat_map(|(_, i)| [3 * i, 3 * i + 1, 3 * i + 2]).collect()
 }
 
@@ -110,7 +107,7 @@ fn indices(tracing: &Tracing, wanted: impl Fn(&TracedTriangle) -> bool) -> Vec<u
 mod tests {
     use lanternfish_gpu::{GpuError, checked, testing};
 
-    use super::*;
+    use super::{super::tracing::Source, *};
 
     #[test]
     fn gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding() {
@@ -121,11 +118,11 @@ mod tests {
         }
         // 300 triangles: 10,800 bytes of corners, 3,600 of indices.
         let corner = |x: usize| Vec3::new(x as f32, 0.0, 0.0);
-        let triangle = |x| TracedTriangle { corners: [corner(x), corner(x + 1), Vec3::Y], record: 0 };
-        let tracing = Tracing { triangles: (0..300).map(triangle).collect(), ..Tracing::default() };
+        let triangle = |x| TracedTriangle { corners: [corner(x), corner(x + 1), Vec3::Y], source: Source::default() };
+        let triangles: Vec<_> = (0..300).map(triangle).collect();
         let build = |binding_bytes, buffer_bytes| {
             let (device, queue) = device_of(&gpu.description.name, binding_bytes, buffer_bytes);
-            checked(&device, "tlas", || Tlas::new(&device, &queue, &tracing)).map(|_| ())
+            checked(&device, "tlas", || Tlas::new(&device, &queue, &triangles)).map(|_| ())
         };
         build(4096, 1 << 20).unwrap();
         let refused = build(4096, 8192).unwrap_err();

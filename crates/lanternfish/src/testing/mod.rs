@@ -9,7 +9,7 @@ use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
     storage_buffer_of,
 };
-use lanternfish_scene::{Instance, Material, Mesh, Primitive, Scene};
+use lanternfish_scene::{Bounds, Instance, Material, Mesh, Primitive, Scene};
 
 use crate::shaders::SHADERS;
 
@@ -66,6 +66,32 @@ pub(crate) fn scene_of(primitives: Vec<Primitive>, materials: Vec<Material>) -> 
         materials,
         ..Scene::default()
     }
+}
+
+/// The same scene with every primitive a mesh of its own, so that each can move by itself.
+pub(crate) fn apart(scene: &Scene) -> Scene {
+    let mut parts = Scene { meshes: Vec::new(), instances: Vec::new(), ..scene.clone() };
+    for instance in &scene.instances {
+        for primitive in &scene.meshes[instance.mesh].primitives {
+            parts.instances.push(Instance { mesh: parts.meshes.len(), ..instance.clone() });
+            parts.meshes.push(Mesh { name: String::new(), primitives: vec![primitive.clone()] });
+        }
+    }
+    parts
+}
+
+/// The same scene with every other instance turned about its middle, and shifted by up to `reach`, m.
+pub(crate) fn moved(scene: &Scene, seed: u64, reach: f32) -> Scene {
+    let (mut scene, mut random) = (scene.clone(), Random::new(seed));
+    for instance in scene.instances.iter_mut().step_by(2) {
+        let mut bounds = Bounds::EMPTY;
+        scene.meshes[instance.mesh].primitives.iter().for_each(|p| bounds.add_bounds(&p.bounds()));
+        let middle = bounds.transformed(&instance.world_from_object).center();
+        let turn = Affine3A::from_axis_angle(random.direction(), random.between(0.1, 3.0));
+        let shift = Affine3A::from_translation(middle + reach * random.point());
+        instance.world_from_object = shift * turn * Affine3A::from_translation(-middle) * instance.world_from_object;
+    }
+    scene
 }
 
 /// A rectangle whose front is where `half_right` runs to the right and `half_up` upwards; uv 0..1 from its top left.

@@ -2,7 +2,7 @@
 
 mod depth_peeling;
 
-use glam::UVec2;
+use glam::{Quat, UVec2};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, primitives::Scan, storage_buffer, storage_buffer_of,
     uniform_buffer_of,
@@ -38,14 +38,22 @@ pub struct DeepImageBuilder {
     sort: ComputeKernel,
     compact: ComputeKernel,
     scan: Scan,
+    /// Not turned.
+    directions: Directions,
+    rotation: Quat,
+    direction_axes: wgpu::Buffer,
+    direction_cells: wgpu::Buffer,
 }
 
 /// Written by nothing: a pass needs an attachment.
 const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 impl DeepImageBuilder {
-    /// Compiles the passes.
+    /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
+        let directions = Directions::new(settings.directions)
+            .map_err(|error| RenderError::Directions { what: error.to_string() })?;
+        let none = wgpu::BufferUsages::empty();
         let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
         let targets = [Some(nothing)];
         let state = RasterState { targets: &targets, ..Default::default() };
@@ -78,13 +86,22 @@ impl DeepImageBuilder {
             sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
             compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
             scan: Scan::new(device, "deep_images")?,
+            direction_axes: storage_buffer_of(device, "deep_images/direction_axes", &directions.gpu_axes(), none)?,
+            direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
+            directions,
+            rotation: Quat::IDENTITY,
         })
+    }
+
+    /// Turns the set of directions for the images that are recorded from now on: world space from the set's own, unit.
+    /// Frames whose sets are turned differently see each other's blind spots ([`super::directions::rotation_of_frame`]).
+    pub fn set_rotation(&mut self, rotation: Quat) {
+        self.rotation = rotation;
     }
 
     /// Builds the images of the scene's triangles, which must have been uploaded for the BVH; blended surfaces are not in them.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
-        let directions = Directions::new(self.settings.directions)
-            .map_err(|error| RenderError::Directions { what: error.to_string() })?;
+        let directions = self.directions.rotated(self.rotation);
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)
             .map(|image| {
                 let axes = directions.frame(image);
@@ -103,9 +120,17 @@ impl DeepImageBuilder {
             triangle_count: scene.traced_triangles,
             merge_distance: self.settings.merge_texels / texels_per_metre,
             sample_spacing: 2.0 * radius / (resolution * self.settings.supersampling) as f32,
+            set_from_world: directions.rotation().inverse().into(),
             ..DeepGrid::default()
         };
-        let mut images = DeepImages { directions, frames, chunks: Vec::new(), counts: DeepCounts::default() };
+        let mut images = DeepImages {
+            directions,
+            direction_axes: self.direction_axes.clone(),
+            direction_cells: self.direction_cells.clone(),
+            frames,
+            chunks: Vec::new(),
+            counts: DeepCounts::default(),
+        };
         let samples = self.sample(frame, scene, &grid)?;
         let most = self.images_a_chunk(frame.device);
         let mut first_image = 0;

@@ -1,0 +1,61 @@
+//! Deep images that are kept while nothing moves, and built again when something has.
+
+use glam::Quat;
+use lanternfish_gpu::Frame;
+
+use super::{DeepImageBuilder, DeepImages};
+use crate::{error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings};
+
+/// Deep images of the scene as it is, asked for every frame.
+#[derive(Debug)]
+pub struct KeptDeepImages {
+    settings: DeepImageSettings,
+    builder: DeepImageBuilder,
+    kept: Option<Kept>,
+    builds: u64,
+}
+
+#[derive(Debug)]
+struct Kept {
+    images: DeepImages,
+    /// Of the scene that they are of: [`GpuScene::generation`].
+    generation: u64,
+    rotation: Quat,
+}
+
+impl KeptDeepImages {
+    /// Compiles the builder's passes.
+    pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
+        Ok(Self { settings, builder: DeepImageBuilder::new(device, settings)?, kept: None, builds: 0 })
+    }
+
+    /// Takes other settings: the builder is compiled again, and the images go. Nothing happens where they are the same.
+    pub fn set_settings(&mut self, device: &wgpu::Device, settings: DeepImageSettings) -> Result<(), RenderError> {
+        if settings != self.settings {
+            *self = Self { builds: self.builds, ..Self::new(device, settings)? };
+        }
+        Ok(())
+    }
+
+    /// Images of the scene with the set of directions turned by `rotation` (unit; world space from the set's own): built in
+    /// this frame where the last ones are of another scene, of triangles that have moved since, or turned differently; else
+    /// the last ones. A frame that they were built in must be submitted before they are read in another.
+    pub fn get(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, rotation: Quat) -> Result<&DeepImages, RenderError> {
+        let generation = scene.generation();
+        let same = |kept: &Kept| (kept.generation, kept.rotation) == (generation, rotation);
+        if !self.kept.as_ref().is_some_and(same) {
+            // Their memory can go before there is more.
+            self.kept = None;
+            self.builder.set_rotation(rotation);
+            let images = self.builder.record(frame, scene)?;
+            self.builds += 1;
+            self.kept = Some(Kept { images, generation, rotation });
+        }
+        Ok(&self.kept.as_ref().expect("just built, if not there").images)
+    }
+
+    /// How often images were built.
+    pub fn builds(&self) -> u64 {
+        self.builds
+    }
+}

@@ -1,0 +1,247 @@
+//! A compressed wide BVH whose triangles have moved, made to hold them again: the same tree with new boxes [Ylitie2017].
+//!
+//! 1. Nodes are visited from the last to the first: children lie behind their parent.
+//! 2. A child's box is that of its triangles, or of its node.
+//! 3. A node's grid starts at the least corner of its children. Its spacing along an axis is the least power of two of which
+//!    255 reach the greatest.
+//! 4. Children's boxes are rounded outwards to the grid.
+//!
+//! Things that were together stay together in the tree, however far apart they move: its boxes grow, and rays get slower.
+
+use glam::{DVec3, Vec3};
+use lanternfish_scene::Bounds;
+use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
+
+use super::tracing::TracedTriangle;
+
+/// Largest quantised coordinate.
+const GRID_CELLS: f64 = 255.0;
+/// Extent of flat boxes, m: as obvhs has it. The spacing's exponent must not be zero.
+const LEAST_EXTENT: f64 = 1e-20;
+
+/// Makes the boxes of a tree hold these triangles: as many as it was built of, in its leaf order, with finite corners.
+pub fn refit(nodes: &mut [CwBvhNode], triangles: &[TracedTriangle]) {
+    let mut boxes = vec![Bounds::EMPTY; nodes.len()];
+    for index in (0..nodes.len()).rev() {
+        let node = &mut nodes[index];
+        let children = std::array::from_fn(|slot| child_bounds(node, slot, triangles, &boxes));
+        children.iter().for_each(|child| boxes[index].add_bounds(child));
+        quantise(node, &boxes[index], &children);
+    }
+}
+
+/// The exact box of a child; empty without one. `boxes`: of all nodes behind this one.
+fn child_bounds(node: &CwBvhNode, slot: usize, triangles: &[TracedTriangle], boxes: &[Bounds]) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    if node.is_child_empty(slot) {
+        return bounds;
+    }
+    if !node.is_leaf(slot) {
+        return boxes[node.child_node_index(slot) as usize];
+    }
+    let (first, count) = node.child_primitives(slot);
+    let of_leaf = &triangles[first as usize..(first + count) as usize];
+    of_leaf.iter().flat_map(|triangle| triangle.corners).for_each(|corner| bounds.add_point(corner));
+    bounds
+}
+
+fn quantise(node: &mut CwBvhNode, all: &Bounds, children: &[Bounds; BRANCHING]) {
+    if all.is_empty() {
+        return;
+    }
+    node.p = all.min;
+    let origin = all.min.as_dvec3();
+    let extent = all.max.as_dvec3() - origin;
+    node.e = [extent.x, extent.y, extent.z].map(exponent);
+    let spacing: DVec3 = node.e.map(spacing).into();
+    let cells = |corner: Vec3| (corner.as_dvec3() - origin) / spacing;
+    for (slot, child) in children.iter().enumerate().filter(|(_, child)| !child.is_empty()) {
+        let [low, high] = [cells(child.min).floor(), cells(child.max).ceil()];
+        (node.child_min_x[slot], node.child_max_x[slot]) = (low.x as u8, high.x as u8);
+        (node.child_min_y[slot], node.child_max_y[slot]) = (low.y as u8, high.y as u8);
+        (node.child_min_z[slot], node.child_max_z[slot]) = (low.z as u8, high.z as u8);
+    }
+}
+
+/// Biased exponent, as a float has it, of the least power of two of which 255 reach `extent`.
+fn exponent(extent: f64) -> u8 {
+    let extent = extent.max(LEAST_EXTENT);
+    let guess = (extent / GRID_CELLS).log2().ceil() as i32;
+    // The logarithm is rounded.
+    let least = (guess - 1..).find(|e| GRID_CELLS * f64::from(*e).exp2() >= extent).unwrap_or(guess);
+    (least + 127).clamp(1, 254) as u8
+}
+
+/// The power of two that a biased exponent stands for.
+fn spacing(exponent: u8) -> f64 {
+    (f64::from(exponent) - 127.0).exp2()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Quat;
+    use proptest::prelude::*;
+
+    use super::{
+        super::{
+            bvh,
+            tracing::{Source, Tracing},
+        },
+        *,
+    };
+    use crate::testing::Random;
+
+    /// Groups of small triangles around a point each.
+    fn scattered(random: &mut Random, groups: usize, each: usize) -> Vec<TracedTriangle> {
+        let mut triangles = Vec::new();
+        for _ in 0..groups {
+            let (center, size) = (20.0 * random.point(), random.between(0.01, 3.0));
+            triangles.extend((0..each).map(|_| {
+                let place = center + size * random.point();
+                let corners = [0; 3].map(|_| place + 0.2 * size * random.point());
+                TracedTriangle { corners, source: Source::default() }
+            }));
+        }
+        triangles
+    }
+
+    /// A tree and its triangles in leaf order.
+    fn built(triangles: Vec<TracedTriangle>) -> (Vec<CwBvhNode>, Vec<TracedTriangle>) {
+        let mut tracing = Tracing { triangles, ..Tracing::default() };
+        let nodes = bvh::build(&mut tracing);
+        (nodes, tracing.triangles)
+    }
+
+    /// Turns and shifts every triangle by itself; some become a line or a point.
+    fn shaken(random: &mut Random, triangles: &mut [TracedTriangle], reach: f32) {
+        for triangle in triangles {
+            let turn = Quat::from_axis_angle(random.direction(), random.between(0.0, 6.0));
+            let shift = reach * random.point();
+            triangle.corners = triangle.corners.map(|corner| turn * corner + shift);
+            match (random.unit() * 20.0) as u32 {
+                0 => triangle.corners = [triangle.corners[0]; 3],
+                1 => triangle.corners[1] = triangle.corners[2],
+                _ => {}
+            }
+        }
+    }
+
+    /// A child's box as the walk has it.
+    fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
+        let spacing: DVec3 = node.e.map(spacing).into();
+        let corner = |x: u8, y: u8, z: u8| node.p.as_dvec3() + spacing * DVec3::new(x.into(), y.into(), z.into());
+        [
+            corner(node.child_min_x[slot], node.child_min_y[slot], node.child_min_z[slot]),
+            corner(node.child_max_x[slot], node.child_max_y[slot], node.child_max_z[slot]),
+        ]
+    }
+
+    /// Triangles that are not inside all boxes above them, and triangles that were met.
+    fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usize, usize) {
+        let (mut found, mut met) = (0, 0);
+        let mut waiting = vec![(0, vec![])];
+        while let Some((index, above)) = waiting.pop() {
+            let node: &CwBvhNode = &nodes[index];
+            for slot in (0..BRANCHING).filter(|slot| !node.is_child_empty(*slot)) {
+                let mut boxes: Vec<[DVec3; 2]> = above.clone();
+                boxes.push(dequantised(node, slot));
+                if !node.is_leaf(slot) {
+                    waiting.push((node.child_node_index(slot) as usize, boxes));
+                    continue;
+                }
+                let (first, count) = node.child_primitives(slot);
+                for triangle in &triangles[first as usize..(first + count) as usize] {
+                    let holds = |[low, high]: &[DVec3; 2]| {
+                        triangle
+                            .corners
+                            .iter()
+                            .all(|c| c.as_dvec3().cmpge(*low).all() && c.as_dvec3().cmple(*high).all())
+                    };
+                    found += usize::from(!boxes.iter().all(holds));
+                    met += 1;
+                }
+            }
+        }
+        (found, met)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn after_any_motion_all_boxes_hold_their_triangles(
+            seed in 0u64..1 << 32, groups in 1usize..12, each in 1usize..40, reach in -6.0f32..6.0,
+        ) {
+            let mut random = Random::new(seed);
+            let (mut nodes, mut triangles) = built(scattered(&mut random, groups, each));
+            // Some stand where they were.
+            let moved = triangles.len() / 2;
+            shaken(&mut random, &mut triangles[moved..], reach.exp2());
+            refit(&mut nodes, &triangles);
+            prop_assert_eq!(outside(&nodes, &triangles), (0, groups * each));
+        }
+    }
+
+    /// Boxes are as small as the grid allows: a box that is a step smaller on any side loses a triangle, and is noticed.
+    #[test]
+    fn a_box_that_is_a_step_too_small_is_noticed() {
+        let mut random = Random::new(5);
+        let (mut nodes, mut triangles) = built(scattered(&mut random, 9, 30));
+        shaken(&mut random, &mut triangles, 4.0);
+        assert!(outside(&nodes, &triangles).0 > 100, "the boxes of before hold what has moved");
+        refit(&mut nodes, &triangles);
+        let mut tried = 0;
+        for index in 0..nodes.len() {
+            for slot in (0..BRANCHING).filter(|slot| !nodes[index].is_child_empty(*slot)) {
+                for side in 0..6 {
+                    let mut broken = nodes.clone();
+                    let node = &mut broken[index];
+                    let (edge, step) = match side {
+                        0 => (&mut node.child_min_x, 1),
+                        1 => (&mut node.child_min_y, 1),
+                        2 => (&mut node.child_min_z, 1),
+                        3 => (&mut node.child_max_x, -1),
+                        4 => (&mut node.child_max_y, -1),
+                        _ => (&mut node.child_max_z, -1),
+                    };
+                    let Some(moved) = edge[slot].checked_add_signed(step) else { continue };
+                    edge[slot] = moved;
+                    assert!(outside(&broken, &triangles).0 > 0, "node {index}, child {slot}, side {side}");
+                    tried += 1;
+                }
+            }
+        }
+        assert!(tried > 1000, "{tried}");
+    }
+
+    /// Where nothing has moved the boxes are those of the build, but for roundings of a step.
+    #[test]
+    fn a_tree_that_stands_still_keeps_its_boxes() {
+        let mut random = Random::new(9);
+        let (nodes, triangles) = built(scattered(&mut random, 20, 50));
+        let mut again = nodes.clone();
+        refit(&mut again, &triangles);
+        let same = nodes.iter().zip(&again).filter(|(a, b)| a == b).count();
+        assert!(100 * same >= 98 * nodes.len(), "{same} of {}", nodes.len());
+        for (node, again) in nodes.iter().zip(&again) {
+            assert_eq!((node.p, node.imask, node.child_meta), (again.p, again.imask, again.child_meta));
+            assert_eq!(
+                (node.child_base_idx, node.primitive_base_idx),
+                (again.child_base_idx, again.primitive_base_idx)
+            );
+        }
+    }
+
+    #[test]
+    fn spacings_are_the_least_that_reach() {
+        for extent in [0.0, 1e-20, 3e-9, 1.0, 254.999, 255.0, 255.001, 510.0, 6e38] {
+            let chosen = exponent(extent);
+            assert!(GRID_CELLS * spacing(chosen) >= extent, "{extent}");
+            assert!(extent < 1e-19 || GRID_CELLS * spacing(chosen - 1) < extent, "{extent}");
+        }
+        // A scene without triangles is one node without children.
+        let mut nodes = [CwBvhNode::default()];
+        refit(&mut nodes, &[]);
+        assert_eq!(nodes, [CwBvhNode::default()]);
+    }
+}

@@ -1,0 +1,175 @@
+//! Bringing what has moved to the device.
+//!
+//! 1. What must be the same is compared with what was uploaded: counts, and every instance's mesh and handedness.
+//! 2. Lights and the sky are written.
+//! 3. Unless all instances stand where they did: draw instances are written; the traced triangles are posed anew, in the order
+//!    of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
+
+#[cfg(test)]
+mod tests;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::Affine3A;
+use lanternfish_gpu::storage_buffer_of;
+use lanternfish_scene::{Mesh, Scene};
+
+use super::{
+    GpuScene, LIGHTS,
+    geometry::mirrors,
+    light_bounds, packed_lights,
+    tlas::Tlas,
+    tracing::{Part, Source, Tracing, pose},
+};
+use crate::{error::RenderError, settings::Settings};
+
+/// Where an uploaded scene's things stand, and what of them must not change.
+#[derive(Debug)]
+pub(super) struct Placed {
+    outline: Outline,
+    /// World from object, of each instance.
+    transforms: Vec<Affine3A>,
+    /// What traced triangles are, in leaf order.
+    parts: Vec<Part>,
+    sources: Vec<Source>,
+    /// See [`GpuScene::generation`].
+    generation: u64,
+}
+
+impl Placed {
+    /// Of what was just uploaded.
+    pub fn new(scene: &Scene, tracing: Tracing) -> Self {
+        Self {
+            outline: Outline::of(scene),
+            transforms: transforms(scene).collect(),
+            sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
+            parts: tracing.parts,
+            generation: next_generation(),
+        }
+    }
+}
+
+impl GpuScene {
+    /// A number of where the triangles are: another one after every [`crate::Renderer::update`] that moved any, and none that
+    /// another upload has or had. Lights do not count.
+    pub fn generation(&self) -> u64 {
+        self.placed.generation
+    }
+
+    /// See [`crate::Renderer::update`].
+    pub(crate) fn update(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        settings: &Settings,
+    ) -> Result<(), RenderError> {
+        self.placed.outline.check(&Outline::of(scene), scene)?;
+        self.update_lights(device, queue, scene, settings)?;
+        self.sky = scene.sky;
+        if transforms(scene).eq(self.placed.transforms.iter().copied()) {
+            return Ok(());
+        }
+        self.geometry.update(queue, scene);
+        self.bounds = self.geometry.bounds();
+        let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
+        if let Some(bvh) = &mut self.bvh {
+            bvh.update(queue, &triangles);
+        }
+        if let Some(tlas) = &mut self.tlas {
+            *tlas = Tlas::new(device, queue, &triangles)?;
+        }
+        self.placed.transforms = transforms(scene).collect();
+        self.placed.generation = next_generation();
+        Ok(())
+    }
+
+    fn update_lights(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        settings: &Settings,
+    ) -> Result<(), RenderError> {
+        let lights = packed_lights(scene, settings);
+        if lights.len() == self.light_count as usize {
+            queue.write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights));
+        } else {
+            self.lights = storage_buffer_of(device, LIGHTS, &lights, wgpu::BufferUsages::empty())?;
+            self.light_count = lights.len() as u32;
+            let counter = self.counters.iter_mut().find(|(name, _)| name == LIGHTS);
+            counter.into_iter().for_each(|(_, count)| *count = lights.len() as u64);
+        }
+        self.light_bounds = light_bounds(scene);
+        Ok(())
+    }
+}
+
+fn transforms(scene: &Scene) -> impl Iterator<Item = Affine3A> + '_ {
+    scene.instances.iter().map(|instance| instance.world_from_object)
+}
+
+fn next_generation() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
+}
+
+/// What must be the same for a scene to be brought up to date.
+#[derive(Debug, PartialEq)]
+struct Outline {
+    meshes: Vec<MeshOutline>,
+    /// Mesh, and whether it is mirrored.
+    instances: Vec<(usize, bool)>,
+    materials: usize,
+    textures: usize,
+    images: usize,
+    has_environment: bool,
+}
+
+/// Material, vertices and indices of each primitive.
+type MeshOutline = Vec<[usize; 3]>;
+
+impl Outline {
+    fn of(scene: &Scene) -> Self {
+        let mesh =
+            |mesh: &Mesh| mesh.primitives.iter().map(|p| [p.material, p.positions.len(), p.indices.len()]).collect();
+        let instances = scene.instances.iter().map(|i| (i.mesh, mirrors(&i.world_from_object)));
+        Self {
+            meshes: scene.meshes.iter().map(mesh).collect(),
+            instances: instances.collect(),
+            materials: scene.materials.len(),
+            textures: scene.textures.len(),
+            images: scene.images.len(),
+            has_environment: scene.environment.is_some(),
+        }
+    }
+
+    /// An error that names the first thing that is not the same in `now`, which is of `scene`.
+    fn check(&self, now: &Self, scene: &Scene) -> Result<(), RenderError> {
+        let changed = |what: String| Err(RenderError::Changed { what });
+        for (what, was, is) in [
+            ("meshes", self.meshes.len(), now.meshes.len()),
+            ("instances", self.instances.len(), now.instances.len()),
+            ("materials", self.materials, now.materials),
+            ("textures", self.textures, now.textures),
+            ("images", self.images, now.images),
+            ("environments", self.has_environment.into(), now.has_environment.into()),
+        ] {
+            if was != is {
+                return changed(format!("{was} {what} were uploaded, and there are {is}"));
+            }
+        }
+        if let Some(i) = (0..self.meshes.len()).find(|i| self.meshes[*i] != now.meshes[*i]) {
+            return changed(format!("mesh {i} ({}) has other triangles or materials", scene.meshes[i].name));
+        }
+        if let Some(i) = (0..self.instances.len()).find(|i| self.instances[*i] != now.instances[*i]) {
+            let what = if self.instances[i].0 == now.instances[i].0 {
+                "is mirrored, or no longer"
+            } else {
+                "has another mesh"
+            };
+            return changed(format!("instance {i} ({}) {what}", scene.instances[i].name));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,178 @@
+//! What follows an update, against a fresh upload of the scene as it is then.
+
+use glam::{Affine3A, Vec3};
+use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, testing};
+use lanternfish_scene::{AlphaMode, Instance, Light, Material, Scene, generate};
+
+use crate::{
+    GpuScene, Picture, RenderError, Renderer, Settings,
+    deep_images::trace::{RayTracer, Structure, TracedRay},
+    settings::Shadows,
+    testing::{Random, apart, moved},
+};
+
+/// The Cornell box in parts and in light rain, with a masked and a blended part.
+fn scene() -> Scene {
+    let mut scene = apart(&generate::demo("cornell").unwrap());
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(0.8), 1, 0.0));
+    for (primitive, alpha_mode) in [(3, AlphaMode::Blend), (4, AlphaMode::Mask { cutoff: 0.5 })] {
+        let primitive = &mut scene.meshes[primitive].primitives[0];
+        let base_color = Vec3::new(0.3, 0.6, 0.8).extend(0.6);
+        primitive.material = scene.materials.len();
+        scene.materials.push(Material { base_color, alpha_mode, double_sided: true, ..Material::default() });
+    }
+    scene.instances.push(scene.instances[0].clone());
+    assert_eq!(scene.validate(), Ok(()));
+    scene
+}
+
+fn renderer(gpu: &Gpu, shadows: Shadows) -> Renderer {
+    Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::default() }).unwrap()
+}
+
+fn shown(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Picture {
+    renderer.render(uploaded, &scene.cameras[0], 120, 120).unwrap()
+}
+
+fn differing(a: &Picture, b: &Picture) -> usize {
+    a.radiance.iter().zip(&b.radiance).filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn gpu_a_picture_after_an_update_is_that_of_a_fresh_upload() {
+    let test = "gpu_a_picture_after_an_update_is_that_of_a_fresh_upload";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let before = scene();
+    let mut after = moved(&before, 2, 0.3);
+    after.sky = Vec3::new(0.1, 0.2, 0.3);
+    after.lights.iter_mut().for_each(|light| light.position.y *= 0.9);
+    let more_lights = Scene {
+        lights: after.lights.iter().cloned().chain([Light::point(Vec3::Y, Vec3::splat(0.3))]).collect(),
+        ..after.clone()
+    };
+    for shadows in [Shadows::Bvh, Shadows::RayQuery, Shadows::None] {
+        if shadows == Shadows::RayQuery && !gpu.description.ray_query {
+            testing::left_out(test, "this adapter has no ray query");
+            continue;
+        }
+        let mut renderer = renderer(gpu, shadows);
+        // The order of triangles differs: at edges either of two may be met.
+        let allowed = if shadows == Shadows::RayQuery { 120 * 120 / 500 } else { 0 };
+        let mut uploaded = renderer.upload(&before).unwrap();
+        let mut last = shown(&mut renderer, &uploaded, &before);
+        for now in [&after, &more_lights, &before] {
+            renderer.update(&mut uploaded, now).unwrap();
+            let updated = shown(&mut renderer, &uploaded, now);
+            let fresh_scene = renderer.upload(now).unwrap();
+            let fresh = shown(&mut renderer, &fresh_scene, now);
+            let (wrong, changed) = (differing(&updated, &fresh), differing(&updated, &last));
+            println!("{shadows}: {wrong} pixels differ from a fresh upload, {changed} have changed");
+            assert!(wrong <= allowed, "{shadows}: {wrong} pixels");
+            assert!(changed > 100, "{shadows}: {changed} pixels");
+            assert_eq!(updated.report.counters[..5], fresh.report.counters[..5]);
+            assert_eq!((uploaded.bounds, uploaded.light_bounds), (fresh_scene.bounds, fresh_scene.light_bounds));
+            assert_eq!(uploaded.bounds, now.bounds());
+            last = updated;
+        }
+    }
+}
+
+/// How far rays go through the BVH, m.
+fn distances(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay]) -> Vec<f32> {
+    let tracer = RayTracer::new(&gpu.device).unwrap();
+    let buffer = tracer.upload(&gpu.device, rays).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let found = tracer.record(&mut frame, uploaded, Structure::Bvh, &buffer, rays.len() as u32).unwrap();
+    frame.submit();
+    read_back(&gpu.device, &gpu.queue, &found, rays.len()).unwrap()
+}
+
+#[test]
+fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
+    let Some(gpu) = testing::gpu("gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do") else { return };
+    let renderer = renderer(gpu, Shadows::Bvh);
+    for name in ["cornell", "atrium"] {
+        let mut scene = apart(&generate::demo(name).unwrap());
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let size = scene.bounds().size();
+        let mut random = Random::new(4);
+        let mut last = Vec::new();
+        let whole = scene.clone();
+        for step in 0..5 {
+            scene = moved(&whole, step, 0.2 * size.x);
+            // Once some parts are points, which a fresh upload leaves out; then they are whole again.
+            if step == 3 {
+                let flat = scene.instances.iter_mut().step_by(3);
+                flat.for_each(|i| i.world_from_object.matrix3 *= 0.0);
+            }
+            renderer.update(&mut uploaded, &scene).unwrap();
+            let bounds = scene.bounds();
+            let ray = |_| {
+                let origin = bounds.center() + 0.5 * random.point() * bounds.size();
+                TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
+            };
+            let rays: Vec<TracedRay> = (0..20_000).map(ray).collect();
+            let found = distances(gpu, &uploaded, &rays);
+            assert_eq!(found, distances(gpu, &renderer.upload(&scene).unwrap(), &rays), "{name}, step {step}");
+            let hits = found.iter().filter(|distance| **distance >= 0.0).count();
+            assert!(hits > 4000, "{name}, step {step}: {hits}");
+            assert_ne!(found, last);
+            last = found;
+        }
+    }
+}
+
+#[test]
+fn gpu_what_cannot_follow_is_named_and_changes_nothing() {
+    let Some(gpu) = testing::gpu("gpu_what_cannot_follow_is_named_and_changes_nothing") else { return };
+    let mut renderer = renderer(gpu, Shadows::Bvh);
+    let before = scene();
+    let mut uploaded = renderer.upload(&before).unwrap();
+    let generation = uploaded.generation();
+    let picture = shown(&mut renderer, &uploaded, &before);
+    type Change = fn(&mut Scene);
+    let changes: [(&str, Change); 8] = [
+        ("instances were uploaded", |s| s.instances.push(Instance { mesh: 0, ..s.instances[0].clone() })),
+        ("meshes were uploaded", |s| s.meshes.push(Default::default())),
+        ("materials were uploaded", |s| s.materials.push(Material::default())),
+        ("images were uploaded", |s| s.images.push(Default::default())),
+        ("mesh 2 () has other triangles", |s| s.meshes[2].primitives[0].indices.truncate(3)),
+        ("mesh 1 () has other triangles", |s| s.meshes[1].primitives[0].material += 1),
+        ("has another mesh", |s| s.instances[2].mesh = 0),
+        ("is mirrored", |s| s.instances[2].world_from_object *= Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))),
+    ];
+    for (name, change) in changes {
+        let mut changed = moved(&before, 3, 0.1);
+        changed.lights.clear();
+        change(&mut changed);
+        let error = renderer.update(&mut uploaded, &changed).unwrap_err();
+        assert!(matches!(error, RenderError::Changed { .. }), "{error}");
+        let text = error.to_string();
+        assert!(text.contains(name) && text.ends_with("upload the scene again"), "{name}: {text}");
+    }
+    assert_eq!(uploaded.generation(), generation);
+    assert_eq!(shown(&mut renderer, &uploaded, &before).radiance, picture.radiance);
+}
+
+#[test]
+fn gpu_a_generation_is_of_triangles_that_moved() {
+    let Some(gpu) = testing::gpu("gpu_a_generation_is_of_triangles_that_moved") else { return };
+    let renderer = renderer(gpu, Shadows::Bvh);
+    let mut scene = scene();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let first = uploaded.generation();
+    assert_ne!(renderer.upload(&scene).unwrap().generation(), first);
+    // Lights alone move no triangle.
+    scene.lights.truncate(3);
+    renderer.update(&mut uploaded, &scene).unwrap();
+    assert_eq!((uploaded.generation(), uploaded.light_count), (first, 3));
+    let after = moved(&scene, 1, 0.1);
+    renderer.update(&mut uploaded, &after).unwrap();
+    let second = uploaded.generation();
+    renderer.update(&mut uploaded, &after).unwrap();
+    assert!(second > first && uploaded.generation() == second);
+    // Back where it was is a motion, too.
+    renderer.update(&mut uploaded, &scene).unwrap();
+    assert!(uploaded.generation() > second);
+}
