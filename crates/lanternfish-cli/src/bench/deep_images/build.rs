@@ -9,7 +9,7 @@ use lanternfish::{
 use lanternfish_gpu::{Frame, PassTime, read_back};
 use serde::Serialize;
 
-use super::Bench;
+use super::{Bench, configurations::in_words};
 use crate::error::CliError;
 
 /// What takes longer is not run again.
@@ -19,6 +19,7 @@ const LONG: Duration = Duration::from_secs(10);
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Built {
     pub group: &'static str,
+    pub images: String,
     pub builder: &'static str,
     pub directions: usize,
     pub resolution: u32,
@@ -75,6 +76,7 @@ impl Bench {
             |name: &str| passes.iter().filter(|pass| pass.name.starts_with(name)).map(|pass| pass.ms).sum::<f64>();
         let figures = Built {
             group,
+            images: in_words(&settings),
             builder: settings.builder.name(),
             directions: images.directions.len(),
             resolution: settings.resolution,

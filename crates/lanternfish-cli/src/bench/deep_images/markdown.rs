@@ -19,28 +19,34 @@ pub fn to_markdown(report: &Report) -> String {
         report.version,
         report.runs
     ));
-    for ratio in ratios(&report.built) {
+    for ratio in builder_ratios(&report.built).into_iter().chain(tracer_ratios(&report.traced)) {
         line(&format!("- {ratio}"));
     }
     for group in report.built.chunk_by(|a, b| a.group == b.group) {
         line(&format!("\n## Building: {}\n", group[0].group.to_lowercase()));
         line(
-            "| builder | directions | texels | finer | sample | count | scan | fill | sort | compact | all, ms | a direction, ms \
+            "| images | directions | texels | sample | count | scan | fill | sort | compact | all, ms | a direction, ms \
              | drawn | kept | MB |",
         );
-        line("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+        line("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
         for built in group {
             line(&built_row(built));
         }
     }
     line(
         "\n## Tracing\n\nRays from surfaces in all directions; the error is that of the distance to the first hit, relative to an \
-         exact ray along the ray's own direction (images have their own).\n",
+         exact ray along the ray's own direction (images have their own).",
     );
-    line("| structure | order | directions | texels | rays | M rays/s | error, median | 95 % | missed | false |");
-    line("|---|---|---:|---:|---:|---:|---:|---:|---:|---:|");
-    for traced in &report.traced {
-        line(&traced_row(traced));
+    for group in report.traced.chunk_by(|a, b| a.group == b.group) {
+        line(&format!("\n### {}\n", group[0].group));
+        line(
+            "| images | directions | texels | structure | rays | random, M/s | by direction, M/s | error, median | 95 % | missed \
+             | false |",
+        );
+        line("|---|---:|---:|---|---:|---:|---:|---:|---:|---:|---:|");
+        for traced in group {
+            line(&traced_row(traced));
+        }
     }
     if !report.left_out.is_empty() {
         line("\n## Left out\n");
@@ -52,7 +58,7 @@ pub fn to_markdown(report: &Report) -> String {
 }
 
 /// How much longer the other builders take than the single pass, at equal directions and raster.
-fn ratios(built: &[Built]) -> Vec<String> {
+fn builder_ratios(built: &[Built]) -> Vec<String> {
     let others = built.iter().filter(|row| row.builder != "single_pass");
     let ratio = |row: &Built| {
         let single = built.iter().find(|other| {
@@ -66,13 +72,30 @@ fn ratios(built: &[Built]) -> Vec<String> {
     others.filter_map(ratio).collect()
 }
 
+/// How many times as many rays a second go through images as through the BVH that was timed beside them.
+fn tracer_ratios(traced: &[Traced]) -> Vec<String> {
+    let ratio = |row: &Traced| {
+        let bvh = traced.iter().find(|other| {
+            other.structure == "BVH in compute"
+                && other.group == row.group
+                && (other.directions, other.resolution) == (row.directions, row.resolution)
+        })?;
+        let (random, by_direction) = (row.rate_random / bvh.rate_random, row.rate_by_direction / bvh.rate_by_direction);
+        let Traced { structure, directions, resolution, .. } = row;
+        Some(format!(
+            "{structure} / BVH, {directions} x {resolution}², rays a second: {random:.1} random, {by_direction:.1} by direction"
+        ))
+    };
+    let others = traced.iter().filter(|row| row.structure != "BVH in compute");
+    others.filter_map(ratio).collect()
+}
+
 fn built_row(built: &Built) -> String {
     format!(
-        "| {} | {} | {}² | {}× | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {} | {} | {:.1} |",
-        built.builder,
+        "| {} | {} | {}² | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {} | {} | {:.1} |",
+        built.images,
         built.directions,
         built.resolution,
-        built.supersampling,
         built.sample_ms,
         built.count_ms,
         built.scan_ms,
@@ -89,13 +112,14 @@ fn built_row(built: &Built) -> String {
 
 fn traced_row(traced: &Traced) -> String {
     format!(
-        "| {} | {} | {} | {}² | {} | {:.2} | {:.2} % | {:.1} % | {:.2} % | {:.2} % |",
-        traced.structure,
-        traced.order,
+        "| {} | {} | {}² | {} | {} | {:.2} | {:.2} | {:.2} % | {:.1} % | {:.2} % | {:.2} % |",
+        traced.images,
         traced.directions,
         traced.resolution,
+        traced.structure,
         grouped(traced.rays as u64),
-        traced.rate,
+        traced.rate_random,
+        traced.rate_by_direction,
         100.0 * traced.error_median,
         100.0 * traced.error_p95,
         100.0 * traced.missed,

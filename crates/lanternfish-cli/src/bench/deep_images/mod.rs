@@ -12,7 +12,7 @@ use std::{io::Write, path::PathBuf};
 use clap::{Args, builder::NonEmptyStringValueParser};
 use lanternfish::{
     GpuScene, Renderer,
-    settings::{DeepImageSettings, DirectionSet, Settings, Shadows},
+    settings::{DeepImageSettings, Settings, Shadows},
 };
 use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
 use lanternfish_reference::Tracer;
@@ -21,7 +21,7 @@ use serde::Serialize;
 
 use self::{
     build::Built,
-    configurations::{QUICK_RESOLUTIONS, RESOLUTIONS, directions_that_fit, groups},
+    configurations::{fitted, groups, in_words},
     trace::Traced,
 };
 use super::make_folder;
@@ -149,41 +149,30 @@ impl Bench {
     ) -> Result<Report, CliError> {
         let (mut built, mut traced, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         for group in groups(args.quick, args.single_pass_only) {
-            for settings in group.rows {
-                let what = what(&settings);
+            for wanted in &group.rows {
+                let settings = fitted(*wanted, &built);
+                let doing = doing(&settings);
+                if settings.directions.count() < wanted.directions.count() {
+                    let reason = format!("{} directions would take too much memory", wanted.directions.count());
+                    left_out.push(LeftOut { what: doing.clone(), reason });
+                }
                 // Lists that do not fit the device, say: the others go on.
-                match progress.step("build", &what, || self.build(group.title, settings)) {
-                    Ok((figures, _)) => built.push(figures),
-                    Err(error) => left_out.push(LeftOut { what, reason: error.to_string() }),
-                }
+                let images = match progress.step("build", &doing, || self.build(group.title, settings)) {
+                    Ok((figures, images)) => {
+                        built.push(figures);
+                        images
+                    }
+                    Err(error) => {
+                        left_out.push(LeftOut { what: doing, reason: error.to_string() });
+                        continue;
+                    }
+                };
+                let rays = progress.step("rays", "Exact rays", || {
+                    Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, args.rays))
+                })?;
+                let tracing = format!("Tracing, {doing}");
+                traced.extend(progress.step("trace", &tracing, || self.trace(&group, settings, &images, rays))?);
             }
-        }
-        let mut last = None;
-        for resolution in if args.quick { QUICK_RESOLUTIONS } else { RESOLUTIONS } {
-            let default = DeepImageSettings::default();
-            let mut settings = DeepImageSettings { resolution: *resolution, ..default };
-            let count = directions_that_fit(last.as_ref(), *resolution);
-            if u64::from(count) < default.directions.count() {
-                settings.directions = DirectionSet::ZonalEqualArea { count };
-                let reason = format!("{} directions would take too much memory: {count}", default.directions.count());
-                left_out.push(LeftOut { what: what(&settings), reason });
-            }
-            let what = what(&settings);
-            let images = match progress.step("build", &what, || self.build("Resolution", settings)) {
-                Ok((figures, images)) => {
-                    last = Some(figures.clone());
-                    built.push(figures);
-                    images
-                }
-                Err(error) => {
-                    left_out.push(LeftOut { what, reason: error.to_string() });
-                    continue;
-                }
-            };
-            let rays = progress.step("rays", "Exact rays", || {
-                Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, args.rays))
-            })?;
-            traced.extend(progress.step("trace", &format!("Tracing, {what}"), || self.trace(&images, rays, settings))?);
         }
         if self.with_ray_query.is_none() {
             let reason = "this adapter has none".to_owned();
@@ -204,9 +193,7 @@ impl Bench {
     }
 }
 
-/// A configuration in a few words.
-fn what(settings: &DeepImageSettings) -> String {
-    let DeepImageSettings { directions, resolution, builder, supersampling, .. } = settings;
-    let finer = if *supersampling > 1 { format!(", {supersampling} times finer") } else { String::new() };
-    format!("{builder}, {} x {resolution}²{finer}", directions.count())
+/// What is being measured.
+fn doing(settings: &DeepImageSettings) -> String {
+    format!("{}, {} x {}²", in_words(settings), settings.directions.count(), settings.resolution)
 }

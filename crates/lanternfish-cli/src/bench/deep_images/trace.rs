@@ -10,7 +10,11 @@ use lanternfish::{
 use lanternfish_gpu::{Frame, read_back};
 use serde::Serialize;
 
-use super::{Bench, rays::KnownRay};
+use super::{
+    Bench,
+    configurations::{Group, in_words},
+    rays::KnownRay,
+};
 use crate::error::CliError;
 
 /// One ray in so many goes through a software adapter's ray query, which is slow.
@@ -19,13 +23,15 @@ const SOFTWARE_RAYS: usize = 8;
 /// What tracing came to.
 #[derive(Debug, Serialize)]
 pub struct Traced {
-    pub structure: &'static str,
-    pub order: &'static str,
+    pub group: &'static str,
+    pub images: String,
     pub directions: u64,
     pub resolution: u32,
+    pub structure: &'static str,
     pub rays: usize,
-    /// Million rays a second, best of all runs.
-    pub rate: f64,
+    /// Million rays a second, best of all runs, in random order and image by image.
+    pub rate_random: f64,
+    pub rate_by_direction: f64,
     /// Of the distance to the first hit, relative to the exact ray's: median and 95th percentile where both hit.
     pub error_median: f64,
     pub error_p95: f64,
@@ -35,48 +41,51 @@ pub struct Traced {
 }
 
 impl Bench {
-    /// Every structure, in random order and direction by direction.
+    /// Both tracers, and the exact structures where the group wants them.
     pub fn trace(
         &mut self,
-        images: &DeepImages,
-        mut rays: Vec<KnownRay>,
+        group: &Group,
         settings: DeepImageSettings,
+        images: &DeepImages,
+        rays: Vec<KnownRay>,
     ) -> Result<Vec<Traced>, CliError> {
         let tracer = RayTracer::new(&self.gpu.device)?;
-        let software = self.gpu.description.device_type == "Cpu";
-        let every = if software { SOFTWARE_RAYS } else { 1 };
         let mut structures = vec![
-            ("within a texel", Structure::WithinTexel(images), 1),
-            ("across texels", Structure::AcrossTexels(images), 1),
-            ("BVH in compute", Structure::Bvh, 1),
+            ("within a texel", Structure::WithinTexel(images)),
+            ("across texels", Structure::AcrossTexels(images)),
         ];
-        if self.with_ray_query.is_some() {
-            structures.push(("ray query", Structure::RayQuery, every));
+        if group.beside_exact {
+            structures.push(("BVH in compute", Structure::Bvh));
         }
-        let mut traced = Vec::new();
-        for order in ["random", "by direction"] {
-            if order == "by direction" {
-                rays.sort_by_key(|known| known.ray.image_and_side);
-            }
-            for (name, structure, every) in &structures {
-                let chosen: Vec<KnownRay> = rays.iter().step_by(*every).copied().collect();
-                let (ms, distances) = self.time(&tracer, *structure, &chosen)?;
-                let judged = Errors::of(&distances, &chosen);
-                traced.push(Traced {
-                    structure: name,
-                    order,
-                    directions: settings.directions.count(),
-                    resolution: settings.resolution,
-                    rays: chosen.len(),
-                    rate: chosen.len() as f64 / ms / 1e3,
-                    error_median: judged.median,
-                    error_p95: judged.p95,
-                    missed: judged.missed,
-                    false_hits: judged.false_hits,
-                });
-            }
+        if group.beside_exact && self.with_ray_query.is_some() {
+            structures.push(("ray query", Structure::RayQuery));
         }
-        Ok(traced)
+        let is_software = self.gpu.description.device_type == "Cpu";
+        let figures = |(name, structure): (&'static str, Structure<'_>)| {
+            let is_slow = is_software && matches!(structure, Structure::RayQuery);
+            let mut chosen = rays[..rays.len() / if is_slow { SOFTWARE_RAYS } else { 1 }].to_vec();
+            let count = chosen.len();
+            let rate = |ms: f64| count as f64 / ms / 1e3;
+            let (random_ms, _) = self.time(&tracer, structure, &chosen)?;
+            chosen.sort_by_key(|known| known.ray.image_and_side);
+            let (by_direction_ms, distances) = self.time(&tracer, structure, &chosen)?;
+            let errors = Errors::of(&distances, &chosen);
+            Ok(Traced {
+                group: group.title,
+                images: in_words(&settings),
+                directions: settings.directions.count(),
+                resolution: settings.resolution,
+                structure: name,
+                rays: count,
+                rate_random: rate(random_ms),
+                rate_by_direction: rate(by_direction_ms),
+                error_median: errors.median,
+                error_p95: errors.p95,
+                missed: errors.missed,
+                false_hits: errors.false_hits,
+            })
+        };
+        structures.into_iter().map(figures).collect()
     }
 
     /// Milliseconds, the least of all runs but the first, and distances.
