@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use lanternfish::{
     deep_images::{DeepImageBuilder, DeepImages},
-    settings::DeepImageSettings,
+    settings::{DeepBuilder, DeepImageSettings},
 };
 use lanternfish_gpu::{Frame, PassTime, read_back};
 use serde::Serialize;
@@ -32,6 +32,8 @@ pub struct Built {
     pub sort_ms: f64,
     pub compact_ms: f64,
     pub total_ms: f64,
+    /// Passes that draw all triangles, into one or all images of a chunk.
+    pub draw_passes: usize,
     /// Fragments before merging, and after it.
     pub drawn: u64,
     pub kept: u64,
@@ -72,8 +74,17 @@ impl Bench {
             }
         }
         let (images, (total_ms, passes)) = (images.expect("built"), best.expect("run"));
-        let step =
-            |name: &str| passes.iter().filter(|pass| pass.name.starts_with(name)).map(|pass| pass.ms).sum::<f64>();
+        let times = |step: &str| -> Vec<f64> {
+            passes.iter().filter(|pass| pass.name.starts_with(step)).map(|pass| pass.ms).collect()
+        };
+        // The sum of nothing is minus zero.
+        let step = |name: &str| 0.0 + times(name).iter().sum::<f64>();
+        let draws: &[&str] = match settings.builder {
+            DeepBuilder::SinglePass => &["deep_images/sample"],
+            DeepBuilder::PerDirection => &["deep_images/count", "deep_images/fill"],
+            // One for each layer of surfaces, and one that finds no more.
+            DeepBuilder::DepthPeeling => &["deep_images/count/draw"],
+        };
         let figures = Built {
             group,
             images: in_words(&settings),
@@ -88,6 +99,7 @@ impl Bench {
             sort_ms: step("deep_images/sort"),
             compact_ms: step("deep_images/compact"),
             total_ms,
+            draw_passes: draws.iter().map(|name| times(name).len()).sum(),
             drawn: images.counts.drawn,
             kept: images.counts.kept,
             bytes: images.counts.bytes,

@@ -26,9 +26,9 @@ pub fn to_markdown(report: &Report) -> String {
         line(&format!("\n## Building: {}\n", group[0].group.to_lowercase()));
         line(
             "| images | directions | texels | sample | count | scan | fill | sort | compact | all, ms | a direction, ms \
-             | drawn | kept | MB |",
+             | draw passes | drawn | kept | MB |",
         );
-        line("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+        line("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
         for built in group {
             line(&built_row(built));
         }
@@ -92,7 +92,7 @@ fn tracer_ratios(traced: &[Traced]) -> Vec<String> {
 
 fn built_row(built: &Built) -> String {
     format!(
-        "| {} | {} | {}² | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {} | {} | {:.1} |",
+        "| {} | {} | {}² | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.1} | {:.2} | {} | {} | {} | {:.1} |",
         built.images,
         built.directions,
         built.resolution,
@@ -104,6 +104,7 @@ fn built_row(built: &Built) -> String {
         built.compact_ms,
         built.total_ms,
         built.total_ms / built.directions as f64,
+        built.draw_passes,
         grouped(built.drawn),
         grouped(built.kept),
         built.bytes as f64 / 1e6
