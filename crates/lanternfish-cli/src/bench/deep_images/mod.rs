@@ -16,7 +16,7 @@ use lanternfish::{
 };
 use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
 use lanternfish_reference::Tracer;
-use lanternfish_scene::Scene;
+use lanternfish_scene::{AlphaMode, Scene};
 use serde::Serialize;
 
 use self::{
@@ -101,9 +101,10 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     };
     let mut progress = Progress::start(false);
     let doing = format!("Loading {source}");
-    let scene = progress.step("load", &doing, || scene::load_part(source, part.scene_of_file.as_deref()))?;
+    let mut scene = progress.step("load", &doing, || scene::load_part(source, part.scene_of_file.as_deref()))?;
+    leave_out_blended(&mut scene);
     if scene.bounds().is_empty() {
-        return Err(CliError::new(format_args!("{source}: nothing to see"), "name a scene that has surfaces"));
+        return Err(CliError::new(format_args!("{source}: no opaque surface"), "name a scene that has some"));
     }
     let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
     if !gpu.description.timestamps {
@@ -193,7 +194,32 @@ impl Bench {
     }
 }
 
+/// Neither deep images nor the BVH have them, but exact rays would meet them.
+fn leave_out_blended(scene: &mut Scene) {
+    for mesh in &mut scene.meshes {
+        mesh.primitives.retain(|primitive| scene.materials[primitive.material].alpha_mode != AlphaMode::Blend);
+    }
+}
+
 /// What is being measured.
 fn doing(settings: &DeepImageSettings) -> String {
     format!("{}, {} x {}²", in_words(settings), settings.directions.count(), settings.resolution)
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_scene::{Material, Mesh, Primitive};
+
+    use super::*;
+
+    #[test]
+    fn blended_surfaces_are_left_out() {
+        let modes = [AlphaMode::Blend, AlphaMode::Opaque, AlphaMode::Mask { cutoff: 0.5 }];
+        let materials = modes.map(|alpha_mode| Material { alpha_mode, ..Material::default() }).to_vec();
+        let primitives = (0..3).map(|material| Primitive { material, ..Primitive::default() }).collect();
+        let mut scene = Scene { materials, meshes: vec![Mesh { primitives, ..Mesh::default() }], ..Scene::default() };
+        leave_out_blended(&mut scene);
+        let left: Vec<usize> = scene.meshes[0].primitives.iter().map(|primitive| primitive.material).collect();
+        assert_eq!(left, [1, 2]);
+    }
 }
