@@ -213,6 +213,8 @@ named_enum! {
         SinglePass = "single_pass",
         /// A draw for each direction: the yardstick.
         PerDirection = "per_direction",
+        /// A draw for each layer of surfaces [Niessner2010, §3.1]: the yardstick of both.
+        DepthPeeling = "depth_peeling",
     }
 }
 
