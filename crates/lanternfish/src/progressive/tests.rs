@@ -1,6 +1,6 @@
 use std::f32::consts::FRAC_PI_6;
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{Camera, Material, Projection, Scene, StereoRig, generate};
 
@@ -102,6 +102,37 @@ fn gpu_the_mean_is_that_of_its_frames() {
     let one = renderer(gpu, 1).render_views(&uploaded, &views).unwrap().remove(0);
     assert_same(&one, &singles[0]);
     assert_eq!(frames(&one), None);
+}
+
+/// Every pass of a moved frame sees what a camera sees whose window is moved.
+#[test]
+fn gpu_a_moved_frame_is_that_of_a_moved_window() {
+    let Some(gpu) = testing::gpu("gpu_a_moved_frame_is_that_of_a_moved_window") else { return };
+    let scene = cornell();
+    let mut renderer = renderer(gpu, 1);
+    let uploaded = renderer.upload(&scene).unwrap();
+    let Projection::Perspective { fov_y, near } = scene.cameras[0].projection else { panic!("the demo's is") };
+    let top = (0.5 * fov_y).tan();
+    let pixel = 2.0 * top / SIZE.1 as f32;
+    let right = 0.5 * pixel * SIZE.0 as f32;
+    let mut window = |jitter: Vec2| {
+        let (x, y) = (pixel * jitter.x, pixel * jitter.y);
+        let projection =
+            Projection::Frustum { left: -right - x, right: right - x, bottom: y - top, top: y + top, near };
+        let camera = Camera { projection, ..scene.cameras[0].clone() };
+        renderer.render_views(&uploaded, &view(&camera)).unwrap().remove(0)
+    };
+    let (moved, still) = (window(jitter_of_frame(5)), window(Vec2::ZERO));
+    let views = renderer.views(&uploaded, &view(&scene.cameras[0])).unwrap()[0].of_frame(5);
+    let results = renderer.frame(&uploaded, &[views], false).unwrap();
+    let frame = renderer.pictures(&uploaded, &[views], &results).unwrap().remove(0);
+    let different = |other: &Picture| {
+        let pairs = frame.radiance.iter().zip(&other.radiance);
+        pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 0.01 * a.max(*b) + 1e-4)).count()
+    };
+    // Rounding may give a pixel on an edge to another surface or shadow.
+    let counts = (different(&moved), different(&still));
+    assert!(counts.0 < 15 && counts.1 > 300, "of {} pixels: {counts:?}", frame.radiance.len());
 }
 
 #[test]
