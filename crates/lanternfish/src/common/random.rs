@@ -2,8 +2,9 @@
 
 use glam::{UVec2, UVec4, Vec4};
 
-/// pcg4d [Jarzynski2020]: four words, each of which depends on all bits of all four.
+/// pcg4d: four words, each of which depends on all bits of all four.
 pub fn random_words(key: UVec4) -> UVec4 {
+    // [Jarzynski2020].
     let mix = |[x, y, z, w]: [u32; 4]| {
         let x = x.wrapping_add(y.wrapping_mul(w));
         let y = y.wrapping_add(z.wrapping_mul(x));
