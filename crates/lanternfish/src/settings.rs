@@ -33,6 +33,9 @@ pub struct Settings {
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
     /// once.
     pub samples: Samples,
+    /// Frames whose mean a picture is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
+    /// slower in proportion.
+    pub accumulate: u32,
 }
 
 impl Default for Settings {
@@ -50,6 +53,7 @@ impl Default for Settings {
             textures: TextureBinding::Auto,
             anisotropy: Anisotropy::Auto,
             samples: Samples::One,
+            accumulate: 1,
         }
     }
 }

@@ -154,6 +154,7 @@ mod tests {
             ],
         },
         Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "progressive/mean", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING] },
     ];
