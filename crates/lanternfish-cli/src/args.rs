@@ -16,6 +16,7 @@ use crate::{
     bench::BenchArgs,
     choices::choice,
     compare::{self, CompareArgs},
+    deep_images::{self, DeepImagesArgs},
     parse::{self, LightSet, Size},
     reference::{self, ReferenceArgs},
     shot,
@@ -83,6 +84,12 @@ pub enum Command {
     /// A is the picture under test, B the reference.
     #[command(after_help = compare::HELP)]
     Compare(Box<CompareArgs>),
+    /// Shows the scene as sorted rays: deep images as points in the scene, by layers, or by how many surfaces each texel holds.
+    ///
+    /// Takes the camera of `render`. What a shot says of lights, look and technique has no meaning here and is left aside, as is
+    /// the shot's output.
+    #[command(after_help = deep_images::HELP, args_override_self = true)]
+    DeepImages(Box<DeepImagesArgs>),
     /// Repeats the tables of the papers this renderer is built from.
     Bench(BenchArgs),
 }
@@ -290,6 +297,11 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     #[arg(default_value_t = Settings::default().samples)]
     pub samples: Samples,
+    /// Renders each picture N times, every time through other points of its pixels, and gives the mean: smooth edges, and less
+    /// noise where a technique has any. N times as slow.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().accumulate)]
+    pub accumulate: u32,
     /// How textures reach the shader. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
     #[arg(default_value_t = Settings::default().textures)]
@@ -394,6 +406,7 @@ impl RenderArgs {
             samples: technique.samples,
             indirect: self.indirect.indirect(),
             deep_images: self.indirect.deep_images(),
+            accumulate: technique.accumulate,
         }
     }
 }

@@ -31,6 +31,9 @@ pub enum RenderError {
         /// What works everywhere.
         instead: &'static str,
     },
+    /// A mean of no frames.
+    #[error("--accumulate 0: a picture is the mean of 1 frame or more")]
+    NoFrames,
     /// Two settings that go together only otherwise.
     #[error("{setting} needs {needed}")]
     Together {
@@ -60,6 +63,16 @@ pub enum RenderError {
     /// Deep images are not what they must be.
     #[error("deep images: {0}; this is a bug, or another driver is needed")]
     Lists(#[from] ListFault),
+    /// A picture of something in deep images that is not there.
+    #[error("deep images: there is no {what} {number}: {known}")]
+    NoSuch {
+        /// An image, or a layer of one.
+        what: &'static str,
+        /// Asked for.
+        number: i64,
+        /// What there is.
+        known: String,
+    },
     /// A list outgrew what one binding of the device can hold.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {

@@ -11,6 +11,7 @@ use crate::{
     light_culling::{LightCulling, LightLists, Reach, Seen},
     output::Output,
     prepass::{Prepass, Surface},
+    progressive::Progressive,
     shading::{Forward, Radiance},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
@@ -27,6 +28,7 @@ pub(crate) struct Passes {
     pub indirect: Option<IndirectLight>,
     pub forward: Forward,
     pub sky: Sky,
+    pub progressive: Progressive,
     pub output: Output,
     pub debug_views: Option<DebugViews>,
 }
@@ -35,6 +37,8 @@ pub(crate) struct Passes {
 #[derive(Debug)]
 pub(crate) struct FrameResult {
     pub radiance: Radiance,
+    /// Of this and the frames before it, where it was asked for.
+    pub mean: Option<wgpu::TextureView>,
     pub display: wgpu::TextureView,
     pub visibility: Option<VisibilityPlan>,
     /// The opaque surfaces' light lists.
@@ -42,12 +46,13 @@ pub(crate) struct FrameResult {
 }
 
 impl Passes {
-    /// Records a frame of views of one scene.
+    /// Records a frame of views of one scene; with `accumulates`, what is shown is the mean of it and the frames before.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         views: &[View],
+        accumulates: bool,
     ) -> Result<Vec<FrameResult>, RenderError> {
         // What every view shows, then which lights reach it: views may share the work of finding them.
         let shown = views.iter().enumerate().map(|(slot, view)| self.show(frame, scene, view, slot));
@@ -61,7 +66,7 @@ impl Passes {
         let indirect = self.indirect_light(frame, scene, &shown)?;
         let results = shown.iter().zip(lights).enumerate();
         let shade = |(i, (shown, lights)): (usize, (&Shown<'_>, LightLists))| {
-            self.shade(frame, scene, shown, lights, blended.get(i), indirect.get(i))
+            self.shade(frame, scene, shown, lights, blended.get(i), indirect.get(i), accumulates)
         };
         results.map(shade).collect()
     }
@@ -102,6 +107,7 @@ impl Passes {
         lights: LightLists,
         blended_lights: Option<&LightLists>,
         indirect: Option<&IndirectSums>,
+        accumulates: bool,
     ) -> Result<FrameResult, RenderError> {
         let mut plan = None;
         let radiance = match self.shadows.as_mut().filter(|_| surface.samples == 1) {
@@ -122,14 +128,15 @@ impl Passes {
             self.forward.record_transparent(frame, scene, draws, buffer, surface, lights, &radiance)?;
         }
 
+        let mean = accumulates.then(|| self.progressive.record(frame, buffer, &radiance, view.size, surface.slot));
         let display = match &self.debug_views {
-            None => self.output.record(frame, buffer, &radiance, view.size),
+            None => self.output.record(frame, buffer, mean.as_ref().unwrap_or(&radiance.target), view.size),
             Some(debug_views) => {
                 let ray_counts = plan.as_ref().and_then(VisibilityPlan::ray_counts);
                 debug_views.record(frame, scene, buffer, surface, &lights, &radiance, ray_counts, view.size)
             }
         };
-        Ok(FrameResult { radiance, display, visibility: plan, lights })
+        Ok(FrameResult { radiance, mean, display, visibility: plan, lights })
     }
 }
 

@@ -47,7 +47,7 @@
 //! Each module is a room: one technique behind one interface, host code and shaders side by side.
 //!
 //! ```text
-//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ shadows ─▶ shading ─▶ sky ─▶ output
+//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output
 //!                                                                    └▶ debug_views
 //! ```
 //!
@@ -65,6 +65,7 @@ pub mod light_culling;
 pub mod lights;
 pub mod output;
 pub mod prepass;
+pub mod progressive;
 mod renderer;
 pub mod settings;
 pub mod shaders;

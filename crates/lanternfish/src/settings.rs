@@ -37,6 +37,9 @@ pub struct Settings {
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
     /// once.
     pub samples: Samples,
+    /// Frames whose mean a picture is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
+    /// slower in proportion.
+    pub accumulate: u32,
 }
 
 impl Default for Settings {
@@ -56,6 +59,7 @@ impl Default for Settings {
             indirect: Indirect::None,
             deep_images: DeepImageSettings::default(),
             samples: Samples::One,
+            accumulate: 1,
         }
     }
 }
@@ -223,6 +227,8 @@ named_enum! {
         SinglePass = "single_pass",
         /// A draw for each direction: the yardstick.
         PerDirection = "per_direction",
+        /// A draw for each layer of surfaces [Niessner2010, §3.1]: the yardstick of both.
+        DepthPeeling = "depth_peeling",
     }
 }
 

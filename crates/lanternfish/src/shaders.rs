@@ -28,7 +28,11 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        deep_images::{DeepFrame, DeepGrid, SurfaceSample, trace::TracedRay},
+        deep_images::{
+            DeepFrame, DeepGrid, PeeledFragment, SurfaceSample,
+            trace::TracedRay,
+            view::{PointRange, TexelQuery, TexelScale},
+        },
         gpu_scene::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot},
         indirect::sampled::{SampledHit, SampledParameters},
         light_culling::{
@@ -86,14 +90,38 @@ mod tests {
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[TURNS] },
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[TURNS] },
+        Root { module: "deep_images/build/depth_peeling", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "deep_images/build/peeled", entries: &["keep", "put"], choices: &[TURNS] },
         Root { module: "deep_images/store/sort", entries: &["sort", "compact"], choices: &[&["", "payload"]] },
         Root { module: "deep_images/store/pack", entries: &["pack"], choices: &[] },
         Root { module: "deep_images/store/link", entries: &["link"], choices: &[&["", "payload"]] },
         Root {
             module: "deep_images/trace/rays",
             entries: &["trace"],
-            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"], &["", "across", "bvh"]],
+            choices: &[&[
+                "",
+                "across",
+                "linked_list",
+                "linked_list+across",
+                "sorted_linked_list",
+                "sorted_linked_list+across",
+                "depth_16",
+                "depth_16+across",
+                "exact",
+                "exact+tracer_ray_query",
+            ]],
         },
+        Root {
+            module: "deep_images/view/points",
+            entries: &["vertex", "fragment"],
+            choices: &[&["payload"], &["", "depth_16"]],
+        },
+        Root {
+            module: "deep_images/view/texels",
+            entries: &["count", "layer"],
+            choices: &[&["", "payload"], &["", "depth_16"]],
+        },
+        Root { module: "deep_images/view/paint", entries: &["vertex", "fragment"], choices: &[] },
         Root {
             module: "indirect/sampled/trace",
             entries: &["trace"],
@@ -149,6 +177,7 @@ mod tests {
             ],
         },
         Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "progressive/mean", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING] },
     ];
@@ -186,8 +215,9 @@ mod tests {
         }
         let shaders = all_variants();
         for root in ROOTS {
-            let plain = shaders.iter().find(|shader| shader.label == root.module).expect("linked above");
-            let entries: Vec<_> = plain.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+            let any = shaders.iter().find(|shader| shader.label.split('+').next() == Some(root.module));
+            let any = any.expect("linked above");
+            let entries: Vec<_> = any.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
             assert_eq!(entries, root.entries, "{}", root.module);
         }
         let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
@@ -301,12 +331,16 @@ mod tests {
         check::<TileGrid>(&shaders, &mut checked);
         check::<DeepGrid>(&shaders, &mut checked);
         check::<DeepFrame>(&shaders, &mut checked);
+        check::<PeeledFragment>(&shaders, &mut checked);
         check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
         check::<HitTriangle>(&shaders, &mut checked);
         check::<HitMaterial>(&shaders, &mut checked);
         check::<SampledParameters>(&shaders, &mut checked);
         check::<SampledHit>(&shaders, &mut checked);
+        check::<PointRange>(&shaders, &mut checked);
+        check::<TexelQuery>(&shaders, &mut checked);
+        check::<TexelScale>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);
         check::<LightTree>(&shaders, &mut checked);

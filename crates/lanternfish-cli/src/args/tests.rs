@@ -23,7 +23,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
-                 --anisotropy 2 --debug-view light-count";
+                 --anisotropy 2 --debug-view light-count --accumulate 5";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -38,6 +38,7 @@ fn every_flag_reaches_its_setting() {
         textures: TextureBinding::PerMaterial,
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
+        accumulate: 5,
     };
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);

@@ -17,13 +17,14 @@ pub mod trace;
 #[cfg(test)]
 mod twin;
 mod validate;
+pub mod view;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct};
 
 use self::directions::Directions;
 pub use self::{
-    build::DeepImageBuilder,
+    build::{DeepImageBuilder, PeeledFragment},
     kept::KeptDeepImages,
     validate::{Fragment, ListFault},
 };

@@ -1,6 +1,6 @@
 //! What must hold of deep images, whatever built them: read back from the device and checked, every list and every fragment.
 
-use super::{Chunk, DeepImages};
+use super::{Chunk, DeepFrame, DeepImages};
 use crate::{
     error::RenderError,
     settings::{DeepDepth, DeepStore},
@@ -20,6 +20,21 @@ pub struct Fragment {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ListFault {
+    /// Chunks leave images out, or hold them twice.
+    #[error("chunks hold images up to {found}, where image {expected} is due")]
+    Images {
+        /// Where a chunk begins, or the last one ends.
+        found: u32,
+        /// Where the one before it ends, or all do.
+        expected: u32,
+    },
+    /// An image's axes on the device are not those of its direction, or its direction's opposite does not read the same image
+    /// backwards.
+    #[error("image {image} does not lie along its direction and the opposite one")]
+    Direction {
+        /// Which.
+        image: u32,
+    },
     /// Starts of a linear array descend, or do not begin at zero.
     #[error("list {list} starts at {start}, the one before it at {before}")]
     Start {
@@ -107,16 +122,31 @@ pub enum ListFault {
 impl DeepImages {
     /// Reads all lists back and checks that
     ///
-    /// - those of a linear array lie behind each other, from the first fragment to the last;
+    /// - chunks hold every image once, and each lies along its direction, whose opposite reads it backwards;
+    /// - lists of a linear array lie behind each other, from the first fragment to the last;
     /// - linked lists end, and between them come to every fragment once;
     /// - they are in order, where the store sorts: by depth, then (but in 16 bits) by triangle;
     /// - every fragment was written, has a depth that the scene has, and a triangle that there is;
-    /// - as many were kept as were drawn, where none are merged. (What is lost before merging may be merged away unseen.)
+    /// - as many were kept as were drawn, where none are merged, and no more where some are.
     ///
     /// The first fault that is found comes back as [`RenderError::Lists`]: a bug, or a device that computes wrongly.
     pub fn validate(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), RenderError> {
+        let mut expected = 0;
         for chunk in &self.chunks {
+            let found = chunk.grid.first_image;
+            if found != expected {
+                return Err(ListFault::Images { found, expected }.into());
+            }
+            expected += chunk.grid.image_count;
             self.read_lists(device, queue, chunk)?;
+        }
+        let images = self.directions.len();
+        if expected as usize != images {
+            return Err(ListFault::Images { found: expected, expected: images as u32 }.into());
+        }
+        let frames = read_back::<DeepFrame>(device, queue, &self.frames, images)?;
+        if let Some(image) = (0..).zip(&frames).find_map(|(image, frame)| (!self.lies(image, frame)).then_some(image)) {
+            return Err(ListFault::Direction { image }.into());
         }
         let (drawn, kept) = (self.counts.drawn, self.chunks.iter().map(|chunk| chunk.fragments).sum());
         let merges = self.settings.store == DeepStore::LinearArray && self.settings.merge_texels > 0.0;
@@ -124,6 +154,22 @@ impl DeepImages {
             return Err(ListFault::Lost { drawn, kept }.into());
         }
         Ok(())
+    }
+
+    /// Whether an image lies along its direction, and serves the opposite one from the other end.
+    fn lies(&self, image: u32, frame: &DeepFrame) -> bool {
+        let axes = self.directions.frame(image);
+        let axis = self.directions.axes()[image as usize];
+        let (forwards, backwards) = (self.directions.nearest(axis), self.directions.nearest(-axis));
+        // Two axes as near as rounding may stand for each other.
+        let is_near = |(found, reversed): (u32, bool)| {
+            let other = self.directions.axes()[found as usize];
+            axis.dot(if reversed { -other } else { other }) > 1.0 - 1e-6
+        };
+        (frame.x, frame.y, frame.z) == (axes.x_axis, axes.y_axis, axes.z_axis)
+            && frame.z.abs_diff_eq(axis, 1e-6)
+            && backwards == (forwards.0, !forwards.1)
+            && is_near(forwards)
     }
 
     /// The lists of one of its chunks, each with its fragments in the order in which they lie, after the same checks.

@@ -44,6 +44,7 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         indirect: _,
         // Of what indirect light is found in.
         deep_images: _,
+        accumulate: _,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,
@@ -72,6 +73,9 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         let settings = Settings { samples: *other, ..default.clone() };
         rows.push(row(format!("samples {other}"), Truth::Direct, settings));
     }
+    // Four: more frames say the same, and take longer.
+    let settings = Settings { accumulate: 4, ..default.clone() };
+    rows.push(row(format!("accumulate {}", settings.accumulate), Truth::Direct, settings));
     for other in Anisotropy::ALL.iter().filter(|other| *other != anisotropy) {
         let settings = Settings { anisotropy: *other, ..default.clone() };
         rows.push(row(format!("anisotropy {other}"), Truth::Direct, settings));
@@ -153,6 +157,7 @@ mod tests {
 
         assert_every(Samples::ALL, |settings| settings.samples);
         assert_every(Anisotropy::ALL, |settings| settings.anisotropy);
+        assert_every(&[false, true], |settings| settings.accumulate > 1);
 
         // `Culling` lists no values of its own: each part of each scheme.
         let clustered = |culling| match culling {
@@ -195,6 +200,7 @@ mod tests {
                 s.textures != default.textures,
                 s.samples != default.samples,
                 s.anisotropy != default.anisotropy,
+                s.accumulate != default.accumulate,
                 row.truth == Truth::Full,
             ];
             let count = changes.iter().filter(|changed| **changed).count();

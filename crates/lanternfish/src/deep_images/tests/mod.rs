@@ -2,10 +2,11 @@
 
 mod builders;
 mod combinations;
+mod depth_peeling;
 mod faults;
-mod measure;
 mod moving;
 mod nearest;
+mod ray_query;
 mod stores;
 mod tracers;
 
@@ -26,12 +27,12 @@ use crate::{
 };
 
 /// Uploads for the BVH, whose triangles the builders draw.
-fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
+pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
     let settings = Settings { shadows: Shadows::Bvh, ..Settings::default() };
     Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(scene).unwrap()
 }
 
-fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {
+pub(super) fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut builder = DeepImageBuilder::new(&gpu.device, settings).unwrap();
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
@@ -41,13 +42,18 @@ fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages
 }
 
 /// A chunk's lists, after checking every invariant.
-fn lists(gpu: &Gpu, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
+pub(super) fn lists(gpu: &Gpu, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     images.read_lists(&gpu.device, &gpu.queue, chunk).unwrap()
 }
 
 /// Distances that rays go; −1 where they meet nothing.
-fn distances(gpu: &Gpu, scene: &GpuScene, structure: Structure<'_>, rays: &[TracedRay]) -> Vec<f32> {
-    let tracer = RayTracer::new(&gpu.device).unwrap();
+fn distances(
+    gpu: &Gpu,
+    tracer: &RayTracer,
+    scene: &GpuScene,
+    structure: Structure<'_>,
+    rays: &[TracedRay],
+) -> Vec<f32> {
     let buffer = tracer.upload(&gpu.device, rays).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
@@ -57,24 +63,27 @@ fn distances(gpu: &Gpu, scene: &GpuScene, structure: Structure<'_>, rays: &[Trac
 }
 
 /// Triangles in the order in which the device holds them.
-fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
+pub(super) fn triangles(gpu: &Gpu, scene: &GpuScene) -> Vec<[Vec3; 3]> {
     let count = scene.traced_triangles as usize;
     let words = read_back::<[f32; 12]>(&gpu.device, &gpu.queue, scene.bvh_triangles().unwrap(), count).unwrap();
     words.iter().map(|w| [Vec3::from_slice(w), Vec3::from_slice(&w[4..]), Vec3::from_slice(&w[8..])]).collect()
 }
 
+/// Axes of an image.
+fn frame_of(images: &DeepImages, image: u32) -> DeepFrame {
+    let axes = images.directions.frame(image);
+    DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() }
+}
+
 /// What exact intersection makes of a chunk.
 fn exact(gpu: &Gpu, scene: &GpuScene, images: &DeepImages, chunk: &Chunk) -> Vec<Vec<Fragment>> {
     let triangles = triangles(gpu, scene);
-    let all = (0..chunk.grid.image_count).flat_map(|image| {
-        let axes = images.directions.frame(chunk.grid.first_image + image);
-        let frame = DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() };
-        twin::image(&chunk.grid, &frame, &triangles)
-    });
+    let all = (0..chunk.grid.image_count)
+        .flat_map(|image| twin::image(&chunk.grid, &frame_of(images, chunk.grid.first_image + image), &triangles));
     all.map(|list| twin::merge(&list, chunk.grid.merge_distance)).collect()
 }
 
-fn settings(builder: DeepBuilder) -> DeepImageSettings {
+pub(super) fn settings(builder: DeepBuilder) -> DeepImageSettings {
     DeepImageSettings {
         directions: DirectionSet::StacksSlices { stacks: 4, slices: 5 },
         resolution: 48,

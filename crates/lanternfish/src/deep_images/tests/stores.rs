@@ -5,8 +5,8 @@ use lanternfish_gpu::testing;
 
 use super::{build, lists, settings, upload};
 use crate::{
-    deep_images::directions::DirectionSet,
-    settings::{DeepBuilder, DeepImageSettings},
+    deep_images::{DeepImageBuilder, directions::DirectionSet},
+    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
     testing::{quad, scene_of},
 };
 
@@ -21,6 +21,20 @@ fn gpu_lists_are_the_same_whatever_order_the_atomics_ran_in() {
         for (a, b) in once.chunks.iter().zip(&again.chunks) {
             assert_eq!(lists(gpu, &once, a), lists(gpu, &again, b));
         }
+    }
+}
+
+#[test]
+fn gpu_linked_lists_refuse_depths_in_16_bits() {
+    let Some(gpu) = testing::gpu("gpu_linked_lists_refuse_depths_in_16_bits") else { return };
+    let with = |store, depth| {
+        let settings = DeepImageSettings { store, depth, ..settings(DeepBuilder::SinglePass) };
+        DeepImageBuilder::new(&gpu.device, settings).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(with(DeepStore::LinearArray, DeepDepth::Bits16), Ok(()));
+    for store in [DeepStore::LinkedList, DeepStore::SortedLinkedList] {
+        assert_eq!(with(store, DeepDepth::Bits32), Ok(()));
+        assert!(with(store, DeepDepth::Bits16).unwrap_err().contains("linear_array"));
     }
 }
 

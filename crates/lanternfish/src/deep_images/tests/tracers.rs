@@ -1,49 +1,16 @@
 //! Rays through deep images and through the BVH.
 
-use glam::Vec3;
 use lanternfish_gpu::testing;
 
-use super::{build, distances, lists, settings, upload};
+use super::{build, distances, settings, upload};
 use crate::{
     deep_images::{
         directions::DirectionSet,
-        trace::{Structure, TracedRay},
-        twin,
+        trace::{RayTracer, Structure, TracedRay},
     },
     settings::{DeepBuilder, DeepImageSettings},
     testing::Random,
 };
-
-#[test]
-fn gpu_rays_find_what_the_lists_hold() {
-    let Some(gpu) = testing::gpu("gpu_rays_find_what_the_lists_hold") else { return };
-    let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
-    let images = build(gpu, &scene, settings(DeepBuilder::SinglePass));
-    let chunk = &images.chunks[0];
-    let all = lists(gpu, &images, chunk);
-    let mut random = Random::new(4);
-    let rays: Vec<(Vec3, u32)> = (0..5000)
-        .map(|_| {
-            let (image, reversed) = images.directions.nearest(random.direction());
-            (chunk.grid.center + random.point(), 2 * image + u32::from(reversed))
-        })
-        .collect();
-    let packed: Vec<TracedRay> =
-        rays.iter().map(|(p, side)| TracedRay { origin: *p, image_and_side: *side, ..TracedRay::default() }).collect();
-    let found = distances(gpu, &scene, Structure::WithinTexel(&images), &packed);
-    let mut hits = 0;
-    for ((p, side), found) in rays.iter().zip(found) {
-        let axes = images.directions.frame(side / 2);
-        let q = *p - chunk.grid.center;
-        let texel = |v: f32| ((v * chunk.grid.texels_per_metre + 24.0) as usize).min(47);
-        let list = &all[((side / 2) as usize * 48 + texel(q.dot(axes.y_axis))) * 48 + texel(q.dot(axes.x_axis))];
-        let expected = twin::trace(list, q.dot(axes.z_axis), side % 2 == 1);
-        let near = |expected: f32| (found - expected).abs() < 1e-4;
-        assert!(expected.map_or(found < 0.0, near), "{p} {side}: {found}, not {expected:?}");
-        hits += usize::from(expected.is_some());
-    }
-    assert!(hits > 1000, "{hits}");
-}
 
 #[test]
 fn gpu_the_bvh_finds_the_closest_surface() {
@@ -59,7 +26,7 @@ fn gpu_the_bvh_finds_the_closest_surface() {
             TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
         })
         .collect();
-    let found = distances(gpu, &uploaded, Structure::Bvh, &rays);
+    let found = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, Structure::Bvh, &rays);
     let (mut hits, mut other) = (0, 0);
     for (ray, found) in rays.iter().zip(found) {
         let expected = exact.nearest(ray.origin.into(), ray.direction.into());
@@ -89,8 +56,9 @@ fn gpu_rays_across_texels_are_closer_to_the_truth() {
             TracedRay::new(&images, origin, random.direction(), 0.0)
         })
         .collect();
+    let tracer = RayTracer::new(&gpu.device).unwrap();
     let median = |structure| {
-        let found = distances(gpu, &uploaded, structure, &rays);
+        let found = distances(gpu, &tracer, &uploaded, structure, &rays);
         let pairs = rays.iter().zip(found);
         let mut errors: Vec<f32> = pairs
             .filter_map(|(ray, found)| {
