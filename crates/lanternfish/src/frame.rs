@@ -82,7 +82,9 @@ impl Passes {
         // Turned in every frame of a picture, so that no direction is left out for good.
         let rotation = rotation_of_frame(shown.first().map_or(0, |shown| shown.view.frame_index));
         let images = self.deep_images.as_mut().map(|images| images.get(frame, scene, rotation)).transpose()?;
-        let of_view = |Shown { buffer, surface, .. }: &Shown<'_>| indirect.record(frame, scene, images, buffer, surface);
+        let of_view = |Shown { view, buffer, surface, .. }: &Shown<'_>| {
+            indirect.record(frame, scene, images, buffer, surface, view.frame_index)
+        };
         shown.iter().map(of_view).collect()
     }
 

@@ -3,6 +3,8 @@
 //! Every room ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. A room: [`sampled`].
 
 pub mod sampled;
+#[cfg(test)]
+mod tests;
 
 use lanternfish_gpu::{Bindings, Frame};
 use lanternfish_scene::named_enum;
@@ -35,7 +37,8 @@ pub struct Sampled {
     pub tracer: IndirectTracer,
     /// Where rays start.
     pub resolution: IndirectResolution,
-    /// Pixels to each side that the filter reaches, up to 64; 0: none. More: less noise, softer detail.
+    /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none. More: less noise, softer detail.
+    /// Over n frames it shrinks with the root of n, and with it what it leaves wrong.
     pub filter_radius: u32,
 }
 
@@ -111,12 +114,12 @@ impl IndirectLight {
         match settings.indirect {
             Indirect::None => Ok(None),
             Indirect::Sampled(sampled) => {
-                Ok(Some(Self::Sampled(SampledLight::new(device, sampled, settings.deep_images, tracer)?)))
+                Ok(Some(Self::Sampled(SampledLight::new(device, sampled, settings.deep_images, settings.accumulate, tracer)?)))
             }
         }
     }
 
-    /// Finds the indirect light of a view. `images` are of the scene as it stands, where the room uses them.
+    /// Finds the indirect light of a view in this frame of a picture. `images` are of the scene as it stands, where the room uses them.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -124,8 +127,9 @@ impl IndirectLight {
         images: Option<&DeepImages>,
         view: &ViewBuffer,
         surface: &Surface,
+        frame_index: u32,
     ) -> Result<IndirectSums, RenderError> {
         let Self::Sampled(sampled) = self;
-        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface)? })
+        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface, frame_index)? })
     }
 }

@@ -57,6 +57,8 @@ const MOST_RADIUS: u32 = 64;
 #[derive(Debug)]
 pub struct SampledLight {
     settings: Sampled,
+    /// That a picture is the mean of.
+    frames: u32,
     trace: ComputeKernel,
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
@@ -80,6 +82,7 @@ impl SampledLight {
         device: &wgpu::Device,
         settings: Sampled,
         deep_images: DeepImageSettings,
+        frames: u32,
         tracer: Tracer,
     ) -> Result<Self, RenderError> {
         check(&settings, &deep_images)?;
@@ -97,6 +100,7 @@ impl SampledLight {
         let under_sky: Vec<&str> = shading.iter().copied().chain(["environment"]).collect();
         Ok(Self {
             settings,
+            frames,
             trace: kernel("indirect/sampled/trace", &tracing, "trace", "indirect/trace")?,
             shade: kernel("indirect/sampled/shade", &shading, "shade", "indirect/shade")?,
             shade_environment: kernel("indirect/sampled/shade", &under_sky, "shade", "indirect/shade")?,
@@ -114,6 +118,7 @@ impl SampledLight {
         images: Option<&DeepImages>,
         view: &ViewBuffer,
         surface: &Surface,
+        frame_index: u32,
     ) -> Result<wgpu::TextureView, RenderError> {
         let device = frame.device;
         let scale = match self.settings.resolution {
@@ -121,6 +126,9 @@ impl SampledLight {
             IndirectResolution::Half => 2,
         };
         self.make_targets(device, surface.size, scale, surface.slot)?;
+        // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
+        let frames = self.frames.max(frame_index.saturating_add(1));
+        let radius = (self.settings.filter_radius as f32 / (frames as f32).sqrt()) as u32;
         let Self { settings, targets, .. } = self;
         let targets = &targets[surface.slot];
         let samples = surface.size.map(|side| side.div_ceil(scale * EDGE)).extend(1).to_array();
@@ -129,7 +137,7 @@ impl SampledLight {
             scale,
             diffuse_rays: settings.diffuse_rays,
             glossy_rays: settings.glossy_rays,
-            radius: settings.filter_radius,
+            radius,
             ..Default::default()
         };
         let shared = view.bindings().with(&surface.bindings());
@@ -164,7 +172,7 @@ impl SampledLight {
         let uniform = uniform_buffer_of(device, "indirect/parameters", &parameters);
         let resolving = shared.clone().buffer("sampled", &uniform).buffer("finished_sums", &targets.sums);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", written), pixels);
-        for axis in 0..if settings.filter_radius > 0 { 2 } else { 0 } {
+        for axis in 0..if radius > 0 { 2 } else { 0 } {
             std::mem::swap(&mut read, &mut written);
             let uniform = uniform_buffer_of(device, "indirect/parameters", &SampledParameters { axis, ..parameters });
             let filtering = shared.clone().buffer("sampled", &uniform).texture("filtered_sums", read);

@@ -1,0 +1,292 @@
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer,
+    settings::{Integrator, LightChoice},
+};
+use lanternfish_scene::{Camera, Environment, Light, Material, Projection, Scene, generate::demo};
+
+use crate::{
+    RenderError, Renderer, Settings,
+    settings::{
+        Attenuation, DeepDepth, DeepImageSettings, DeepStore, Indirect, IndirectResolution, IndirectTracer, Sampled,
+        Samples, Shadows,
+    },
+    testing::{apart, quad, scene_of},
+};
+
+/// Not a multiple of a workgroup.
+const SIZE: UVec2 = UVec2::new(61, 45);
+
+fn sampled(tracer: IndirectTracer) -> Sampled {
+    Sampled { diffuse_rays: 64, glossy_rays: 32, tracer, filter_radius: 0, ..Sampled::default() }
+}
+
+fn settings(sampled: Sampled) -> Settings {
+    Settings {
+        indirect: Indirect::Sampled(sampled),
+        attenuation: Attenuation::Physical,
+        range_threshold: 1e-6,
+        ..Settings::default()
+    }
+}
+
+fn picture(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let picture = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap();
+    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+}
+
+fn mean(pixels: &[Vec3]) -> f64 {
+    pixels.iter().map(|pixel| f64::from(pixel.element_sum()) / 3.0).sum::<f64>() / pixels.len() as f64
+}
+
+/// Mean distance of pixels over the mean of the second.
+fn off(found: &[Vec3], truth: &[Vec3]) -> f64 {
+    let apart = found.iter().zip(truth).map(|(a, b)| f64::from((*a - *b).abs().element_sum()) / 3.0);
+    apart.sum::<f64>() / truth.len() as f64 / mean(truth)
+}
+
+fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
+    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.02 })
+}
+
+fn matt(albedo: f32) -> Material {
+    Material {
+        base_color: Vec3::splat(albedo).extend(1.0),
+        metallic: 0.0,
+        specular: 0.0,
+        perceptual_roughness: 1.0,
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+fn floor(material: Material) -> Scene {
+    scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![material])
+}
+
+/// A box of 2 m around the origin whose sides look inwards.
+fn closed_box(material: Material) -> Scene {
+    let side = |axis: Vec3| {
+        let (right, up) = axis.any_orthonormal_pair();
+        quad(0, -axis, right, up)
+    };
+    let axes = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    scene_of(axes.map(side).to_vec(), vec![material])
+}
+
+const TRACERS: &[IndirectTracer] = IndirectTracer::ALL;
+
+#[test]
+fn gpu_the_surroundings_light_an_open_floor() {
+    let Some(gpu) = testing::gpu("gpu_the_surroundings_light_an_open_floor") else { return };
+    let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+    let sky = Vec3::new(1.0, 2.0, 4.0);
+    let white = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 0.0 };
+    for tracer in TRACERS {
+        for environment in [None, Some(white.clone())] {
+            let is_image = environment.is_some();
+            let scene = Scene { sky, environment, ..floor(matt(0.5)) };
+            let found = picture(gpu, settings(sampled(*tracer)), &scene, &camera);
+            // Albedo times the sky's radiance, whatever the rays.
+            let worst = found.iter().map(|pixel| (*pixel / (0.5 * sky) - 1.0).abs().max_element()).fold(0.0, f32::max);
+            assert!(worst < 2e-3, "{tracer}, image {is_image}: {worst}");
+        }
+    }
+}
+
+/// The radiance of a mirror is that of what it shows, but for what a grazing view reflects.
+#[test]
+fn gpu_a_mirror_shows_what_is_above_it() {
+    let Some(gpu) = testing::gpu("gpu_a_mirror_shows_what_is_above_it") else { return };
+    let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.8) };
+    let lamp = Material { emissive: Vec3::new(3.0, 2.0, 1.0), ..matt(0.0) };
+    let floor = quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z);
+    let ceiling = quad(1, 2.0 * Vec3::Y, 10.0 * Vec3::X, 10.0 * Vec3::Z);
+    let scene = scene_of(vec![floor, ceiling], vec![mirror, lamp]);
+    // Looking down: Fresnel's term stays at its least.
+    let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
+    for tracer in TRACERS {
+        let found = picture(gpu, settings(sampled(*tracer)), &scene, &camera);
+        let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
+        let worst = found.iter().map(|pixel| (*pixel / expected - 1.0).abs().max_element()).fold(0.0, f32::max);
+        assert!(worst < 0.02, "{tracer}: {worst}");
+    }
+}
+
+/// A closed box that shines evenly: every surface receives the same from everywhere.
+#[test]
+fn gpu_a_closed_box_that_shines_sends_each_bounce() {
+    let Some(gpu) = testing::gpu("gpu_a_closed_box_that_shines_sends_each_bounce") else { return };
+    let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    for tracer in TRACERS {
+        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
+        let found = picture(gpu, Settings { deep_images, ..settings(sampled(*tracer)) }, &scene, &camera);
+        // Its own emission, and half of what arrives.
+        let off = (mean(&found) / 1.5 - 1.0).abs();
+        let most = if *tracer == IndirectTracer::Bvh { 2e-3 } else { 0.03 };
+        assert!(off < most, "{tracer}: {}", mean(&found));
+    }
+}
+
+/// Truth: paths of up to three segments through exact triangles. Bounds are about a quarter above what was measured.
+#[test]
+fn gpu_one_bounce_is_the_path_tracers() {
+    let Some(gpu) = testing::gpu("gpu_one_bounce_is_the_path_tracers") else { return };
+    let mut scene = demo("cornell").unwrap();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    let camera = scene.cameras[0].clone();
+    let truth = |max_depth| {
+        let settings = TracerSettings {
+            integrator: Integrator::Path,
+            max_depth,
+            attenuation: Attenuation::Physical,
+            range_threshold: 1e-6,
+            light_choice: LightChoice::Uniform,
+            ..TracerSettings::default()
+        };
+        let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
+        Tracer::new(&scene, settings).unwrap().render(&camera, &mut film, 192);
+        film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<Vec3>>()
+    };
+    let (direct, one_bounce) = (truth(2), truth(3));
+    let share = mean(&one_bounce) - mean(&direct);
+    assert!(share > 0.05 * mean(&direct), "there is nothing to find");
+    for (tracer, most_off, most_biased) in [
+        (IndirectTracer::Bvh, 0.06, 0.01),
+        (IndirectTracer::AcrossTexels, 0.07, 0.03),
+        (IndirectTracer::WithinTexel, 0.07, 0.03),
+    ] {
+        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
+        let found = picture(gpu, Settings { deep_images, ..settings(sampled(tracer)) }, &scene, &camera);
+        let (off, energy) = (off(&found, &one_bounce), mean(&found) / mean(&one_bounce));
+        println!("{tracer}: off by {off:.4}, energy {energy:.4}");
+        assert!(off < most_off && (energy - 1.0).abs() < most_biased, "{tracer}: off {off}, energy {energy}");
+    }
+    // It can fail: without the bounce.
+    let alone = picture(gpu, Settings { indirect: Indirect::None, ..settings(Sampled::default()) }, &scene, &camera);
+    assert!(mean(&alone) / mean(&one_bounce) < 0.97);
+}
+
+/// A small lit wall and a dark floor: what arrives is in inverse proportion to the square of the distance.
+#[test]
+fn gpu_what_moves_sends_its_light_from_where_it_is() {
+    let Some(gpu) = testing::gpu("gpu_what_moves_sends_its_light_from_where_it_is") else { return };
+    let lamp = Material { emissive: Vec3::splat(50.0), ..matt(0.0) };
+    let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
+    let panel = quad(1, Vec3::Y, 0.5 * Vec3::X, 0.5 * Vec3::Z);
+    let mut scene = apart(&scene_of(vec![floor, panel], vec![matt(0.5), lamp]));
+    let camera = looking([0.0, 0.6, 0.6], [0.0, 0.0, 0.0]);
+    let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
+    for tracer in TRACERS {
+        let settings = Settings { deep_images, ..settings(sampled(*tracer)) };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let mut render = |uploaded: &_| {
+            let picture = renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+            picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
+        };
+        let before = render(&uploaded);
+        let at = scene.instances[1].world_from_object;
+        scene.instances[1].world_from_object.translation.y += 2.0;
+        let other = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        other.update(&mut uploaded, &scene).unwrap();
+        let after = render(&uploaded);
+        assert!(mean(&after) < 0.4 * mean(&before), "{tracer}: {} to {}", mean(&before), mean(&after));
+        let fresh = picture(gpu, settings, &scene, &camera);
+        assert!(off(&after, &fresh) < 0.02, "{tracer}: {}", off(&after, &fresh));
+        scene.instances[1].world_from_object = at;
+    }
+}
+
+/// Neither a filter nor coarser starts change what is the same everywhere, and both are nearer to many rays than few rays alone.
+#[test]
+fn gpu_filter_and_half_resolution_keep_what_is_there() {
+    let Some(gpu) = testing::gpu("gpu_filter_and_half_resolution_keep_what_is_there") else { return };
+    let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+    let scene = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
+    for resolution in IndirectResolution::ALL.iter().copied() {
+        let filtered = Sampled { resolution, filter_radius: 6, ..sampled(IndirectTracer::Bvh) };
+        let found = picture(gpu, settings(filtered), &scene, &camera);
+        assert!(found.iter().all(|pixel| (*pixel / 0.5 - 1.0).abs().max_element() < 2e-3), "{resolution}");
+    }
+    let cornell = demo("cornell").unwrap();
+    let camera = &cornell.cameras[0];
+    let few = Sampled { diffuse_rays: 4, glossy_rays: 4, filter_radius: 0, ..sampled(IndirectTracer::Bvh) };
+    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(IndirectTracer::Bvh) }), &cornell, camera);
+    let noisy = off(&picture(gpu, settings(few), &cornell, camera), &truth);
+    for resolution in IndirectResolution::ALL.iter().copied() {
+        let filtered = Sampled { resolution, filter_radius: 5, ..few };
+        let smooth = off(&picture(gpu, settings(filtered), &cornell, camera), &truth);
+        println!("{resolution}: {noisy:.4} unfiltered, {smooth:.4} filtered");
+        assert!(smooth < 0.75 * noisy, "{resolution}: {smooth} of {noisy}");
+    }
+}
+
+/// The inside of a closed box is dark, however bright its outside: light leaks through walls that are thinner than what deep
+/// images pass over.
+#[test]
+fn gpu_light_leaks_are_small() {
+    let Some(gpu) = testing::gpu("gpu_light_leaks_are_small") else { return };
+    let mut scene = closed_box(matt(0.5));
+    // Outside, from above: 1000 lx on the roof.
+    scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    for tracer in TRACERS {
+        let found = picture(gpu, settings(sampled(*tracer)), &scene, &camera);
+        // From radiance to irradiance of surfaces of albedo 0.5.
+        let inside = mean(&found) * std::f64::consts::PI / 0.5;
+        println!("{tracer}: {inside:.3} lx inside of 1000 outside");
+        assert!(inside <= 10.0, "{tracer}: {inside}");
+    }
+}
+
+#[test]
+fn gpu_runs_are_the_same_to_the_bit() {
+    let Some(gpu) = testing::gpu("gpu_runs_are_the_same_to_the_bit") else { return };
+    let scene = demo("cornell").unwrap();
+    let settings = settings(Sampled { diffuse_rays: 4, glossy_rays: 2, ..Sampled::default() });
+    let [a, b] = [0, 1].map(|_| picture(gpu, settings.clone(), &scene, &scene.cameras[0]));
+    assert!(a == b);
+}
+
+#[test]
+fn gpu_every_store_gives_the_same_light() {
+    let Some(gpu) = testing::gpu("gpu_every_store_gives_the_same_light") else { return };
+    let scene = demo("cornell").unwrap();
+    let of = |store, depth| {
+        let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
+        let settings = Settings { deep_images, ..settings(sampled(IndirectTracer::WithinTexel)) };
+        picture(gpu, settings, &scene, &scene.cameras[0])
+    };
+    let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);
+    for (store, depth) in [
+        (DeepStore::LinearArray, DeepDepth::Bits16),
+        (DeepStore::LinkedList, DeepDepth::Bits32),
+        (DeepStore::SortedLinkedList, DeepDepth::Bits32),
+    ] {
+        // Of surfaces at one depth a linked list finds any.
+        let off = off(&of(store, depth), &expected);
+        assert!(off < 0.01, "{store}, {depth} bits: {off}");
+    }
+}
+
+#[test]
+fn gpu_what_does_not_go_together_is_refused() {
+    let Some(gpu) = testing::gpu("gpu_what_does_not_go_together_is_refused") else { return };
+    let refused = |settings| match Renderer::new(&gpu.device, &gpu.queue, settings) {
+        Err(RenderError::Together { needed, .. }) => needed,
+        other => panic!("{other:?}"),
+    };
+    let default = settings(Sampled::default());
+    assert_eq!(refused(Settings { samples: Samples::Four, ..default.clone() }), "--samples 1");
+    assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default() })).contains("rays"));
+    assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default() })).contains("64 pixels"));
+    let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
+    assert!(refused(Settings { deep_images, ..default.clone() }).contains("triangles"));
+    // Rays of indirect light do not need any of shadows.
+    Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::None, ..default }).unwrap();
+}
