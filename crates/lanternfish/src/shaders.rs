@@ -172,7 +172,7 @@ mod tests {
                     "transparent+shadow_rays",
                     "transparent+shadow_rays+tracer_ray_query",
                 ],
-                &["", "indirect"],
+                &["", "indirect", "indirect+multisampled"],
                 TEXTURES,
             ],
         },

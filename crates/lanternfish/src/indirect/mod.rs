@@ -99,12 +99,14 @@ pub(crate) enum IndirectLight {
 #[derive(Clone, Debug)]
 pub struct IndirectSums {
     layers: wgpu::TextureView,
+    /// That it was found for, with one sample a pixel.
+    surface: Surface,
 }
 
 impl IndirectSums {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("indirect_sums", &self.layers)
+        self.surface.bindings().texture("indirect_sums", &self.layers)
     }
 }
 
@@ -130,6 +132,7 @@ impl IndirectLight {
         frame_index: u32,
     ) -> Result<IndirectSums, RenderError> {
         let Self::Sampled(sampled) = self;
-        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface, frame_index)? })
+        let layers = sampled.record(frame, scene, images, view, surface, frame_index)?;
+        Ok(IndirectSums { layers, surface: surface.clone() })
     }
 }

@@ -274,6 +274,35 @@ fn gpu_every_store_gives_the_same_light() {
     }
 }
 
+/// Where a pixel shows one surface, samples change nothing; where it shows two, each has its own light.
+#[test]
+fn gpu_samples_have_the_light_of_their_surfaces() {
+    let Some(gpu) = testing::gpu("gpu_samples_have_the_light_of_their_surfaces") else { return };
+    // A white floor under a white sky, and a black lid over a part of it whose underside is not seen.
+    let floor = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
+    let lid = quad(1, Vec3::new(-2.0, 0.5, 0.0), 2.0 * Vec3::X, -4.0 * Vec3::Z);
+    let black = Material { base_color: Vec4::new(0.0, 0.0, 0.0, 1.0), ..matt(0.0) };
+    let scene = Scene { sky: Vec3::ONE, ..scene_of(vec![floor, lid], vec![matt(0.5), black]) };
+    let camera = looking([0.3, 6.0, 0.2], [0.0, 0.0, 0.0]);
+    let of = |samples| {
+        let settings = settings(Sampled { diffuse_rays: 256, ..sampled(IndirectTracer::Bvh) });
+        picture(gpu, Settings { samples, ..settings }, &scene, &camera)
+    };
+    let [one, four] = [Samples::One, Samples::Four].map(of);
+    let differing = one.iter().zip(&four).filter(|(a, b)| (**a - **b).abs().max_element() > 1e-3).count();
+    let edges = SIZE.y as usize;
+    assert!((edges / 4..=3 * edges).contains(&differing), "{differing} pixels differ");
+    // The lid sees all of the sky, the floor at its foot half of it: no sample of the floor has the lid's light.
+    let (width, height) = (SIZE.x as usize, SIZE.y as usize);
+    for y in 1..height - 1 {
+        for x in 1..width - 1 {
+            let around = (0..9).map(|i| one[(y + i / 3 - 1) * width + x + i % 3 - 1].x);
+            let most = around.fold(0.0, f32::max);
+            assert!(four[y * width + x].x <= 1.03 * most, "{x}, {y}: {} of {most}", four[y * width + x]);
+        }
+    }
+}
+
 #[test]
 fn gpu_what_does_not_go_together_is_refused() {
     let Some(gpu) = testing::gpu("gpu_what_does_not_go_together_is_refused") else { return };
@@ -282,7 +311,6 @@ fn gpu_what_does_not_go_together_is_refused() {
         other => panic!("{other:?}"),
     };
     let default = settings(Sampled::default());
-    assert_eq!(refused(Settings { samples: Samples::Four, ..default.clone() }), "--samples 1");
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default() })).contains("64 pixels"));
     let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
