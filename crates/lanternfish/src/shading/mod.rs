@@ -9,9 +9,9 @@ use lanternfish_gpu::Frame;
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
+    indirect::IndirectSums,
     light_culling::{LightCulling, LightLists},
     prepass::{DEPTH_FORMAT, Surface},
-    indirect::IndirectSums,
     settings::{Indirect, Settings},
     shadows::{Tracer, Visibility},
     texture::samples_target,
