@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
 use glam::Vec3;
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials,
-    RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, DeepImageSettings,
+    DirectionSet, Grouping, Materials, Occlusion, RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize,
+    Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Light, generate::DEMOS};
@@ -283,6 +284,21 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<ClusterTest>())]
     #[arg(default_value_t = Clustered::default().test)]
     pub cluster_test: ClusterTest,
+    /// How it is found how much of the --sky surfaces see, which then lights them. Opaque surfaces alone; one sample a pixel.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::None)]
+    pub occlusion: OcclusionName,
+    /// Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes,
+    /// however far; with hbao 1 m.
+    #[arg(long, value_name = "METRES", value_parser = parse::positive, allow_hyphen_values = true)]
+    pub occlusion_distance: Option<f32>,
+    /// Texels across and down a deep image, with --occlusion deep. More: finer, more memory (by the square).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=1024))]
+    #[arg(default_value_t = DeepImageSettings::default().resolution)]
+    pub deep_resolution: u32,
+    /// Directions that there are deep images of, with --occlusion deep; each serves its opposite too. More: smoother, slower.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(default_value_t = 169)]
+    pub deep_directions: u32,
     /// Samples a pixel at edges of triangles: smoother edges. 4 is on every adapter.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     #[arg(default_value_t = Settings::default().samples)]
@@ -334,6 +350,17 @@ impl Default for CullingName {
     }
 }
 
+/// How it is found how much of the surroundings surfaces see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OcclusionName {
+    /// It is not: the surroundings light nothing
+    None,
+    /// By the directions of deep images, which hold the whole scene
+    Deep,
+    /// By horizons in the picture's depth, which knows what is seen: for comparison
+    Hbao,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
     /// Fewer lights a tile, slightly more work to find them
@@ -380,6 +407,18 @@ impl RenderArgs {
             },
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,
+            occlusion: match technique.occlusion {
+                OcclusionName::None => Occlusion::None,
+                OcclusionName::Deep => Occlusion::Deep { max_distance: technique.occlusion_distance },
+                OcclusionName::Hbao => {
+                    Occlusion::Hbao { radius: technique.occlusion_distance.unwrap_or(Occlusion::DEFAULT_RADIUS) }
+                }
+            },
+            deep_images: DeepImageSettings {
+                directions: DirectionSet::ZonalEqualArea { count: technique.deep_directions },
+                resolution: technique.deep_resolution,
+                ..DeepImageSettings::default()
+            },
             attenuation: self.lights.attenuation,
             range_threshold: self.lights.range_threshold,
             materials: self.look.materials,

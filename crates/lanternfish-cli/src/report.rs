@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    settings::{Culling, Settings},
+    settings::{Culling, Occlusion, Settings},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
@@ -145,6 +145,19 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
             names.insert("light-assignment", clustered.assignment.to_string());
             names.insert("cluster-test", clustered.test.to_string());
         }
+    }
+    let (occlusion, distance) = match settings.occlusion {
+        Occlusion::None => ("none", None),
+        Occlusion::Deep { max_distance } => ("deep", max_distance),
+        Occlusion::Hbao { radius } => ("hbao", Some(radius)),
+    };
+    names.insert("occlusion", occlusion.to_owned());
+    if let Some(distance) = distance {
+        names.insert("occlusion-distance", distance.to_string());
+    }
+    if let Occlusion::Deep { .. } = settings.occlusion {
+        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
+        names.insert("deep-directions", settings.deep_images.directions.count().to_string());
     }
     if let Some(view) = settings.debug_view {
         names.insert("debug-view", view.to_string());

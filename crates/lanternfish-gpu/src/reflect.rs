@@ -128,9 +128,15 @@ fn opaque_type(inner: &TypeInner, is_sampled: bool, label: &str, name: &str) -> 
                     view_dimension,
                     multisampled: *multi,
                 },
-                ImageClass::Storage { format: naga::StorageFormat::R32Uint, .. } => wgpu::BindingType::StorageTexture {
+                ImageClass::Storage {
+                    format: format @ (naga::StorageFormat::R32Uint | naga::StorageFormat::R32Float),
+                    ..
+                } => wgpu::BindingType::StorageTexture {
                     access: wgpu::StorageTextureAccess::WriteOnly,
-                    format: wgpu::TextureFormat::R32Uint,
+                    format: match format {
+                        naga::StorageFormat::R32Uint => wgpu::TextureFormat::R32Uint,
+                        _ => wgpu::TextureFormat::R32Float,
+                    },
                     view_dimension,
                 },
                 other => panic!("{label}: texture {name} of class {other:?} cannot be bound by name yet"),

@@ -7,6 +7,7 @@ use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
     light_culling::{LightCulling, LightLists, Reach, Seen},
+    occlusion::{Occlusion, Openness},
     output::Output,
     prepass::{Prepass, Surface},
     shading::{Forward, Radiance},
@@ -20,6 +21,7 @@ use crate::{
 pub(crate) struct Passes {
     pub prepass: Prepass,
     pub light_culling: LightCulling,
+    pub occlusion: Option<Occlusion>,
     pub shadows: Option<Shadows>,
     pub forward: Forward,
     pub sky: Sky,
@@ -33,6 +35,7 @@ pub(crate) struct FrameResult {
     pub radiance: Radiance,
     pub display: wgpu::TextureView,
     pub visibility: Option<VisibilityPlan>,
+    pub openness: Option<Openness>,
     /// The opaque surfaces' light lists.
     pub lights: LightLists,
 }
@@ -79,15 +82,21 @@ impl Passes {
         lights: LightLists,
         blended_lights: Option<&LightLists>,
     ) -> Result<FrameResult, RenderError> {
+        let openness = match &mut self.occlusion {
+            None => None,
+            Some(occlusion) => Some(occlusion.record(frame, scene, buffer, surface)?),
+        };
+        let openness = openness.as_ref();
         let mut plan = None;
         let radiance = match self.shadows.as_mut().filter(|_| surface.samples == 1) {
-            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, None)?,
+            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, openness, None)?,
             Some(shadows) => {
                 let plan = plan.insert(shadows.plan(frame, scene, buffer, surface, &lights)?);
                 // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
                 for band in plan.bands() {
                     let visibility = &shadows.record(frame, scene, buffer, surface, &lights, plan, band);
-                    self.forward.record(frame, scene, draws, buffer, surface, &lights, Some(visibility))?;
+                    let visibility = Some(visibility);
+                    self.forward.record(frame, scene, draws, buffer, surface, &lights, openness, visibility)?;
                 }
                 self.forward.radiance(frame.device, view.size, surface.slot)
             }
@@ -102,10 +111,10 @@ impl Passes {
             None => self.output.record(frame, buffer, &radiance, view.size),
             Some(debug_views) => {
                 let ray_counts = plan.as_ref().and_then(VisibilityPlan::ray_counts);
-                debug_views.record(frame, scene, buffer, surface, &lights, &radiance, ray_counts, view.size)
+                debug_views.record(frame, scene, buffer, surface, &lights, openness, &radiance, ray_counts, view.size)
             }
         };
-        Ok(FrameResult { radiance, display, visibility: plan, lights })
+        Ok(FrameResult { radiance, display, visibility: plan, openness: openness.cloned(), lights })
     }
 }
 

@@ -1,6 +1,6 @@
 //! From a scene and a camera to a picture.
 
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
@@ -14,9 +14,10 @@ use crate::{
     frame::{FrameResult, Passes},
     gpu_scene::GpuScene,
     light_culling::{LightCulling, clustered::GridContents},
+    occlusion::Occlusion,
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
-    settings::{DebugView, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
+    settings::{DebugView, Occlusion as OcclusionSetting, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
     shading::{Forward, RADIANCE_FORMAT},
     shadows::{Shadows, Tracer},
     sky::Sky,
@@ -69,14 +70,18 @@ impl Renderer {
         if settings.debug_view == Some(DebugView::BaseColor) {
             // A colour is shown as it is, and no light is asked for.
             (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
+            settings.occlusion = OcclusionSetting::None;
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
+        let occlusion = Occlusion::new(device, &settings)?;
+        let with_target = tracer != Tracer::None || occlusion.is_some() || settings.debug_view.is_some();
         let passes = Passes {
-            prepass: Prepass::new(tracer != Tracer::None || settings.debug_view.is_some(), settings.samples.count()),
+            prepass: Prepass::new(with_target, settings.samples.count()),
             light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
+            occlusion,
             shadows,
             forward: Forward::new(&settings, tracer),
             sky: Sky::new(),
@@ -151,7 +156,9 @@ impl Renderer {
             if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
                 return Err(RenderError::Size { width, height, limit });
             }
-            Ok(View::new(camera, UVec2::new(width, height), exposure, scene.sky, &scene.bounds))
+            // An image of the surroundings stands in the sky's place, and lights nothing.
+            let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
+            Ok(View::new(camera, UVec2::new(width, height), exposure, sky, &scene.bounds))
         };
         let views = views.iter().map(view).collect::<Result<Vec<_>, _>>()?;
         let device = self.device.clone();
@@ -192,6 +199,10 @@ impl Renderer {
             counters.push(("shadows/rays".to_owned(), rays.iter().map(|r| u64::from(*r)).sum()));
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
+        }
+        if let Some(images) = result.openness.as_ref().and_then(|openness| openness.images) {
+            counters.push(("deep_images/fragments".to_owned(), images.kept));
+            counters.push(("deep_images/bytes".to_owned(), images.bytes));
         }
         let report = Report { passes: Vec::new(), counters };
         Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, report })

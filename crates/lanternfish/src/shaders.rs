@@ -39,6 +39,7 @@ mod tests {
             tiled::TileGrid,
         },
         lights::Light,
+        occlusion::{DirectionRun, HbaoParameters},
         output::OutputParameters,
         settings::{Attenuation, ToneMap},
         shadows::VisibilityGrid,
@@ -106,11 +107,15 @@ mod tests {
                     "transparent+shadow_rays+tracer_ray_query",
                 ],
                 TEXTURES,
+                &["", "occlusion"],
             ],
         },
+        Root { module: "occlusion/deep/accumulate", entries: &["accumulate", "resolve"], choices: &[] },
+        Root { module: "occlusion/hbao/horizon", entries: &["horizons"], choices: &[] },
+        Root { module: "occlusion/hbao/blur", entries: &["blur_across", "blur_down"], choices: &[] },
         Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
-        Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING] },
+        Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING, &["", "occlusion"]] },
     ];
 
     impl Root {
@@ -269,6 +274,8 @@ mod tests {
         check::<LevelToJoin>(&shaders, &mut checked);
         check::<VisibilityGrid>(&shaders, &mut checked);
         check::<EnvironmentParameters>(&shaders, &mut checked);
+        check::<DirectionRun>(&shaders, &mut checked);
+        check::<HbaoParameters>(&shaders, &mut checked);
         check::<OutputParameters>(&shaders, &mut checked);
         check::<DebugParameters>(&shaders, &mut checked);
 

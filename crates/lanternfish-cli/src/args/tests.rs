@@ -23,7 +23,8 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
-                 --anisotropy 2 --debug-view light-count";
+                 --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
+                 --deep-directions 40";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -38,7 +39,16 @@ fn every_flag_reaches_its_setting() {
         textures: TextureBinding::PerMaterial,
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
+        occlusion: Occlusion::Deep { max_distance: Some(2.5) },
+        deep_images: DeepImageSettings {
+            directions: DirectionSet::ZonalEqualArea { count: 40 },
+            resolution: 32,
+            ..DeepImageSettings::default()
+        },
     };
+    let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;
+    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::Hbao { radius: Occlusion::DEFAULT_RADIUS });
+    assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::Hbao { radius: 3.0 });
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
     let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \

@@ -42,7 +42,7 @@ use self::{
 use crate::{
     error::RenderError,
     lights::Light,
-    settings::{DebugView, Settings},
+    settings::{DebugView, Occlusion, Settings},
     shadows::Tracer,
     sky::EnvironmentImage,
 };
@@ -93,11 +93,14 @@ impl GpuScene {
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let mut tracing = if tracer == Tracer::None { Tracing::default() } else { Tracing::new(scene, mask_bytes) };
+        // Deep images are drawn from the BVH's triangles.
+        let with_bvh = tracer == Tracer::Bvh || matches!(settings.occlusion, Occlusion::Deep { .. });
+        let traced = with_bvh || tracer == Tracer::RayQuery;
+        let mut tracing = if traced { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
-        let bvh = (tracer == Tracer::Bvh).then(|| Bvh::new(device, nodes, triangles)).transpose()?;
+        let bvh = with_bvh.then(|| Bvh::new(device, nodes, triangles)).transpose()?;
         let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;

@@ -10,6 +10,7 @@ use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
     light_culling::{LightCulling, LightLists},
+    occlusion::{Occlusion, Openness},
     prepass::{DEPTH_FORMAT, Surface},
     settings::Settings,
     shadows::{Tracer, Visibility},
@@ -65,6 +66,7 @@ impl Forward {
         let culling = LightCulling::feature(settings.culling);
         let mut opaque: Vec<_> = culling.into_iter().collect();
         let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
+        opaque.extend(Occlusion::feature(settings.occlusion));
         let samples = settings.samples.count();
         if tracer != Tracer::None {
             // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
@@ -129,12 +131,17 @@ impl Forward {
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
+        openness: Option<&Openness>,
         visibility: Option<&Visibility<'_>>,
     ) -> Result<Radiance, RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
         let radiance = self.radiance(frame.device, surface.size, surface.slot);
         let mut bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
         let mut rows = 0..surface.size.y;
+        let openness_bindings = openness.map(Openness::bindings);
+        if let Some(more) = &openness_bindings {
+            bindings = bindings.with(more);
+        }
         let visibility_bindings = visibility.map(Visibility::bindings);
         if let (Some(visibility), Some(more)) = (visibility, &visibility_bindings) {
             rows = visibility.rows.clone();

@@ -92,10 +92,10 @@ fn run_shot(args: &QualityArgs, gpu: &Gpu, shot: &Shot) -> Result<ShotReport, Cl
     let settings = shot.settings();
     let bench = Bench { gpu, shot, camera: &camera, runs: args.runs, folder: &args.output };
     let mut result = ShotReport::new(shot, &whole);
-    let techniques = techniques(&settings);
+    let techniques = techniques(&settings, whole.bounds().size().length());
     let mut first = None;
     for truth in Truth::ALL {
-        let scene = &truth.scene(&whole);
+        let (scene, settings) = (&truth.scene(&whole), truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
         let traced = truths::obtain(&args.output, *truth, &subject)?;

@@ -5,8 +5,8 @@
 //! without a row.
 
 use lanternfish::settings::{
-    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, Materials, RayCulling, Samples, Settings,
-    Shadows, TextureBinding, TileSize, Tiled,
+    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, Materials, Occlusion,
+    RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled,
 };
 
 use super::truths::Truth;
@@ -29,8 +29,8 @@ impl Technique {
     }
 }
 
-/// The rows of a shot whose recommended settings are `default`, which come first.
-pub fn techniques(default: &Settings) -> Vec<Technique> {
+/// The rows of a shot whose recommended settings are `default`, which come first, and of a scene of this diagonal, m.
+pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let row = |name: String, truth, settings| Technique { name, settings, truth };
     let mut rows = vec![row("default".to_owned(), Truth::Direct, default.clone())];
     let Settings {
@@ -41,6 +41,9 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         textures,
         samples,
         anisotropy,
+        // Rows under truths of their own, below.
+        occlusion: _,
+        deep_images: _,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,
@@ -83,6 +86,30 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
     }
     // Indirect light: none yet. The row says what is missing from all the light there is.
     rows.push(row("indirect none".to_owned(), Truth::Full, default.clone()));
+    rows.extend(occlusions(default, diagonal));
+    rows
+}
+
+/// Both ways to find occlusion, near, far and without an end; by deep images of three resolutions.
+fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
+    let mut rows = Vec::new();
+    for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
+        let kind = truth.name();
+        let max_distance = truth.max_distance(diagonal);
+        // Horizons have an end in any case: the scene's.
+        let hbao = Occlusion::Hbao { radius: max_distance.unwrap_or(diagonal) };
+        let deep = Occlusion::Deep { max_distance };
+        let mut row = |name: String, occlusion, resolution| {
+            let deep_images = DeepImageSettings { resolution, ..default.deep_images };
+            let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
+            rows.push(Technique { name, settings, truth });
+        };
+        row(format!("{kind} none"), Occlusion::None, default.deep_images.resolution);
+        row(format!("{kind} hbao"), hbao, default.deep_images.resolution);
+        for resolution in [64, 128, 256] {
+            row(format!("{kind} deep {resolution}"), deep, resolution);
+        }
+    }
     rows
 }
 
@@ -131,7 +158,7 @@ mod tests {
     use super::*;
 
     fn rows() -> Vec<Technique> {
-        techniques(&Settings::default())
+        techniques(&Settings::default(), 10.0)
     }
 
     #[track_caller]
@@ -179,6 +206,21 @@ mod tests {
     }
 
     #[test]
+    fn occlusion_is_found_both_ways_and_left_out_under_each_truth() {
+        for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
+            let mut rows = rows();
+            rows.retain(|row| row.truth == truth);
+            for known in [
+                |o: &Occlusion| *o == Occlusion::None,
+                |o: &Occlusion| matches!(o, Occlusion::Deep { .. }),
+                |o: &Occlusion| matches!(o, Occlusion::Hbao { .. }),
+            ] {
+                assert!(rows.iter().any(|row| known(&row.settings.occlusion)), "{truth}");
+            }
+        }
+    }
+
+    #[test]
     fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
         let default = Settings::default();
         let rows = rows();
@@ -193,6 +235,7 @@ mod tests {
                 s.samples != default.samples,
                 s.anisotropy != default.anisotropy,
                 row.truth == Truth::Full,
+                matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
             ];
             let count = changes.iter().filter(|changed| **changed).count();
             assert_eq!(count, usize::from(i > 0), "{}", row.name);
