@@ -5,6 +5,8 @@
 
 mod deep;
 mod hbao;
+#[cfg(test)]
+mod tests;
 
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame};
