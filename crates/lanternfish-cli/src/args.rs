@@ -16,6 +16,7 @@ use crate::{
     bench::BenchArgs,
     choices::choice,
     compare::{self, CompareArgs},
+    deep_images::{self, DeepImagesArgs},
     parse::{self, LightSet, Size},
     reference::{self, ReferenceArgs},
     shot,
@@ -83,6 +84,12 @@ pub enum Command {
     /// A is the picture under test, B the reference.
     #[command(after_help = compare::HELP)]
     Compare(Box<CompareArgs>),
+    /// Shows the scene as sorted rays: deep images as points in the scene, by layers, or by how many surfaces each texel holds.
+    ///
+    /// Takes the camera of `render`. What a shot says of lights, look and technique has no meaning here and is left aside, as is
+    /// the shot's output.
+    #[command(after_help = deep_images::HELP, args_override_self = true)]
+    DeepImages(Box<DeepImagesArgs>),
     /// Repeats the tables of the papers this renderer is built from.
     Bench(BenchArgs),
 }

@@ -2,8 +2,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, Grouping, Materials, RayCulling, Samples, Shadows,
-    TextureBinding, TileSize, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, Materials, RayCulling, Samples,
+    Shadows, TextureBinding, TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
 
@@ -57,6 +57,10 @@ meanings! {
     ClusterTest {
         Planes: "Behind none of the cluster's planes: some lights too many",
         PlanesAndBox: "And within reach of the box around it",
+    }
+    DeepBuilder {
+        SinglePass: "All images from one draw of the scene",
+        PerDirection: "A draw for each direction: exact, and slow",
     }
     Shadows {
         Auto: "The faster one of this adapter",

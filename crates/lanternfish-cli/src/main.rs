@@ -5,6 +5,7 @@ mod bench;
 mod camera;
 mod choices;
 mod compare;
+mod deep_images;
 mod error;
 mod info;
 mod output;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
             Err(error) => Err(error),
         },
         Command::Info(args) => info::run(&args),
+        Command::DeepImages(args) => deep_images::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => return compare::main(&args),
     };

@@ -1,11 +1,14 @@
 //! From the words of the command line to vectors, sizes and lights. Messages say what was expected, with an example.
 
 use glam::Vec3;
-use lanternfish::settings::ClusterShape;
+use lanternfish::{
+    deep_images::directions::{DirectionSet, Directions},
+    settings::ClusterShape,
+};
 use lanternfish_scene::{Bounds, Light};
 
 /// Pixels a side that are accepted.
-const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
+pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 
 /// Most lights made by rule: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
 const MOST_LIGHTS: u32 = (128 << 20) / 64;
@@ -190,6 +193,43 @@ pub fn cluster_shape_text(shape: ClusterShape) -> String {
     }
 }
 
+/// `zonal:N`, `stacks:AxB` or `cube:K`, of as many directions as there may be.
+pub fn direction_set(text: &str) -> Result<DirectionSet, String> {
+    let expected = "expected zonal:N, stacks:STACKSxSLICES or cube:K, e.g. zonal:169, stacks:13x13 or cube:5";
+    let number = |text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        // Digits that do not fit are too many directions as well.
+        if digits { Ok(text.parse::<u32>().unwrap_or(u32::MAX)) } else { Err(format!("{text:?}: {expected}")) }
+    };
+    let set = match text.split_once(':') {
+        Some(("zonal", count)) => DirectionSet::ZonalEqualArea { count: number(count)? },
+        Some(("cube", k)) => DirectionSet::Cube { k: number(k)? },
+        Some(("stacks", cells)) => {
+            let (stacks, slices) = cells.split_once('x').ok_or(expected)?;
+            DirectionSet::StacksSlices { stacks: number(stacks)?, slices: number(slices)? }
+        }
+        _ => return Err(expected.to_owned()),
+    };
+    match set {
+        _ if !(1..=u64::from(Directions::MAX_COUNT)).contains(&set.count()) => {
+            Err(format!("{} directions: expected 1 to {}", set.count(), Directions::MAX_COUNT))
+        }
+        DirectionSet::StacksSlices { slices, .. } if slices > Directions::MAX_SLICES => {
+            Err(format!("{slices} slices: expected at most {}; take more stacks", Directions::MAX_SLICES))
+        }
+        _ => Ok(set),
+    }
+}
+
+/// As [`direction_set`] reads it.
+pub fn direction_set_text(set: DirectionSet) -> String {
+    match set {
+        DirectionSet::ZonalEqualArea { count } => format!("zonal:{count}"),
+        DirectionSet::StacksSlices { stacks, slices } => format!("stacks:{stacks}x{slices}"),
+        DirectionSet::Cube { k } => format!("cube:{k}"),
+    }
+}
+
 /// How far a light reaches, m.
 fn reach(metres: f32) -> Result<f32, String> {
     if metres > 0.0 && metres <= FARTHEST {
@@ -352,6 +392,24 @@ mod tests {
         ] {
             assert!(cluster_shape(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn sets_of_directions_are_read_as_they_are_written() {
+        for text in ["zonal:1", "zonal:169", "zonal:4096", "stacks:13x13", "stacks:16x256", "cube:1", "cube:36"] {
+            assert_eq!(direction_set_text(direction_set(text).unwrap()), text);
+        }
+        assert_eq!(direction_set("stacks:3x5"), Ok(DirectionSet::StacksSlices { stacks: 3, slices: 5 }));
+        for bad in
+            ["", "zonal", "zonal:", "zonal:-1", "zonal:+1", "zonal:x", "stacks:13", "stacks:13x", "cube:2x2", "ball:3"]
+        {
+            assert!(direction_set(bad).unwrap_err().contains("zonal:169, stacks:13x13 or cube:5"), "{bad}");
+        }
+        for bad in ["zonal:0", "zonal:4097", "zonal:99999999999", "stacks:0x4", "stacks:17x256", "cube:0", "cube:37"] {
+            assert!(direction_set(bad).unwrap_err().contains("1 to 4096"), "{bad}");
+        }
+        assert!(direction_set("cube:99999999999").unwrap_err().contains("1 to 4096"));
+        assert!(direction_set("stacks:2x257").unwrap_err().contains("at most 256"));
     }
 
     #[test]

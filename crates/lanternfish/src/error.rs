@@ -2,6 +2,8 @@
 
 use lanternfish_gpu::GpuError;
 
+use crate::deep_images::ListFault;
+
 /// Why there is no image. Messages name the thing and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -64,6 +66,19 @@ pub enum RenderError {
     Directions {
         /// What is wrong with it.
         what: String,
+    },
+    /// Deep images are not what they must be.
+    #[error("deep images: {0}; this is a bug, or another driver is needed")]
+    Lists(#[from] ListFault),
+    /// A picture of something in deep images that is not there.
+    #[error("deep images: there is no {what} {number}: {known}")]
+    NoSuch {
+        /// An image, or a layer of one.
+        what: &'static str,
+        /// Asked for.
+        number: i64,
+        /// What there is.
+        known: String,
     },
     /// A list outgrew what one binding of the device can hold.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]

@@ -28,7 +28,11 @@ mod tests {
     use super::*;
     use crate::{
         debug_views::DebugParameters,
-        deep_images::{DeepFrame, DeepGrid, SurfaceSample, trace::TracedRay},
+        deep_images::{
+            DeepFrame, DeepGrid, SurfaceSample,
+            trace::TracedRay,
+            view::{PointRange, TexelQuery, TexelScale},
+        },
         gpu_scene::{BvhTriangle, DrawInstance, MaskHeader, MaskRecord, Material, TextureSlot},
         light_culling::{
             Volume,
@@ -58,6 +62,17 @@ mod tests {
     const CULLING: &[&str] = &["", "culling_all", "culling_clustered"];
     const TEXTURES: &[&str] = &["", "binding_arrays"];
 
+    /// What deep images' stores ask of builders: to count (linear array), or to put.
+    const TURNS: &[&str] = &[
+        "",
+        "fill",
+        "fill+payload",
+        "linked_list",
+        "linked_list+payload",
+        "sorted_linked_list",
+        "sorted_linked_list+payload",
+    ];
+
     const ROOTS: &[Root] = &[
         Root { module: "prepass/prepass", entries: &["vertex", "fragment"], choices: &[&["", "masked"], TEXTURES] },
         Root { module: "prepass/depth", entries: &["vertex"], choices: &[&["", "masked"], TEXTURES] },
@@ -73,10 +88,27 @@ mod tests {
         },
         Root { module: "light_culling/clustered/assign", entries: &["count", "write"], choices: &[&["", "hierarchy"]] },
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
-        Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[&["", "fill"]] },
-        Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[&["", "fill"]] },
-        Root { module: "deep_images/sort/sort", entries: &["sort", "compact"], choices: &[] },
-        Root { module: "deep_images/trace/rays", entries: &["trace"], choices: &[&["", "across", "bvh"]] },
+        Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[TURNS] },
+        Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[TURNS] },
+        Root { module: "deep_images/store/sort", entries: &["sort", "compact"], choices: &[&["", "payload"]] },
+        Root { module: "deep_images/store/pack", entries: &["pack"], choices: &[] },
+        Root { module: "deep_images/store/link", entries: &["link"], choices: &[&["", "payload"]] },
+        Root {
+            module: "deep_images/trace/rays",
+            entries: &["trace"],
+            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"], &["", "across", "bvh"]],
+        },
+        Root {
+            module: "deep_images/view/points",
+            entries: &["vertex", "fragment"],
+            choices: &[&["payload"], &["", "depth_16"]],
+        },
+        Root {
+            module: "deep_images/view/texels",
+            entries: &["count", "layer"],
+            choices: &[&["", "payload"], &["", "depth_16"]],
+        },
+        Root { module: "deep_images/view/paint", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
         Root {
             module: "shadows/trace",
@@ -151,8 +183,9 @@ mod tests {
         }
         let shaders = all_variants();
         for root in ROOTS {
-            let plain = shaders.iter().find(|shader| shader.label == root.module).expect("linked above");
-            let entries: Vec<_> = plain.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+            let any = shaders.iter().find(|shader| shader.label.split('+').next() == Some(root.module));
+            let any = any.expect("linked above");
+            let entries: Vec<_> = any.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
             assert_eq!(entries, root.entries, "{}", root.module);
         }
         let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
@@ -268,6 +301,9 @@ mod tests {
         check::<DeepFrame>(&shaders, &mut checked);
         check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
+        check::<PointRange>(&shaders, &mut checked);
+        check::<TexelQuery>(&shaders, &mut checked);
+        check::<TexelScale>(&shaders, &mut checked);
         check::<Volume>(&shaders, &mut checked);
         check::<ClusterGrid>(&shaders, &mut checked);
         check::<LightTree>(&shaders, &mut checked);

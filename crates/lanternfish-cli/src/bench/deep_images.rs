@@ -184,7 +184,7 @@ impl Bench {
             frame.submit();
             // Waits for the device.
             let last = &images.as_ref().expect("just built").chunks[0];
-            read_back::<u32>(&self.gpu.device, &self.gpu.queue, &last.list_ends, 1)?;
+            read_back::<u32>(&self.gpu.device, &self.gpu.queue, &last.list_starts, 1)?;
             let passes = self.profiler.finished();
             let total: f64 = passes.iter().map(|pass| pass.ms).sum();
             if run > 0 && best.as_ref().is_none_or(|(least, _)| total < *least) {

@@ -3,25 +3,32 @@
 //!
 //! 1. Grid: a sphere around the scene; images of one size around it; as many images a chunk as fit one binding.
 //! 2. Sample: the scene is drawn once, and every fragment kept (or drawn once a direction, as a yardstick).
-//! 3. Count: every sample adds one to the list of its texel in every image.
-//! 4. Scan: counts become starts; the host reads the total and makes room.
-//! 5. Fill: every sample goes to its lists.
-//! 6. Sort, merge, compact: lists in ascending order, one entry a surface, nothing between them.
+//! 3. Store (`store/`): every sample goes to the list of its texel in every image: into an array (count, scan, fill, sort, merge,
+//!    compact), or into linked lists.
+//! 4. Trace (`trace/`): rays read lists through one interface, `fragments.wesl`.
 
 mod build;
 pub mod directions;
 mod kept;
+mod store;
 #[cfg(test)]
 mod tests;
 pub mod trace;
 #[cfg(test)]
 mod twin;
+mod validate;
+pub mod view;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct};
 
 use self::directions::Directions;
-pub use self::{build::DeepImageBuilder, kept::KeptDeepImages};
+pub use self::{
+    build::DeepImageBuilder,
+    kept::KeptDeepImages,
+    validate::{Fragment, ListFault},
+};
+use crate::settings::{DeepDepth, DeepImageSettings, DeepStore};
 
 gpu_struct! {
     /// Where deep images lie.
@@ -74,9 +81,17 @@ pub(crate) const WIDTH: u32 = 1024;
 /// Invocations of their workgroups.
 pub(crate) const WORKGROUP: u32 = 64;
 
+/// Workgroups of a pass with an invocation for each of so many.
+pub(crate) fn workgroups(invocations: u32) -> [u32; 3] {
+    let groups = invocations.div_ceil(WORKGROUP);
+    [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]
+}
+
 /// Deep images of a scene, in chunks.
 #[derive(Debug)]
 pub struct DeepImages {
+    /// What they were built with.
+    pub settings: DeepImageSettings,
     /// Their directions.
     pub directions: Directions,
     /// Their axes in the set's own space, bound as `direction_axes`.
@@ -98,25 +113,41 @@ pub struct Chunk {
     pub grid: DeepGrid,
     /// The same, bound as `deep_grid`.
     pub grid_buffer: wgpu::Buffer,
-    /// Where lists end: see `lists.wesl`.
-    pub list_ends: wgpu::Buffer,
-    /// Depths of all lists, m along the image's axis from the scene's middle.
+    /// Where lists start: `store/linear_array.wesl`, `store/links.wesl`.
+    pub list_starts: wgpu::Buffer,
+    /// Linked lists: the link of each fragment, `store/links.wesl`.
+    pub next: Option<wgpu::Buffer>,
+    /// Depths of all lists, m along the image's axis from the scene's middle: `store/depths.wesl`.
     pub depths: wgpu::Buffer,
-    /// Triangle of each fragment, in the order of the BVH's leaves.
-    pub triangles: wgpu::Buffer,
+    /// Triangle of each fragment, in the order of the BVH's leaves, where there is a payload.
+    pub triangles: Option<wgpu::Buffer>,
     /// Fragments of all lists.
     pub fragments: u64,
 }
 
-/// What building came to; exact.
+/// What building came to. All but `bytes` of linked lists, which depends on what was built before, is exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeepCounts {
     /// Fragments that were drawn into lists.
     pub drawn: u64,
-    /// Those that are left after merging.
+    /// Those that are left after merging; all, of linked lists.
     pub kept: u64,
-    /// Bytes of lists and fragments.
+    /// Of all buffers that lists and fragments lie in: 4 a list; and a fragment, 4 or 2 for its depth, 4 for its triangle, 4 for
+    /// the link of a linked list.
     pub bytes: u64,
+}
+
+impl DeepImageSettings {
+    /// Features with which a shader that imports `deep_images/fragments` is linked, so that it reads images of these settings.
+    pub fn fragment_features(&self) -> Vec<&'static str> {
+        let store = match self.store {
+            DeepStore::LinearArray => None,
+            DeepStore::LinkedList => Some("linked_list"),
+            DeepStore::SortedLinkedList => Some("sorted_linked_list"),
+        };
+        let depth = (self.depth == DeepDepth::Bits16).then_some("depth_16");
+        store.into_iter().chain(depth).chain(self.payload.then_some("payload")).collect()
+    }
 }
 
 impl DeepImages {
@@ -129,17 +160,34 @@ impl DeepImages {
 impl Chunk {
     /// What shaders call it; with `frames`, of the images it is a chunk of.
     pub fn bindings<'a>(&'a self, frames: &'a wgpu::Buffer) -> Bindings<'a> {
-        Bindings::new()
+        let bindings = Bindings::new()
             .buffer("deep_grid", &self.grid_buffer)
             .buffer("deep_frames", frames)
-            .buffer("list_ends", &self.list_ends)
-            .buffer("fragment_depths", &self.depths)
-            .buffer("fragment_triangles", &self.triangles)
+            .buffer("list_starts", &self.list_starts)
+            .buffer("fragment_depths", &self.depths);
+        let optional = [("next_fragments", &self.next), ("fragment_triangles", &self.triangles)];
+        optional.into_iter().fold(bindings, |bindings, (name, buffer)| match buffer {
+            Some(buffer) => bindings.buffer(name, buffer),
+            None => bindings,
+        })
     }
 
     /// Lists: a texel of an image each.
     pub fn list_count(&self) -> u32 {
-        self.grid.image_count * self.grid.resolution * self.grid.resolution
+        self.grid.list_count()
+    }
+
+    /// Bytes of its lists and fragments.
+    fn bytes(&self) -> u64 {
+        let buffers = [Some(&self.list_starts), Some(&self.depths), self.next.as_ref(), self.triangles.as_ref()];
+        buffers.into_iter().flatten().map(wgpu::Buffer::size).sum()
+    }
+}
+
+impl DeepGrid {
+    /// Lists of the chunk in hand: a texel of an image each.
+    fn list_count(&self) -> u32 {
+        self.image_count * self.resolution * self.resolution
     }
 }
 

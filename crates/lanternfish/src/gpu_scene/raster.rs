@@ -127,15 +127,6 @@ impl SceneRaster {
         pass.set_vertex_buffer(0, scene.geometry.positions.slice(..));
         pass.set_vertex_buffer(1, scene.geometry.attributes.slice(..));
         pass.set_index_buffer(scene.geometry.indices.slice(..), wgpu::IndexFormat::Uint32);
-        if std::env::var("PERF_PRINT").is_ok() {
-            println!(
-                "{} draws {} triangles of {} {}",
-                draws.len(),
-                draws.iter().map(|d| d.indices.len() * d.instances.len() / 3).sum::<usize>(),
-                scene.geometry.draws.len(),
-                scene.geometry.draws.iter().map(|d| d.indices.len() * d.instances.len() / 3).sum::<usize>()
-            );
-        }
         let mut current: Option<Key> = None;
         let mut material: Option<u32> = None;
         for draw in draws {

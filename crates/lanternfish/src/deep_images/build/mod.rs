@@ -1,12 +1,20 @@
-//! Building deep images: a single pass, or a draw for each direction.
+//! Building deep images: a builder finds fragments and puts them into lists, a store makes lists of them.
+
+mod per_direction;
+mod single_pass;
 
 use glam::{Quat, UVec2};
-use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, primitives::Scan, storage_buffer, storage_buffer_of,
-    uniform_buffer_of,
-};
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, storage_buffer_of};
 
-use super::{Chunk, DeepCounts, DeepFrame, DeepGrid, DeepImages, WIDTH, WORKGROUP, directions::Directions};
+use self::{
+    per_direction::PerDirection,
+    single_pass::{Samples, SinglePass},
+};
+use super::{
+    DeepCounts, DeepFrame, DeepGrid, DeepImages,
+    directions::Directions,
+    store::{Source, Store, Turn},
+};
 use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
@@ -15,13 +23,48 @@ use crate::{
     texture::target,
 };
 
-/// How fragments come to their lists.
+/// How fragments are found.
 #[derive(Debug)]
 enum Builder {
-    /// The scene is drawn once into samples, which are then put into all images, for count and for fill.
-    SinglePass { sample: RasterPipeline, count: ComputeKernel, fill: ComputeKernel, capacity: u32 },
-    /// The scene is drawn for each image, for count and for fill.
-    PerDirection { count: RasterPipeline, fill: RasterPipeline },
+    /// The scene is drawn once into samples, which are then put into all images.
+    SinglePass(SinglePass),
+    /// The scene is drawn for each image.
+    PerDirection(PerDirection),
+}
+
+/// What a builder has found before the first chunk.
+#[derive(Debug)]
+enum Found {
+    /// Samples of all surfaces.
+    Samples(Samples),
+    /// Nothing.
+    Nothing,
+}
+
+impl Builder {
+    fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        Ok(match settings.builder {
+            DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
+            DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
+        })
+    }
+
+    /// What is found once for all chunks.
+    fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, grid: &DeepGrid) -> Result<Found, RenderError> {
+        match self {
+            Self::SinglePass(builder) => builder.sample(frame, scene, grid).map(Found::Samples),
+            Self::PerDirection(_) => Ok(Found::Nothing),
+        }
+    }
+
+    /// Puts every fragment of a chunk's images, once, into its list.
+    fn gather(&self, frame: &mut Frame<'_>, found: &Found, turn: Turn, grid: &DeepGrid, bindings: &Bindings<'_>) {
+        match (self, found) {
+            (Self::SinglePass(builder), Found::Samples(samples)) => builder.gather(frame, samples, turn, bindings),
+            (Self::PerDirection(builder), _) => builder.gather(frame, turn, grid, bindings),
+            (Self::SinglePass(_), Found::Nothing) => unreachable!("a single pass has taken its samples"),
+        }
+    }
 }
 
 /// The passes.
@@ -29,9 +72,7 @@ enum Builder {
 pub struct DeepImageBuilder {
     settings: DeepImageSettings,
     builder: Builder,
-    sort: ComputeKernel,
-    compact: ComputeKernel,
-    scan: Scan,
+    store: Store,
     /// Not turned.
     directions: Directions,
     rotation: Quat,
@@ -39,46 +80,18 @@ pub struct DeepImageBuilder {
     direction_cells: wgpu::Buffer,
 }
 
-/// Written by nothing: a pass needs an attachment.
-const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
-
 impl DeepImageBuilder {
-    /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number.
+    /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number. An error where
+    /// the settings do not go together.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
+        let (store, builder) = (Store::new(device, &settings)?, Builder::new(device, &settings)?);
         let directions = Directions::new(settings.directions)
             .map_err(|error| RenderError::Directions { what: error.to_string() })?;
         let none = wgpu::BufferUsages::empty();
-        let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
-        let targets = [Some(nothing)];
-        let state = RasterState { targets: &targets, ..Default::default() };
-        let raster = |module: &str, features: &[&str], label: &str| {
-            let shader = SHADERS.link(module, features)?;
-            Ok::<_, RenderError>(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
-        };
-        let distribute = |features: &[&str], label: &str| {
-            let shader = SHADERS.link("deep_images/build/distribute", features)?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "distribute", label))
-        };
-        let builder = match settings.builder {
-            DeepBuilder::SinglePass => Builder::SinglePass {
-                sample: raster("deep_images/build/single_pass", &[], "deep_images/sample")?,
-                count: distribute(&[], "deep_images/count")?,
-                fill: distribute(&["fill"], "deep_images/fill")?,
-                // Three axes, and a few surfaces behind each other.
-                capacity: 12 * (settings.resolution * settings.supersampling).pow(2),
-            },
-            DeepBuilder::PerDirection => Builder::PerDirection {
-                count: raster("deep_images/build/per_direction", &[], "deep_images/count")?,
-                fill: raster("deep_images/build/per_direction", &["fill"], "deep_images/fill")?,
-            },
-        };
-        let sort = SHADERS.link("deep_images/sort/sort", &[])?;
         Ok(Self {
             settings,
             builder,
-            sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
-            compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
-            scan: Scan::new(device, "deep_images")?,
+            store,
             direction_axes: storage_buffer_of(device, "deep_images/direction_axes", &directions.gpu_axes(), none)?,
             direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
             directions,
@@ -116,164 +129,59 @@ impl DeepImageBuilder {
             set_from_world: directions.rotation().inverse().into(),
             ..DeepGrid::default()
         };
-        let mut images = DeepImages {
+        let found = self.builder.begin(frame, scene, &grid)?;
+        let scene_bindings = scene.bindings();
+        let mut bindings = scene_bindings.buffer("deep_frames", &frames);
+        if let Found::Samples(samples) = &found {
+            bindings = samples.bind(bindings);
+        }
+        let builder = &self.builder;
+        let source = Source {
+            bindings,
+            gather: &|frame, turn, grid, bindings| builder.gather(frame, &found, turn, grid, bindings),
+        };
+        let mut chunks = Vec::new();
+        let mut counts = DeepCounts::default();
+        let most = images_a_chunk(frame.device, &self.settings);
+        let mut first_image = 0;
+        while first_image < axes.len() as u32 {
+            let image_count = most.min(axes.len() as u32 - first_image);
+            let (chunk, drawn) = self.store.record(frame, DeepGrid { first_image, image_count, ..grid }, &source)?;
+            counts.drawn += drawn;
+            counts.kept += chunk.fragments;
+            counts.bytes += chunk.bytes();
+            chunks.push(chunk);
+            first_image += image_count;
+        }
+        drop(source);
+        Ok(DeepImages {
+            settings: self.settings,
             directions,
             direction_axes: self.direction_axes.clone(),
             direction_cells: self.direction_cells.clone(),
             frames,
-            chunks: Vec::new(),
-            counts: DeepCounts::default(),
-        };
-        let samples = self.sample(frame, scene, &grid)?;
-        let most = self.images_a_chunk(frame.device);
-        let mut first_image = 0;
-        while first_image < axes.len() as u32 {
-            let image_count = most.min(axes.len() as u32 - first_image);
-            let grid = DeepGrid { first_image, image_count, ..grid };
-            let chunk = self.record_chunk(frame, scene, &images.frames, samples.as_ref(), grid, &mut images.counts)?;
-            images.chunks.push(chunk);
-            first_image += image_count;
-        }
-        Ok(images)
-    }
-
-    /// Images whose lists fit one binding, and, at a guess, whose fragments do.
-    fn images_a_chunk(&self, device: &wgpu::Device) -> u32 {
-        let texels = u64::from(self.settings.resolution).pow(2);
-        let entries = device.limits().max_storage_buffer_binding_size / 4;
-        (entries / (texels * self.settings.fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
-    }
-
-    fn record_chunk(
-        &mut self,
-        frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        frames: &wgpu::Buffer,
-        samples: Option<&Samples>,
-        mut grid: DeepGrid,
-        counts: &mut DeepCounts,
-    ) -> Result<Chunk, RenderError> {
-        let device = frame.device;
-        let lists = grid.image_count * grid.resolution * grid.resolution;
-        let list_bytes = 4 * (u64::from(lists) + 2);
-        let uniform = |grid: &DeepGrid| uniform_buffer_of(device, "deep_images/grid", grid);
-        let list_ends = storage_buffer(device, "deep_images/list_ends", list_bytes)?;
-        let scene_bindings = scene.bindings();
-        let grid_buffer = uniform(&grid);
-        let mut shared = scene_bindings.buffer("deep_frames", frames).buffer("list_counters", &list_ends);
-        if let Some(samples) = samples {
-            shared = shared.buffer("surface_samples", &samples.samples).buffer("sample_count", &samples.count);
-        }
-
-        // Count, scan, make room.
-        self.gather(frame, false, samples, &grid, &shared.clone().buffer("deep_grid", &grid_buffer));
-        let total = self.scan.record(frame, &list_ends, lists + 2)?.clone();
-        let drawn = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
-        let limit = device.limits().max_storage_buffer_binding_size / 4;
-        if drawn > limit {
-            return Err(RenderError::Overflow {
-                list: "deep_images/fragments",
-                needed: drawn,
-                limit,
-                remedy: "use fewer or coarser deep images, or less supersampling",
-            });
-        }
-        grid.capacity = drawn as u32;
-        let grid_buffer = uniform(&grid);
-
-        // Fill, sort, merge.
-        let depths = storage_buffer(device, "deep_images/filled_depths", 4 * drawn)?;
-        let triangles = storage_buffer(device, "deep_images/filled_triangles", 4 * drawn)?;
-        let shared = shared
-            .buffer("deep_grid", &grid_buffer)
-            .buffer("filled_depths", &depths)
-            .buffer("filled_triangles", &triangles);
-        self.gather(frame, true, samples, &grid, &shared);
-        let kept = storage_buffer(device, "deep_images/kept", list_bytes)?;
-        let all = [WIDTH.min(lists.div_ceil(WORKGROUP)), lists.div_ceil(WORKGROUP * WIDTH), 1];
-        let sorting = shared.buffer("list_ends", &list_ends).buffer("kept", &kept);
-        frame.dispatch(&self.sort, &sorting, all);
-
-        // Compact: `kept` becomes the starts of what is left, in the same form as list_ends.
-        let total = self.scan.record(frame, &kept, lists + 2)?.clone();
-        let left = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
-        let compact_depths = storage_buffer(device, "deep_images/depths", 4 * left)?;
-        let compact_triangles = storage_buffer(device, "deep_images/triangles", 4 * left)?;
-        let compacting =
-            sorting.buffer("compact_depths", &compact_depths).buffer("compact_triangles", &compact_triangles);
-        frame.dispatch(&self.compact, &compacting, all);
-        counts.drawn += drawn;
-        counts.kept += left;
-        counts.bytes += 8 * left + list_bytes;
-        Ok(Chunk {
-            grid,
-            grid_buffer: grid_buffer.clone(),
-            list_ends: kept.clone(),
-            depths: compact_depths,
-            triangles: compact_triangles,
-            fragments: left,
+            chunks,
+            counts,
         })
-    }
-
-    /// Samples of all surfaces, where the builder takes samples. The list is grown and drawn again where it was too small.
-    fn sample(
-        &mut self,
-        frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        grid: &DeepGrid,
-    ) -> Result<Option<Samples>, RenderError> {
-        let Builder::SinglePass { sample, capacity, .. } = &mut self.builder else { return Ok(None) };
-        let raster = grid.resolution * self.settings.supersampling;
-        let grid_buffer = uniform_buffer_of(frame.device, "deep_images/grid", grid);
-        loop {
-            let samples = storage_buffer(frame.device, "deep_images/samples", 32 * u64::from(*capacity))?;
-            let count = storage_buffer(frame.device, "deep_images/sample_count", 4)?;
-            let scene_bindings = scene.bindings();
-            let bindings = scene_bindings
-                .buffer("deep_grid", &grid_buffer)
-                .buffer("surface_samples", &samples)
-                .buffer("sample_count", &count);
-            draw(frame, sample, "deep_images/sample", UVec2::new(3 * raster, raster), grid, 1, &bindings);
-            let taken = frame.read_now::<u32>(&count, 1)?[0];
-            if taken <= *capacity {
-                return Ok(Some(Samples { samples, count, taken }));
-            }
-            tracing::debug!(taken, capacity = *capacity, "deep_images/samples grows");
-            *capacity = taken;
-        }
-    }
-
-    /// Counts or fills the lists of a chunk.
-    fn gather(
-        &self,
-        frame: &mut Frame<'_>,
-        fills: bool,
-        samples: Option<&Samples>,
-        grid: &DeepGrid,
-        bindings: &Bindings<'_>,
-    ) {
-        match (&self.builder, samples) {
-            (Builder::SinglePass { count, fill, .. }, Some(samples)) => {
-                let groups = samples.taken.div_ceil(WORKGROUP).max(1);
-                let groups = [WIDTH.min(groups), groups.div_ceil(WIDTH), 1];
-                frame.dispatch(if fills { fill } else { count }, bindings, groups);
-            }
-            (Builder::PerDirection { count, fill }, _) => {
-                let (pipeline, label) = if fills { (fill, "deep_images/fill") } else { (count, "deep_images/count") };
-                let size = UVec2::splat(grid.resolution);
-                draw(frame, pipeline, label, size, grid, grid.image_count, bindings);
-            }
-            (Builder::SinglePass { .. }, None) => unreachable!("a single pass has taken its samples"),
-        }
     }
 }
 
-/// What the single pass has met.
-#[derive(Debug)]
-struct Samples {
-    samples: wgpu::Buffer,
-    count: wgpu::Buffer,
-    taken: u32,
+/// Images whose lists fit one binding, and, at a guess, whose fragments do.
+fn images_a_chunk(device: &wgpu::Device, settings: &DeepImageSettings) -> u32 {
+    let texels = u64::from(settings.resolution).pow(2);
+    let entries = device.limits().max_storage_buffer_binding_size / 4;
+    (entries / (texels * settings.fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
+}
+
+/// Written by nothing: a pass needs an attachment.
+const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+/// Compiles a pass that draws triangles into nothing.
+fn raster(device: &wgpu::Device, module: &str, features: &[&str], label: &str) -> Result<RasterPipeline, RenderError> {
+    let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
+    let targets = [Some(nothing)];
+    let state = RasterState { targets: &targets, ..Default::default() };
+    Ok(RasterPipeline::new(device, &SHADERS.link(module, features)?, "vertex", "fragment", label, &state))
 }
 
 /// Draws all triangles, pulled by their index, into nothing.

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec4};
 use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
 
-use super::{build, lists, settings, upload};
+use super::{build, builders::compare, lists, settings, upload};
 use crate::{
     Renderer, Settings,
     deep_images::{
@@ -16,7 +16,7 @@ use crate::{
 
 /// Depths of all lists.
 fn depths(gpu: &lanternfish_gpu::Gpu, images: &DeepImages) -> Vec<Vec<f32>> {
-    let all = images.chunks.iter().flat_map(|chunk| lists(gpu, chunk));
+    let all = images.chunks.iter().flat_map(|chunk| lists(gpu, images, chunk));
     all.map(|list| list.iter().map(|fragment| fragment.depth).collect()).collect()
 }
 
@@ -99,11 +99,11 @@ fn gpu_images_of_a_turned_set_are_of_its_axes() {
     };
     let (straight, turned, back) = (record(Quat::IDENTITY), record(rotation_of_frame(6)), record(Quat::IDENTITY));
     for (chunk, other) in turned.chunks.iter().zip(&straight.chunks) {
-        let (found, exact) = (lists(gpu, chunk), super::exact(gpu, &scene, &turned, chunk));
+        let (found, exact) = (lists(gpu, &turned, chunk), super::exact(gpu, &scene, &turned, chunk));
         let texel = 1.0 / chunk.grid.texels_per_metre;
-        let (empty, off, false_hits) = super::compare(&found, &exact, texel);
+        let (empty, off, false_hits) = compare(&found, &exact, texel);
         assert!(empty < 0.005 && off < 0.005 && false_hits < 0.005, "{empty} {off} {false_hits}");
-        let (_, off, _) = super::compare(&lists(gpu, other), &exact, texel);
+        let (_, off, _) = compare(&lists(gpu, &straight, other), &exact, texel);
         assert!(off > 0.2, "{off}");
     }
     assert!(depths(gpu, &back) == depths(gpu, &straight), "a turn leaves a trace");
@@ -122,7 +122,7 @@ fn gpu_images_are_built_again_only_when_something_has_changed() {
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
         let images = kept.get(&mut frame, uploaded, rotation).unwrap();
         assert_eq!(images.directions.rotation(), rotation);
-        let ends = images.chunks[0].list_ends.clone();
+        let ends = images.chunks[0].list_starts.clone();
         frame.submit();
         (kept.builds(), ends)
     };

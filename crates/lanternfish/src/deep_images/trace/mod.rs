@@ -3,8 +3,13 @@
 use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
-use super::{DeepImages, WIDTH, WORKGROUP};
-use crate::{error::RenderError, gpu_scene::GpuScene, shaders::SHADERS};
+use super::{DeepImages, workgroups};
+use crate::{
+    error::RenderError,
+    gpu_scene::GpuScene,
+    settings::{DeepDepth, DeepImageSettings, DeepStore},
+    shaders::SHADERS,
+};
 
 gpu_struct! {
     /// A ray.
@@ -42,9 +47,17 @@ pub enum Structure<'i> {
 /// Traces lists of rays.
 #[derive(Debug)]
 pub struct RayTracer {
+    /// For images of each store and depth.
+    deep: Vec<DeepTracers>,
+    bvh: ComputeKernel,
+}
+
+#[derive(Debug)]
+struct DeepTracers {
+    store: DeepStore,
+    depth: DeepDepth,
     within_texel: ComputeKernel,
     across_texels: ComputeKernel,
-    bvh: ComputeKernel,
 }
 
 impl RayTracer {
@@ -54,11 +67,29 @@ impl RayTracer {
             let shader = SHADERS.link("deep_images/trace/rays", features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "trace", label))
         };
-        Ok(Self {
-            within_texel: kernel(&[], "deep_images/within_texel")?,
-            across_texels: kernel(&["across"], "deep_images/across_texels")?,
-            bvh: kernel(&["bvh"], "bvh/closest_hit")?,
-        })
+        let mut deep = Vec::new();
+        for store in DeepStore::ALL.iter().copied() {
+            for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
+                // Distances need no payload.
+                let settings = DeepImageSettings { store, depth, payload: false, ..Default::default() };
+                let within = settings.fragment_features();
+                let across: Vec<_> = within.iter().copied().chain(["across"]).collect();
+                deep.push(DeepTracers {
+                    store,
+                    depth,
+                    within_texel: kernel(&within, "deep_images/within_texel")?,
+                    across_texels: kernel(&across, "deep_images/across_texels")?,
+                });
+            }
+        }
+        Ok(Self { deep, bvh: kernel(&["bvh"], "bvh/closest_hit")? })
+    }
+
+    /// Those that read such images.
+    fn tracers(&self, images: &DeepImages) -> &DeepTracers {
+        let DeepImageSettings { store, depth, .. } = images.settings;
+        let found = self.deep.iter().find(|tracers| (tracers.store, tracers.depth) == (store, depth));
+        found.expect("images are built only where the store holds the depth")
     }
 
     /// Puts a list of rays on the device.
@@ -76,8 +107,7 @@ impl RayTracer {
         count: u32,
     ) -> Result<wgpu::Buffer, RenderError> {
         let distances = storage_buffer(frame.device, "deep_images/distances", 4 * u64::from(count))?;
-        let groups = count.div_ceil(WORKGROUP);
-        let groups = [WIDTH.min(groups), groups.div_ceil(WIDTH), 1];
+        let groups = workgroups(count);
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
         let (kernel, images) = match structure {
@@ -85,8 +115,8 @@ impl RayTracer {
                 frame.dispatch(&self.bvh, &bindings, groups);
                 return Ok(distances);
             }
-            Structure::WithinTexel(images) => (&self.within_texel, images),
-            Structure::AcrossTexels(images) => (&self.across_texels, images),
+            Structure::WithinTexel(images) => (&self.tracers(images).within_texel, images),
+            Structure::AcrossTexels(images) => (&self.tracers(images).across_texels, images),
         };
         for chunk in &images.chunks {
             let chunk_bindings = chunk.bindings(&images.frames);

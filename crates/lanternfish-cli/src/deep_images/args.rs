@@ -1,0 +1,245 @@
+//! The flags of `lanternfish deep-images`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum, builder::NonEmptyStringValueParser};
+use lanternfish::{
+    deep_images::directions::DirectionSet,
+    settings::{DeepBuilder, DeepImageSettings},
+};
+use lanternfish_gpu::AdapterChoice;
+
+use crate::{
+    args::{PartArgs, ViewArgs, adapter, demos},
+    choices::choice,
+    error::CliError,
+    parse::{self, Size},
+};
+
+/// Texels of all images that are accepted: without any fragment they fill 8 GiB.
+const MOST_TEXELS: u64 = 1 << 31;
+
+pub const HELP: &str = "\
+Examples:
+  All fragments of all images, from where a shot's camera stands:
+    lanternfish deep-images shot.toml -o points.png
+  Those of one image, and finer:
+    lanternfish deep-images scene.glb --image 12 --resolution 256 --eye 6,2,-1 --target -4,3,0 -o points.png
+  What one image sees first, and what it sees last:
+    lanternfish deep-images scene.glb --view layer --image 12 -o first.png
+    lanternfish deep-images scene.glb --view layer --image 12 --layer -1 -o last.png
+  Its first eight layers side by side:
+    lanternfish deep-images scene.glb --view layers --image 12 --layers 8 -o layers.png
+  How many surfaces lie behind each other, with 48 directions of a cube's faces:
+    lanternfish deep-images scene.glb --view count --directions cube:4 --resolution 128 -o counts.png
+
+Points: red faces ±x, green ±y, blue ±z. Layers: lighter is nearer, dark blue is where there is no fragment.
+The last line of standard output is the picture's path.";
+
+#[derive(Debug, Args)]
+pub struct DeepImagesArgs {
+    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
+    #[arg(value_parser = NonEmptyStringValueParser::new())]
+    pub scene: String,
+
+    #[command(flatten, next_help_heading = "Output")]
+    pub output: OutputArgs,
+    #[command(flatten, next_help_heading = "Deep images")]
+    pub images: DeepImageArgs,
+    #[command(flatten, next_help_heading = "What is shown")]
+    pub shown: ShownArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub part: PartArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub moment: MomentArgs,
+    #[command(flatten, next_help_heading = "Run")]
+    pub run: RunArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct OutputArgs {
+    /// The picture, a .png file. Without it: the scene's (or shot's) name with .deep-images.png, in the current folder.
+    #[arg(id = "deep_images_output", short = 'o', long = "output", value_name = "FILE.png")]
+    pub output: Option<PathBuf>,
+    /// Width and height of a picture of points, pixels, each from 1 to 16384.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    #[arg(allow_hyphen_values = true)]
+    pub size: Size,
+    /// Pixels of a texel, across and down, in pictures of texels. Without it: as many as make the picture about 1280 wide.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), allow_hyphen_values = true)]
+    pub upscale: Option<u32>,
+}
+
+/// How deep images are built.
+#[derive(Debug, Args)]
+pub struct DeepImageArgs {
+    /// Their directions: zonal:N (N of equal area each), stacks:AxB (A steps from the pole down, B around it) or cube:K (K × K on
+    /// each face of a cube).
+    #[arg(long, value_name = "SET", value_parser = parse::direction_set, allow_hyphen_values = true)]
+    #[arg(default_value = "zonal:169")]
+    pub directions: DirectionSet,
+    /// Texels across and down each image. More: finer, and more memory by the square.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), allow_hyphen_values = true)]
+    #[arg(default_value_t = DeepImageSettings::default().resolution)]
+    pub resolution: u32,
+    /// How many times finer than an image the scene is drawn, with --builder single_pass. More: fewer holes, slower.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8), allow_hyphen_values = true)]
+    #[arg(default_value_t = DeepImageSettings::default().supersampling)]
+    pub supersampling: u32,
+    /// How they are built.
+    #[arg(long, value_name = "NAME", value_parser = choice::<DeepBuilder>())]
+    #[arg(default_value_t = DeepImageSettings::default().builder)]
+    pub builder: DeepBuilder,
+}
+
+#[derive(Debug, Args)]
+pub struct ShownArgs {
+    /// What of the deep images is shown.
+    #[arg(id = "deep_images_view", long = "view", value_name = "NAME", value_enum, default_value_t = DeepView::Points)]
+    pub view: DeepView,
+    /// One image, by its number. Without it: all images as points, the first one's texels.
+    #[arg(long, value_name = "I", allow_hyphen_values = true)]
+    pub image: Option<u32>,
+    /// Which fragment of each texel --view layer shows: 0 is the first along the image's axis, -1 the last.
+    #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 0)]
+    pub layer: i32,
+    /// How many layers --view layers shows, from the first on; fewer where the image has fewer.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), allow_hyphen_values = true)]
+    #[arg(default_value_t = 6)]
+    pub layers: u32,
+    /// Diameter of a point in widths of a texel. More: fewer gaps, and less is seen between them. Without it: half a texel for
+    /// one image, less for all of them, which have points closer together.
+    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
+    pub point_size: Option<f32>,
+}
+
+#[derive(Debug, Args)]
+pub struct MomentArgs {
+    /// The moment of a shot's camera track, seconds. Without it: the first keyframe's.
+    #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
+    pub time: Option<f32>,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// Where to run: a part of an adapter's name, or cpu for a software one. Without it: the most capable.
+    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    /// Says nothing but errors and the results.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// What of the deep images is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DeepView {
+    /// Fragments where they are in the scene, seen by the camera
+    Points,
+    /// Depth of one fragment of each texel of an image
+    Layer,
+    /// The first layers of an image side by side
+    Layers,
+    /// Fragments of each texel of an image, as a heat map
+    Count,
+}
+
+impl DeepImageArgs {
+    /// The library's settings as these flags choose them. `limit`: texels across that the device can draw.
+    pub fn settings(&self, limit: u32) -> Result<DeepImageSettings, CliError> {
+        // The single pass draws along three axes side by side.
+        let drawn = match self.builder {
+            DeepBuilder::SinglePass => 3 * self.resolution * self.supersampling,
+            DeepBuilder::PerDirection => self.resolution,
+        };
+        if drawn > limit {
+            return Err(CliError::new(
+                format!(
+                    "--resolution {}: {drawn} pixels would be drawn across, this adapter has {limit}",
+                    self.resolution
+                ),
+                "choose a smaller --resolution or --supersampling, or --builder per_direction",
+            ));
+        }
+        let texels = self.directions.count() * u64::from(self.resolution).pow(2);
+        if texels > MOST_TEXELS {
+            return Err(CliError::new(
+                format!("{texels} texels in all images: {MOST_TEXELS} are the most"),
+                "choose a smaller --resolution or fewer --directions",
+            ));
+        }
+        Ok(DeepImageSettings {
+            directions: self.directions,
+            resolution: self.resolution,
+            builder: self.builder,
+            supersampling: self.supersampling,
+            ..DeepImageSettings::default()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::args::{Cli, Command};
+
+    fn parsed(words: &str) -> Result<DeepImagesArgs, clap::Error> {
+        let line = ["lanternfish", "deep-images", "a.glb"].into_iter().chain(words.split_whitespace());
+        match Cli::try_parse_from(line)?.command {
+            Command::DeepImages(args) => Ok(*args),
+            _ => unreachable!("the words start with deep-images"),
+        }
+    }
+
+    #[test]
+    fn without_flags_the_images_are_the_librarys() {
+        assert_eq!(parsed("").unwrap().images.settings(8192).unwrap(), DeepImageSettings::default());
+    }
+
+    #[test]
+    fn flags_choose_the_images() {
+        let words = "--directions cube:2 --resolution 100 --supersampling 3 --builder per_direction";
+        let settings = parsed(words).unwrap().images.settings(8192).unwrap();
+        let expected = DeepImageSettings {
+            directions: DirectionSet::Cube { k: 2 },
+            resolution: 100,
+            supersampling: 3,
+            builder: DeepBuilder::PerDirection,
+            ..DeepImageSettings::default()
+        };
+        assert_eq!(settings, expected);
+        assert_eq!(parsed("--view layer --layer -2").unwrap().shown.layer, -2);
+        for bad in [
+            "--directions ball:3",
+            "--resolution 0",
+            "--resolution 5000",
+            "--supersampling 9",
+            "--builder both",
+            "--view all",
+            "--image -1",
+            "--layer x",
+            "--layers 0",
+            "--upscale 0",
+            "--point-size 0",
+        ] {
+            assert!(parsed(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn what_the_adapter_cannot_draw_is_refused() {
+        let settings = |words: &str| parsed(words).unwrap().images.settings(8192).map_err(|error| error.to_string());
+        assert!(settings("--resolution 2730").is_ok() && settings("--resolution 910 --supersampling 3").is_ok());
+        for words in ["--resolution 2731", "--resolution 911 --supersampling 3"] {
+            let error = settings(words).unwrap_err();
+            assert!(error.contains("this adapter has 8192") && error.contains("--builder per_direction"), "{error}");
+        }
+        let fine = "--resolution 4096 --supersampling 8 --builder per_direction --directions";
+        assert!(settings(&format!("{fine} zonal:128")).is_ok());
+        let error = settings(&format!("{fine} zonal:129")).unwrap_err();
+        assert!(error.contains("2164260864 texels") && error.contains("fewer --directions"), "{error}");
+    }
+}

@@ -1,0 +1,52 @@
+//! `lanternfish deep-images`: pictures of deep images, to look at.
+//!
+//! 1. Read the scene and the camera as `render` does.
+//! 2. Build the images ([`looker`]).
+//! 3. Draw points, or read texels and paint them; put several pictures side by side ([`sheet`]).
+
+mod args;
+mod looker;
+mod sheet;
+
+use std::io::Write as _;
+
+use glam::{UVec2, Vec3};
+use lanternfish::view::View;
+use lanternfish_gpu::{Gpu, checked};
+
+pub use self::args::{DeepImagesArgs, HELP};
+use crate::{
+    camera,
+    error::CliError,
+    output::{self, Output},
+    progress::Progress,
+    scene, shot,
+};
+
+pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
+    let shot = shot::resolve(&args.scene)?;
+    let path = args.output.output.clone();
+    let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension("deep-images.png"));
+    let output = Output::choose(Some(&path), &args.scene)?;
+    if output.is_radiance() {
+        let what = format!("{}: pictures of deep images hold no radiance", path.display());
+        return Err(CliError::new(what, "end the name with .png"));
+    }
+    let flags = &shot.args;
+    let mut progress = Progress::start(flags.run.quiet);
+    let part = flags.part.scene_of_file.as_deref();
+    let loading = format!("Loading {}", flags.scene);
+    let scene = progress.step("load", &loading, || scene::load_part(&flags.scene, part))?;
+    let size = UVec2::new(flags.output.size.width, flags.output.size.height);
+    let camera = camera::choose(&scene, &shot.views()[0], size.x as f32 / size.y as f32)?;
+    let view = View::new(&camera, size, 1.0, Vec3::ZERO, &scene.bounds());
+
+    let choice = flags.run.adapter.clone().unwrap_or_default();
+    let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+    let looked = checked(&gpu.device, "deep images", || looker::look(args, &gpu, &scene, &view, &mut progress));
+    let (picture, said) = looked?;
+    progress.step("write", &format!("Writing {}", path.display()), || output.write(&picture))?;
+    progress.finish();
+    let text = format!("{said}{}\n", path.display());
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+}

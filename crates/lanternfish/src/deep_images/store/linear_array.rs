@@ -1,0 +1,98 @@
+//! Lists behind each other in one array, sorted, with surfaces merged: count, scan, fill, sort, merge, compact (, pack).
+
+use lanternfish_gpu::{ComputeKernel, Frame, primitives::Scan, storage_buffer};
+
+use super::{Source, Turn, with_capacity};
+use crate::{
+    deep_images::{Chunk, DeepGrid, workgroups},
+    error::RenderError,
+    settings::{DeepDepth, DeepImageSettings},
+    shaders::SHADERS,
+};
+
+#[derive(Debug)]
+pub(crate) struct LinearArray {
+    scan: Scan,
+    sort: ComputeKernel,
+    compact: ComputeKernel,
+    /// Where depths have 16 bits.
+    pack: Option<ComputeKernel>,
+    payload: bool,
+}
+
+impl LinearArray {
+    pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        let features: &[&str] = if settings.payload { &["payload"] } else { &[] };
+        let sort = SHADERS.link("deep_images/store/sort", features)?;
+        let pack = || {
+            let pack = SHADERS.link("deep_images/store/pack", &[])?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &pack, "pack", "deep_images/pack"))
+        };
+        Ok(Self {
+            scan: Scan::new(device, "deep_images")?,
+            sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
+            compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
+            pack: (settings.depth == DeepDepth::Bits16).then(pack).transpose()?,
+            payload: settings.payload,
+        })
+    }
+
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        mut grid: DeepGrid,
+        source: &Source<'_>,
+    ) -> Result<(Chunk, u64), RenderError> {
+        let device = frame.device;
+        let lists = grid.list_count();
+        let list_bytes = 4 * (u64::from(lists) + 2);
+        let triangles_of =
+            |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
+
+        // Count, scan, make room.
+        let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
+        let grid_buffer = with_capacity(device, &mut grid, 0)?;
+        let shared = source.bindings.clone().buffer("list_counters", &filled_starts);
+        (source.gather)(frame, Turn::Count, &grid, &shared.clone().buffer("deep_grid", &grid_buffer));
+        let total = self.scan.record(frame, &filled_starts, lists + 2)?.clone();
+        let drawn = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
+        let grid_buffer = with_capacity(device, &mut grid, drawn)?;
+
+        // Fill, sort, merge.
+        let filled_depths = storage_buffer(device, "deep_images/filled_depths", 4 * drawn)?;
+        let filled_triangles = triangles_of("deep_images/filled_triangles", drawn)?;
+        let mut shared = shared.buffer("deep_grid", &grid_buffer).buffer("filled_depths", &filled_depths);
+        if let Some(triangles) = &filled_triangles {
+            shared = shared.buffer("filled_triangles", triangles);
+        }
+        (source.gather)(frame, Turn::Put, &grid, &shared);
+        let kept = storage_buffer(device, "deep_images/list_starts", list_bytes)?;
+        let sorting = shared.buffer("filled_starts", &filled_starts).buffer("kept", &kept);
+        frame.dispatch(&self.sort, &sorting, workgroups(lists));
+
+        // Compact: `kept` becomes the starts of what is left, in the same form as `filled_starts`.
+        let total = self.scan.record(frame, &kept, lists + 2)?.clone();
+        let fragments = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
+        let depths = storage_buffer(device, "deep_images/depths", 4 * fragments)?;
+        let triangles = triangles_of("deep_images/triangles", fragments)?;
+        let mut compacting = sorting.buffer("compact_depths", &depths);
+        if let Some(triangles) = &triangles {
+            compacting = compacting.buffer("compact_triangles", triangles);
+        }
+        frame.dispatch(&self.compact, &compacting, workgroups(lists));
+
+        // Pack.
+        let packed = match &self.pack {
+            Some(pack) => {
+                let packed = storage_buffer(device, "deep_images/packed_depths", 2 * fragments)?;
+                let packing = compacting.buffer("packed_depths", &packed);
+                frame.dispatch(pack, &packing, workgroups((packed.size() / 4) as u32));
+                Some(packed.clone())
+            }
+            None => None,
+        };
+        let depths = packed.unwrap_or(depths);
+        let chunk = Chunk { grid, grid_buffer, list_starts: kept, next: None, depths, triangles, fragments };
+        Ok((chunk, drawn))
+    }
+}

@@ -1,0 +1,78 @@
+//! Lists of links: the builder puts each fragment once, into the next slot. Unsorted, it becomes the head of its list there and
+//! then; sorted, a pass over all fragments puts each where it belongs. Nothing is merged, since lists are never walked as a whole
+//! while they are built.
+
+use lanternfish_gpu::{ComputeKernel, Frame, storage_buffer};
+
+use super::{Source, Turn, with_capacity};
+use crate::{
+    deep_images::{Chunk, DeepGrid, workgroups},
+    error::RenderError,
+    settings::{DeepImageSettings, DeepStore},
+    shaders::SHADERS,
+};
+
+/// Fragments of a texel that the first chunk has room for; grown to what was counted.
+const FIRST_GUESS: u64 = 2;
+
+#[derive(Debug)]
+pub(crate) struct LinkedLists {
+    /// Where they are sorted.
+    link: Option<ComputeKernel>,
+    payload: bool,
+    /// Fragments of the largest chunk so far.
+    capacity: u64,
+}
+
+impl LinkedLists {
+    pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        let features: &[&str] = if settings.payload { &["payload"] } else { &[] };
+        let link = || {
+            let link = SHADERS.link("deep_images/store/link", features)?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &link, "link", "deep_images/link"))
+        };
+        let is_sorted = settings.store == DeepStore::SortedLinkedList;
+        Ok(Self { link: is_sorted.then(link).transpose()?, payload: settings.payload, capacity: 0 })
+    }
+
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        mut grid: DeepGrid,
+        source: &Source<'_>,
+    ) -> Result<(Chunk, u64), RenderError> {
+        let device = frame.device;
+        let lists = grid.list_count();
+        if self.capacity == 0 {
+            self.capacity = FIRST_GUESS * u64::from(lists);
+        }
+        loop {
+            let grid_buffer = with_capacity(device, &mut grid, self.capacity)?;
+            let list_starts = storage_buffer(device, "deep_images/list_starts", 4 * (u64::from(lists) + 1))?;
+            let next = storage_buffer(device, "deep_images/next", 4 * self.capacity)?;
+            let depths = storage_buffer(device, "deep_images/depths", 4 * self.capacity)?;
+            let triangles = self.payload.then(|| storage_buffer(device, "deep_images/triangles", 4 * self.capacity));
+            let triangles = triangles.transpose()?;
+            let bindings = source.bindings.clone().buffer("deep_grid", &grid_buffer);
+            let bindings = bindings.buffer("list_counters", &list_starts).buffer("filled_next", &next);
+            let mut bindings = bindings.buffer("filled_depths", &depths);
+            if let Some(triangles) = &triangles {
+                bindings = bindings.buffer("filled_triangles", triangles);
+            }
+            (source.gather)(frame, Turn::Put, &grid, &bindings);
+            let taken = frame.read_now::<u32>(&list_starts, 1)?[0];
+            if u64::from(taken) > self.capacity {
+                tracing::debug!(taken, capacity = self.capacity, "deep_images/fragments grow");
+                self.capacity = u64::from(taken);
+                continue;
+            }
+            if let Some(link) = &self.link {
+                let bindings = bindings.buffer("list_heads", &list_starts).buffer("links", &next);
+                frame.dispatch(link, &bindings, workgroups(taken));
+            }
+            let fragments = u64::from(taken);
+            let next = Some(next);
+            return Ok((Chunk { grid, grid_buffer, list_starts, next, depths, triangles, fragments }, fragments));
+        }
+    }
+}

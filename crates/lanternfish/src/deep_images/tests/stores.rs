@@ -1,0 +1,68 @@
+//! What each store makes of fragments.
+
+use glam::Vec3;
+use lanternfish_gpu::testing;
+
+use super::{build, lists, settings, upload};
+use crate::{
+    deep_images::{DeepImageBuilder, directions::DirectionSet},
+    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
+    testing::{quad, scene_of},
+};
+
+#[test]
+fn gpu_lists_are_the_same_whatever_order_the_atomics_ran_in() {
+    let Some(gpu) = testing::gpu("gpu_lists_are_the_same_whatever_order_the_atomics_ran_in") else { return };
+    let scene = upload(gpu, &lanternfish_scene::generate::demo("atrium").unwrap());
+    let once = build(gpu, &scene, settings(DeepBuilder::SinglePass));
+    for _ in 0..2 {
+        let again = build(gpu, &scene, settings(DeepBuilder::SinglePass));
+        assert_eq!(once.counts, again.counts);
+        for (a, b) in once.chunks.iter().zip(&again.chunks) {
+            assert_eq!(lists(gpu, &once, a), lists(gpu, &again, b));
+        }
+    }
+}
+
+#[test]
+fn gpu_linked_lists_refuse_depths_in_16_bits() {
+    let Some(gpu) = testing::gpu("gpu_linked_lists_refuse_depths_in_16_bits") else { return };
+    let with = |store, depth| {
+        let settings = DeepImageSettings { store, depth, ..settings(DeepBuilder::SinglePass) };
+        DeepImageBuilder::new(&gpu.device, settings).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(with(DeepStore::LinearArray, DeepDepth::Bits16), Ok(()));
+    for store in [DeepStore::LinkedList, DeepStore::SortedLinkedList] {
+        assert_eq!(with(store, DeepDepth::Bits32), Ok(()));
+        assert!(with(store, DeepDepth::Bits16).unwrap_err().contains("linear_array"));
+    }
+}
+
+/// 10,000 sheets behind each other: a list as long is sorted, and in no quadratic time.
+#[test]
+fn gpu_long_lists_are_sorted() {
+    let test = "gpu_long_lists_are_sorted";
+    let Some(gpu) = testing::gpu(test) else { return };
+    if crate::gpu_scene::anisotropy(crate::settings::Anisotropy::Auto, &gpu.device.adapter_info()) == 1 {
+        return testing::left_out(
+            test,
+            "this driver ends a shader's loops after 65,536 turns: 4 of 40,000 fragments are left",
+        );
+    }
+    let sheets = (0..10_000u32).map(|i| {
+        // In no order of depth.
+        let z = (i * 7919 % 10_000) as f32 / 5_000.0 - 1.0;
+        quad(0, Vec3::new(0.0, 0.0, z), 0.4 * Vec3::X, 0.4 * Vec3::Y)
+    });
+    let scene = upload(gpu, &scene_of(sheets.collect(), vec![Default::default()]));
+    let settings = DeepImageSettings {
+        directions: DirectionSet::Cube { k: 1 },
+        resolution: 4,
+        merge_texels: 0.0,
+        ..settings(DeepBuilder::SinglePass)
+    };
+    let images = build(gpu, &scene, settings);
+    let longest =
+        images.chunks.iter().flat_map(|chunk| lists(gpu, &images, chunk)).map(|list| list.len()).max().unwrap();
+    assert!(longest >= 10_000, "{longest}");
+}
