@@ -302,10 +302,10 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=1024))]
     #[arg(default_value_t = DeepImageSettings::default().resolution)]
     pub deep_resolution: u32,
-    /// Directions that there are deep images of, with --occlusion deep; each serves its opposite too. More: smoother, slower.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    #[arg(default_value_t = 169)]
-    pub deep_directions: u32,
+    /// Directions that there are deep images of, with --occlusion deep: zonal:N, stacks:AxB or cube:K, as in
+    /// `lanternfish help deep-images`. Each serves its opposite too. More: smoother, slower.
+    #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
+    pub deep_directions: DirectionSet,
     /// Samples a pixel at edges of triangles: smoother edges. 4 is on every adapter.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     #[arg(default_value_t = Settings::default().samples)]
@@ -422,7 +422,7 @@ impl RenderArgs {
                 }
             },
             deep_images: DeepImageSettings {
-                directions: DirectionSet::ZonalEqualArea { count: technique.deep_directions },
+                directions: technique.deep_directions,
                 resolution: technique.deep_resolution,
                 ..DeepImageSettings::default()
             },

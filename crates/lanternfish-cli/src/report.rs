@@ -9,7 +9,7 @@ use lanternfish::{
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
 
-use crate::parse::{Size, cluster_shape_text};
+use crate::parse::{Size, cluster_shape_text, direction_set_text};
 
 /// Everything worth knowing about a run.
 #[derive(Debug, Serialize)]
@@ -157,7 +157,7 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
     }
     if let Occlusion::Deep { .. } = settings.occlusion {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());
-        names.insert("deep-directions", settings.deep_images.directions.count().to_string());
+        names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
     }
     if let Some(view) = settings.debug_view {
         names.insert("debug-view", view.to_string());

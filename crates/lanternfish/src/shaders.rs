@@ -142,7 +142,11 @@ mod tests {
                 &["", "occlusion"],
             ],
         },
-        Root { module: "occlusion/deep/accumulate", entries: &["accumulate", "resolve"], choices: &[] },
+        Root {
+            module: "occlusion/deep/accumulate",
+            entries: &["accumulate", "resolve"],
+            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"]],
+        },
         Root { module: "occlusion/hbao/horizon", entries: &["horizons"], choices: &[] },
         Root { module: "occlusion/hbao/blur", entries: &["blur_across", "blur_down"], choices: &[] },
         Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },

@@ -34,7 +34,7 @@ pub enum Occlusion {
     /// By the directions of deep images.
     Deep(Box<DeepOcclusion>),
     /// By horizons in the view's depth.
-    Hbao(Hbao),
+    Hbao(Box<Hbao>),
 }
 
 /// How open every pixel's opaque surface is.
@@ -78,7 +78,7 @@ impl Occlusion {
             OcclusionSetting::Deep { max_distance } => {
                 Self::Deep(Box::new(DeepOcclusion::new(device, settings.deep_images, max_distance)?))
             }
-            OcclusionSetting::Hbao { radius } => Self::Hbao(Hbao::new(device, radius)?),
+            OcclusionSetting::Hbao { radius } => Self::Hbao(Box::new(Hbao::new(device, radius)?)),
         }))
     }
 

@@ -43,7 +43,9 @@ impl DeepOcclusion {
         settings: DeepImageSettings,
         max_distance: Option<f32>,
     ) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("occlusion/deep/accumulate", &[])?;
+        // Distances need no payload.
+        let settings = DeepImageSettings { payload: false, ..settings };
+        let shader = SHADERS.link("occlusion/deep/accumulate", &settings.fragment_features())?;
         Ok(Self {
             images: KeptDeepImages::new(device, settings)?,
             accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
