@@ -310,6 +310,11 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     #[arg(default_value_t = Settings::default().samples)]
     pub samples: Samples,
+    /// Renders each picture N times, every time through other points of its pixels, and gives the mean: smooth edges, and less
+    /// noise where a technique has any. N times as slow.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().accumulate)]
+    pub accumulate: u32,
     /// How textures reach the shader. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
     #[arg(default_value_t = Settings::default().textures)]
@@ -435,6 +440,7 @@ impl RenderArgs {
             textures: technique.textures,
             anisotropy: self.look.anisotropy,
             samples: technique.samples,
+            accumulate: technique.accumulate,
         }
     }
 }

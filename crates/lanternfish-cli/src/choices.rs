@@ -61,6 +61,7 @@ meanings! {
     DeepBuilder {
         SinglePass: "All images from one draw of the scene",
         PerDirection: "A draw for each direction: exact, and slow",
+        DepthPeeling: "A draw for each layer of surfaces: the yardstick, slowest",
     }
     Shadows {
         Auto: "The faster one of this adapter",

@@ -83,7 +83,14 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         let eyes = args.stereo.stereo.map(|eyes| eyes.cameras(camera, aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(camera), |eyes| eyes);
         let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
-        let mut pictures = progress.step("render", "Rendering", || renderer.render_views(&uploaded, &views))?;
+        let bar = progress.bar();
+        let mut pictures = progress.step("render", "Rendering", || {
+            renderer.render_frames(&uploaded, &views, |done| {
+                let share = f64::from(done) / f64::from(settings.accumulate);
+                bar.show(share, format!("{done} of {} frames", settings.accumulate));
+            })
+        })?;
+        drop(bar);
         let writing = format!("Writing {}", output.path.display());
         if layers {
             let named: Vec<_> = ["left", "right"].into_iter().zip(&pictures).collect();

@@ -127,6 +127,7 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         ("textures", settings.textures.to_string()),
         ("anisotropy", settings.anisotropy.to_string()),
         ("samples", settings.samples.to_string()),
+        ("accumulate", settings.accumulate.to_string()),
         ("seed", seed.to_string()),
     ]);
     match settings.culling {

@@ -159,6 +159,9 @@ fn unknown_values_and_flags() {
         ("--fov-y", "180", "179"),
         ("--eye", "here", "x,y,z"),
         ("--seed", "-1", "--seed"),
+        ("--accumulate", "0", "1.."),
+        ("--accumulate", "-4", "1.."),
+        ("--accumulate", "many", "--accumulate"),
         ("--exposure", "NaN", "stops"),
         // Once: out of memory, an abort.
         ("--lights", "rain:4000000000", "at most 2097152"),

@@ -90,6 +90,26 @@ fn gpu_an_exr_is_linear_and_the_same_every_time() {
 }
 
 #[test]
+fn gpu_frames_are_averaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let exr = |name: &str, words: &str| {
+        render(folder.path(), &format!("--point 0,1,0,20 --report run.json -o {name} {words}"));
+        let report: Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
+        let frames = report["counters"].get("progressive/frames").map(|frames| frames.as_u64().unwrap());
+        (read_exr(&folder.path().join(name)).unwrap().pixels, frames, report["settings"]["accumulate"].clone())
+    };
+    let plain = exr("plain.exr", "");
+    assert_eq!((plain.1, &plain.2), (None, &"1".into()));
+    assert_eq!(exr("one.exr", "--accumulate 1"), plain);
+    let many = exr("many.exr", "--accumulate 6");
+    assert_eq!((many.1, &many.2), (Some(6), &"6".into()));
+    assert_ne!(many.0, plain.0, "edges are smoother");
+    assert_eq!(exr("again.exr", "--accumulate 6"), many);
+    // Two eyes are counted once.
+    assert_eq!(exr("eyes.exr", "--accumulate 6 --stereo parallel").1, Some(6));
+}
+
+#[test]
 fn gpu_the_default_name_is_the_scenes_and_replaces_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("cornell.png"), "not a picture").unwrap();

@@ -31,6 +31,9 @@ pub enum RenderError {
         /// What works everywhere.
         instead: &'static str,
     },
+    /// A mean of no frames.
+    #[error("--accumulate 0: a picture is the mean of 1 frame or more")]
+    NoFrames,
     /// Two settings that go together only otherwise.
     #[error("{setting} needs {needed}")]
     Together {

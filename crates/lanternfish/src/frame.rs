@@ -1,15 +1,18 @@
 //! One frame as a list: each value is a pass's result and the next one's permission to run.
 
+use glam::Quat;
 use lanternfish_gpu::Frame;
 
 use crate::{
     debug_views::DebugViews,
+    deep_images::directions::rotation_of_frame,
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
     light_culling::{LightCulling, LightLists, Reach, Seen},
     occlusion::{Occlusion, Openness},
     output::Output,
     prepass::{Prepass, Surface},
+    progressive::Progressive,
     shading::{Forward, Radiance},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
@@ -25,6 +28,7 @@ pub(crate) struct Passes {
     pub shadows: Option<Shadows>,
     pub forward: Forward,
     pub sky: Sky,
+    pub progressive: Progressive,
     pub output: Output,
     pub debug_views: Option<DebugViews>,
 }
@@ -33,6 +37,8 @@ pub(crate) struct Passes {
 #[derive(Debug)]
 pub(crate) struct FrameResult {
     pub radiance: Radiance,
+    /// Of this and the frames before it, where it was asked for.
+    pub mean: Option<wgpu::TextureView>,
     pub display: wgpu::TextureView,
     pub visibility: Option<VisibilityPlan>,
     pub openness: Option<Openness>,
@@ -41,12 +47,13 @@ pub(crate) struct FrameResult {
 }
 
 impl Passes {
-    /// Records a frame of views of one scene.
+    /// Records a frame of views of one scene; with `accumulates`, what is shown is the mean of it and the frames before.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         views: &[View],
+        accumulates: bool,
     ) -> Result<Vec<FrameResult>, RenderError> {
         // What every view shows, then which lights reach it: views may share the work of finding them.
         let shown = views.iter().enumerate().map(|(slot, view)| self.show(frame, scene, view, slot));
@@ -58,7 +65,9 @@ impl Passes {
             false => Vec::new(),
         };
         let results = shown.iter().zip(lights).enumerate();
-        results.map(|(i, (shown, lights))| self.shade(frame, scene, shown, lights, blended.get(i))).collect()
+        results
+            .map(|(i, (shown, lights))| self.shade(frame, scene, shown, lights, blended.get(i), accumulates))
+            .collect()
     }
 
     fn show<'s>(
@@ -81,10 +90,13 @@ impl Passes {
         Shown { view, buffer, draws, surface }: &Shown<'_>,
         lights: LightLists,
         blended_lights: Option<&LightLists>,
+        accumulates: bool,
     ) -> Result<FrameResult, RenderError> {
+        // Frames of one mean look in other directions each.
+        let rotation = if accumulates { rotation_of_frame(view.frame_index) } else { Quat::IDENTITY };
         let openness = match &mut self.occlusion {
             None => None,
-            Some(occlusion) => Some(occlusion.record(frame, scene, buffer, surface)?),
+            Some(occlusion) => Some(occlusion.record(frame, scene, buffer, surface, rotation)?),
         };
         let openness = openness.as_ref();
         let mut plan = None;
@@ -107,14 +119,16 @@ impl Passes {
             self.forward.record_transparent(frame, scene, draws, buffer, surface, lights, &radiance)?;
         }
 
+        let mean = accumulates.then(|| self.progressive.record(frame, buffer, &radiance, view.size, surface.slot));
         let display = match &self.debug_views {
-            None => self.output.record(frame, buffer, &radiance, view.size),
+            None => self.output.record(frame, buffer, mean.as_ref().unwrap_or(&radiance.target), view.size),
             Some(debug_views) => {
                 let ray_counts = plan.as_ref().and_then(VisibilityPlan::ray_counts);
                 debug_views.record(frame, scene, buffer, surface, &lights, openness, &radiance, ray_counts, view.size)
             }
         };
-        Ok(FrameResult { radiance, display, visibility: plan, openness: openness.cloned(), lights })
+        let openness = openness.cloned();
+        Ok(FrameResult { radiance, mean, display, visibility: plan, openness, lights })
     }
 }
 

@@ -47,13 +47,14 @@
 //! Each module is a room: one technique behind one interface, host code and shaders side by side.
 //!
 //! ```text
-//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─▶ output
-//!                                                                                └▶ debug_views
+//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output
+//!                                                                                 └▶ debug_views
 //! ```
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (emission, sky, pictures);
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit.
 
+pub mod common;
 pub mod debug_views;
 pub mod deep_images;
 mod error;
@@ -64,6 +65,7 @@ pub mod lights;
 pub mod occlusion;
 pub mod output;
 pub mod prepass;
+pub mod progressive;
 mod renderer;
 pub mod settings;
 pub mod shaders;

@@ -1,5 +1,7 @@
 //! From a scene and a camera to a picture.
 
+mod frames;
+
 use glam::{UVec2, Vec3};
 use half::{
     f16,
@@ -17,6 +19,7 @@ use crate::{
     occlusion::Occlusion,
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
+    progressive::Progressive,
     settings::{DebugView, Occlusion as OcclusionSetting, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
     shading::{Forward, RADIANCE_FORMAT},
     shadows::{Shadows, Tracer},
@@ -55,9 +58,9 @@ pub struct Picture {
 /// What a picture cost.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// Device time of each pass, in order; empty where the device has no timestamp queries.
+    /// Device time of each pass, in order, over all frames that were made; empty where the device has no timestamp queries.
     pub passes: Vec<PassTime>,
-    /// Exact counts, by name.
+    /// Exact counts, by name; where frames are averaged, of the last one.
     pub counters: Vec<(String, u64)>,
 }
 
@@ -74,6 +77,7 @@ impl Renderer {
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;
+        frames::check(&settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
         let occlusion = Occlusion::new(device, &settings)?;
@@ -85,6 +89,7 @@ impl Renderer {
             shadows,
             forward: Forward::new(&settings, tracer),
             sky: Sky::new(),
+            progressive: Progressive::new(device)?,
             output: Output::new(device, settings.tone_map)?,
             debug_views: DebugViews::new(device, &settings)?,
         };
@@ -142,13 +147,18 @@ impl Renderer {
         Ok(self.render_views(scene, &[(camera, width, height)])?.remove(0))
     }
 
-    /// Renders several views of a scene in one frame: cameras with their pictures' width and height. Views may share the work
+    /// Renders several views of a scene at once: cameras with their pictures' width and height. Views may share the work
     /// of finding lights ([`crate::settings::Grouping`]); the passes' times, and what is shared, are in the first report.
+    /// Each picture is the mean of [`Settings::accumulate`] frames.
     pub fn render_views(
         &mut self,
         scene: &GpuScene,
         views: &[(&Camera, u32, u32)],
     ) -> Result<Vec<Picture>, RenderError> {
+        self.render_frames(scene, views, |_| ())
+    }
+
+    pub(crate) fn views(&self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<View>, RenderError> {
         let limit = self.device.limits().max_texture_dimension_2d;
         let exposure = self.settings.exposure.exp2();
         let view = |(camera, width, height): &(&Camera, u32, u32)| {
@@ -160,30 +170,52 @@ impl Renderer {
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             Ok(View::new(camera, UVec2::new(width, height), exposure, sky, &scene.bounds))
         };
-        let views = views.iter().map(view).collect::<Result<Vec<_>, _>>()?;
-        let device = self.device.clone();
-        checked(&device, "render", || self.render_frame(scene, &views))
+        views.iter().map(view).collect()
     }
 
-    fn render_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<Picture>, RenderError> {
+    /// Hands a frame of these views to the device.
+    pub(crate) fn frame(
+        &mut self,
+        scene: &GpuScene,
+        views: &[View],
+        accumulates: bool,
+    ) -> Result<Vec<FrameResult>, RenderError> {
         let mut frame = Frame::new(&self.device, &self.queue, &mut self.profiler);
-        let results = self.passes.record(&mut frame, scene, views)?;
+        let results = self.passes.record(&mut frame, scene, views, accumulates)?;
         frame.submit();
-        let mut pictures = Vec::new();
-        for (view, result) in views.iter().zip(&results) {
-            pictures.push(self.picture(scene, view, result)?);
-        }
+        Ok(results)
+    }
+
+    /// Reads back what the last frame left.
+    pub(crate) fn pictures(
+        &mut self,
+        scene: &GpuScene,
+        views: &[View],
+        results: &[FrameResult],
+    ) -> Result<Vec<Picture>, RenderError> {
+        let pictures = views.iter().zip(results).map(|(view, result)| self.picture(scene, view, result));
+        let mut pictures = pictures.collect::<Result<Vec<_>, _>>()?;
         if let Some(first) = pictures.first_mut() {
             first.report.passes = self.profiler.finished();
+            if results[0].mean.is_some() {
+                let frames = self.passes.progressive.frames();
+                first.report.counters.push(("progressive/frames".to_owned(), u64::from(frames)));
+            }
         }
         Ok(pictures)
     }
 
     fn picture(&self, scene: &GpuScene, view: &View, result: &FrameResult) -> Result<Picture, RenderError> {
         let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
-        let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
-        let mut radiance = vec![[0.0; 4]; halves.len()];
-        halves.as_flattened().reinterpret_cast::<f16>().convert_to_f32_slice(radiance.as_flattened_mut());
+        let radiance = match &result.mean {
+            Some(mean) => read_texture(&self.device, &self.queue, mean.texture())?,
+            None => {
+                let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
+                let mut radiance = vec![[0.0; 4]; halves.len()];
+                halves.as_flattened().reinterpret_cast::<f16>().convert_to_f32_slice(radiance.as_flattened_mut());
+                radiance
+            }
+        };
 
         let mut counters = scene.counters().to_vec();
         counters.push(("light_culling/light_tests".to_owned(), result.lights.tests));

@@ -38,6 +38,9 @@ pub struct Settings {
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
     /// once.
     pub samples: Samples,
+    /// Frames whose mean a picture is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
+    /// slower in proportion.
+    pub accumulate: u32,
 }
 
 impl Default for Settings {
@@ -57,6 +60,7 @@ impl Default for Settings {
             textures: TextureBinding::Auto,
             anisotropy: Anisotropy::Auto,
             samples: Samples::One,
+            accumulate: 1,
         }
     }
 }
@@ -220,6 +224,8 @@ named_enum! {
         SinglePass = "single_pass",
         /// A draw for each direction: the yardstick.
         PerDirection = "per_direction",
+        /// A draw for each layer of surfaces [Niessner2010, §3.1]: the yardstick of both.
+        DepthPeeling = "depth_peeling",
     }
 }
 

@@ -29,7 +29,7 @@ mod tests {
     use crate::{
         debug_views::DebugParameters,
         deep_images::{
-            DeepFrame, DeepGrid, SurfaceSample,
+            DeepFrame, DeepGrid, PeeledFragment, SurfaceSample,
             trace::TracedRay,
             view::{PointRange, TexelQuery, TexelScale},
         },
@@ -90,13 +90,26 @@ mod tests {
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[TURNS] },
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[TURNS] },
+        Root { module: "deep_images/build/depth_peeling", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "deep_images/build/peeled", entries: &["keep", "put"], choices: &[TURNS] },
         Root { module: "deep_images/store/sort", entries: &["sort", "compact"], choices: &[&["", "payload"]] },
         Root { module: "deep_images/store/pack", entries: &["pack"], choices: &[] },
         Root { module: "deep_images/store/link", entries: &["link"], choices: &[&["", "payload"]] },
         Root {
             module: "deep_images/trace/rays",
             entries: &["trace"],
-            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"], &["", "across", "bvh"]],
+            choices: &[&[
+                "",
+                "across",
+                "linked_list",
+                "linked_list+across",
+                "sorted_linked_list",
+                "sorted_linked_list+across",
+                "depth_16",
+                "depth_16+across",
+                "exact",
+                "exact+tracer_ray_query",
+            ]],
         },
         Root {
             module: "deep_images/view/points",
@@ -150,6 +163,7 @@ mod tests {
         Root { module: "occlusion/hbao/horizon", entries: &["horizons"], choices: &[] },
         Root { module: "occlusion/hbao/blur", entries: &["blur_across", "blur_down"], choices: &[] },
         Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "progressive/mean", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING, &["", "occlusion"]] },
     ];
@@ -303,6 +317,7 @@ mod tests {
         check::<TileGrid>(&shaders, &mut checked);
         check::<DeepGrid>(&shaders, &mut checked);
         check::<DeepFrame>(&shaders, &mut checked);
+        check::<PeeledFragment>(&shaders, &mut checked);
         check::<SurfaceSample>(&shaders, &mut checked);
         check::<TracedRay>(&shaders, &mut checked);
         check::<PointRange>(&shaders, &mut checked);

@@ -24,7 +24,7 @@ fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
-                 --deep-directions cube:2";
+                 --deep-directions cube:2 --accumulate 5";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -45,6 +45,7 @@ fn every_flag_reaches_its_setting() {
             resolution: 32,
             ..DeepImageSettings::default()
         },
+        accumulate: 5,
     };
     let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;
     assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::Hbao { radius: Occlusion::DEFAULT_RADIUS });

@@ -151,7 +151,7 @@ impl DeepImageArgs {
         // The single pass draws along three axes side by side.
         let drawn = match self.builder {
             DeepBuilder::SinglePass => 3 * self.resolution * self.supersampling,
-            DeepBuilder::PerDirection => self.resolution,
+            DeepBuilder::PerDirection | DeepBuilder::DepthPeeling => self.resolution,
         };
         if drawn > limit {
             return Err(CliError::new(

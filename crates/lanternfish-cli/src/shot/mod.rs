@@ -158,7 +158,8 @@ impl Shot {
         match (&self.track, when.time) {
             (None, _) if when.time.is_some() || when.frames.is_some() => Err(CliError::new(
                 format!("{flag}: {} has no camera track", self.args.scene),
-                "render a shot (.toml) that has a [track]; `lanternfish shot SCENE` writes one to fill in",
+                "render a shot (.toml) that has a [track]; `lanternfish shot SCENE` writes one to fill in (--accumulate N \
+                 averages N frames of one picture)",
             )),
             (Some(track), Some(time)) if !(track.first()..=track.last()).contains(&time) => Err(CliError::new(
                 format!("--time {time}: the camera track runs from {} to {} s", track.first(), track.last()),

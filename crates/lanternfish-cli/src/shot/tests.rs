@@ -196,6 +196,10 @@ fn the_environment_is_beside_the_shot() {
     assert_eq!((args.lights.environment_rotation, args.lights.environment_scale), (45.0, 3.0));
     // A flag's path is beside who runs it.
     assert_eq!(shot(toml, "--environment b.exr").unwrap().args.lights.environment, Some("b.exr".into()));
+    let accumulated = shot("scene = \"demo:cornell\"\n[technique]\naccumulate = 16", "").unwrap();
+    assert_eq!(accumulated.args.settings().accumulate, 16);
+    let error = shot("scene = \"demo:cornell\"\n[technique]\naccumulate = 0", "").unwrap_err();
+    assert!(error.contains("3:14: accumulate = 0"), "{error}");
     let error = shot("scene = \"demo:cornell\"\n[lights]\nenviroment = \"a.hdr\"", "").unwrap_err();
     assert!(error.contains("`enviroment`") && error.contains("environment"), "{error}");
 }
@@ -205,7 +209,10 @@ fn what_is_written_is_read_back() {
     let shots = [
         ("scene = \"demo:atrium\"", ""),
         (TRACK, "--frames 7"),
-        (TRACK, "--time .5 --eye -.5,+1,1e30 --quiet --exposure -.5 --seed 4294967295 --aabb off --tile-size 8"),
+        (
+            TRACK,
+            "--time .5 --eye -.5,+1,1e30 --quiet --exposure -.5 --seed 4294967295 --aabb off --tile-size 8 --accumulate 16",
+        ),
         (
             "scene = \"demo:atrium\"",
             "--point -1,2,3,4 --point 1,2,3,4,.1,.2,.3,5 --sun 0,-1,0,1e3 --lights rain:5 --sky 0,0.1,1 --environment-rotation -90.5 --environment-scale 2 --camera \"\\ \
@@ -246,7 +253,7 @@ fn views_follow_the_track_unless_flags_say_otherwise() {
         (TRACK, "--time 2.5", "from 0 to 2 s"),
         (TRACK, "--time 1 --frames 2", "both --time and --frames"),
         ("scene = \"demo:atrium\"", "--time 1", "--time: demo:atrium has no camera track"),
-        ("scene = \"demo:atrium\"", "--frames 2", "--frames: demo:atrium has no camera track"),
+        ("scene = \"demo:atrium\"", "--frames 2", "--accumulate N averages N frames of one picture"),
     ] {
         let error = shot(text, flags).unwrap_err();
         assert!(error.contains(word), "{error}");

@@ -24,7 +24,7 @@ use lanternfish_gpu::{Bindings, gpu_struct};
 
 use self::directions::Directions;
 pub use self::{
-    build::DeepImageBuilder,
+    build::{DeepImageBuilder, PeeledFragment},
     kept::KeptDeepImages,
     validate::{Fragment, ListFault},
 };

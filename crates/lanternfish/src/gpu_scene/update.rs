@@ -34,6 +34,8 @@ pub(super) struct Placed {
     sources: Vec<Source>,
     /// See [`GpuScene::generation`].
     generation: u64,
+    /// See [`GpuScene::revision`].
+    revision: u64,
 }
 
 impl Placed {
@@ -44,7 +46,8 @@ impl Placed {
             transforms: transforms(scene).collect(),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
             parts: tracing.parts,
-            generation: next_generation(),
+            generation: next_number(),
+            revision: next_number(),
         }
     }
 }
@@ -56,6 +59,12 @@ impl GpuScene {
         self.placed.generation
     }
 
+    /// A number of all that [`crate::Renderer::update`] brings: another one after every update, whatever it changed, and none
+    /// that another upload has or had.
+    pub fn revision(&self) -> u64 {
+        self.placed.revision
+    }
+
     /// See [`crate::Renderer::update`].
     pub(crate) fn update(
         &mut self,
@@ -65,6 +74,7 @@ impl GpuScene {
         settings: &Settings,
     ) -> Result<(), RenderError> {
         self.placed.outline.check(&Outline::of(scene), scene)?;
+        self.placed.revision = next_number();
         self.update_lights(device, queue, scene, settings)?;
         self.sky = scene.sky;
         if transforms(scene).eq(self.placed.transforms.iter().copied()) {
@@ -80,7 +90,7 @@ impl GpuScene {
             *tlas = Tlas::new(device, queue, &triangles)?;
         }
         self.placed.transforms = transforms(scene).collect();
-        self.placed.generation = next_generation();
+        self.placed.generation = next_number();
         Ok(())
     }
 
@@ -109,7 +119,8 @@ fn transforms(scene: &Scene) -> impl Iterator<Item = Affine3A> + '_ {
     scene.instances.iter().map(|instance| instance.world_from_object)
 }
 
-fn next_generation() -> u64 {
+/// One that was never given before.
+fn next_number() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
     LAST.fetch_add(1, Ordering::Relaxed) + 1
 }

@@ -8,7 +8,7 @@ mod hbao;
 #[cfg(test)]
 mod tests;
 
-use glam::UVec2;
+use glam::{Quat, UVec2};
 use lanternfish_gpu::{Bindings, Frame};
 
 pub use self::{
@@ -87,16 +87,17 @@ impl Occlusion {
         (setting != OcclusionSetting::None).then_some("occlusion")
     }
 
-    /// Finds it for what the prepass left, which has normals.
+    /// Finds it for what the prepass left, which has normals. `rotation` turns the set of directions of deep images.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         view: &ViewBuffer,
         surface: &Surface,
+        rotation: Quat,
     ) -> Result<Openness, RenderError> {
         match self {
-            Self::Deep(deep) => deep.record(frame, scene, view, surface),
+            Self::Deep(deep) => deep.record(frame, scene, view, surface, rotation),
             Self::Hbao(hbao) => Ok(hbao.record(frame, view, surface)),
         }
     }

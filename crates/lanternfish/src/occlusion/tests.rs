@@ -33,7 +33,7 @@ fn openness(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camer
     let view = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds);
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let result = renderer.passes.record(&mut frame, scene, &[view]).unwrap().remove(0);
+    let result = renderer.passes.record(&mut frame, scene, &[view], false).unwrap().remove(0);
     frame.submit();
     read_texture(&gpu.device, &gpu.queue, result.openness.unwrap().texture.texture()).unwrap()
 }

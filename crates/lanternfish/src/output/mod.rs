@@ -3,9 +3,7 @@
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
 
-use crate::{
-    error::RenderError, settings::ToneMap, shaders::SHADERS, shading::Radiance, texture::target, view::ViewBuffer,
-};
+use crate::{error::RenderError, settings::ToneMap, shaders::SHADERS, texture::target, view::ViewBuffer};
 
 gpu_struct! {
     /// How the picture is shown.
@@ -36,18 +34,18 @@ impl Output {
         })
     }
 
-    /// Makes the picture as a display shows it.
+    /// Makes the picture as a display shows it, of linear radiance (nits).
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         view: &ViewBuffer,
-        radiance: &Radiance,
+        radiance: &wgpu::TextureView,
         size: UVec2,
     ) -> wgpu::TextureView {
         let bindings = view
             .bindings()
             .with(&Bindings::new().buffer("output_parameters", &self.parameters))
-            .with(&Bindings::new().texture("radiance_texture", &radiance.target));
+            .with(&Bindings::new().texture("radiance_texture", radiance));
         fullscreen(frame, &self.pipeline, "output", &bindings, size)
     }
 }
@@ -61,8 +59,20 @@ pub(crate) fn fullscreen(
     size: UVec2,
 ) -> wgpu::TextureView {
     let display = target(frame.device, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC);
+    cover(frame, pipeline, label, bindings, &display);
+    display
+}
+
+/// Runs a pipeline over every pixel of a target.
+pub(crate) fn cover(
+    frame: &mut Frame<'_>,
+    pipeline: &RasterPipeline,
+    label: &str,
+    bindings: &Bindings<'_>,
+    target: &wgpu::TextureView,
+) {
     let color = wgpu::RenderPassColorAttachment {
-        view: &display,
+        view: target,
         depth_slice: None,
         resolve_target: None,
         ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
@@ -72,5 +82,4 @@ pub(crate) fn fullscreen(
         pipeline.bind(device, pass, bindings, 4);
         pass.draw(0..3, 0..1);
     });
-    display
 }

@@ -177,7 +177,8 @@ impl Forward {
     }
 }
 
+/// At most the target's largest number, as all that is drawn to it: a mean of frames stays a number.
 fn sky(radiance: Vec3) -> wgpu::Color {
-    let [r, g, b] = radiance.to_array().map(f64::from);
+    let [r, g, b] = radiance.min(Vec3::splat(half::f16::MAX.to_f32())).to_array().map(f64::from);
     wgpu::Color { r, g, b, a: 0.0 }
 }

@@ -13,13 +13,14 @@ use lanternfish_scene::{Bounds, Instance, Material, Mesh, Primitive, Scene};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 8] = [
+const PROBES: [ShaderSource; 9] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
     ("testing/masks", include_str!("masks.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
+    ("testing/random", include_str!("random.wesl")),
     ("testing/segments", include_str!("segments.wesl")),
     ("testing/unmarked", include_str!("unmarked.wesl")),
 ];

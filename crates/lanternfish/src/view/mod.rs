@@ -1,10 +1,10 @@
 //! The view: a camera and an image size, as shaders read them. `view.wesl` states every space once.
 
-use glam::{Affine3A, Mat4, UVec2, Vec3, Vec4};
+use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::{Bounds, Camera, Projection};
 
-use crate::light_culling::clustered::grid::ViewFrustum;
+use crate::{light_culling::clustered::grid::ViewFrustum, progressive::jitter_of_frame};
 
 gpu_struct! {
     /// A view as shaders read it.
@@ -27,8 +27,8 @@ gpu_struct! {
         far: f32,
         /// Radiance of everything that no surface covers, nits.
         sky: Vec3,
-        /// Unused.
-        _pad2: u32,
+        /// Which of the frames that are averaged into one picture this is, from 0: random numbers are drawn with it.
+        frame_index: u32,
     }
 }
 
@@ -50,6 +50,20 @@ impl View {
             sky,
             ..Default::default()
         }
+    }
+
+    /// The same as frame `frame_index` of those that are averaged sees it: the picture is moved by
+    /// [`jitter_of_frame`], which frame 0 has none of.
+    pub fn of_frame(&self, frame_index: u32) -> Self {
+        // Pixels to ndc, where y is up. In perspective w = -z, so that a shift of ndc is one of the column of z.
+        let shift = jitter_of_frame(frame_index) * Vec2::new(2.0, -2.0) / self.size.as_vec2();
+        let mut view = Self { frame_index, ..*self };
+        let (column, sign) = match self.orthographic == 1 {
+            true => (&mut view.clip_from_view.w_axis, 1.0),
+            false => (&mut view.clip_from_view.z_axis, -1.0),
+        };
+        *column += (sign * shift).extend(0.0).extend(0.0);
+        view
     }
 
     /// What clustering needs to know; near and far as tight as `bounds` allows.
@@ -161,6 +175,30 @@ mod tests {
         assert!((depth(perspective, 10.0) - 0.01).abs() < 1e-7);
         let orthographic = Projection::Orthographic { half_height: 2.0, near: 1.0, far: 5.0 };
         assert!((depth(orthographic, 1.0) - 1.0).abs() < 1e-6 && depth(orthographic, 5.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn frames_are_moved_by_parts_of_a_pixel() {
+        let size = UVec2::new(64, 32);
+        for projection in [
+            Projection::Perspective { fov_y: 1.0, near: 0.1 },
+            Projection::Frustum { left: -0.5, right: 0.7, bottom: -0.2, top: 0.4, near: 0.1 },
+            Projection::Orthographic { half_height: 2.0, near: 0.0, far: 20.0 },
+        ] {
+            let camera = Camera::look_at(Vec3::new(1.0, 2.0, 9.0), Vec3::ZERO, projection);
+            let view = View::new(&camera, size, 1.0, Vec3::ZERO, &Bounds::EMPTY);
+            assert_eq!(view.of_frame(0), view);
+            let pixel = |view: &View, p: Vec3| {
+                let clip = view.clip_from_view * (view.view_from_world * p.extend(1.0));
+                (Vec2::new(clip.x, -clip.y) / clip.w * 0.5 + 0.5) * size.as_vec2()
+            };
+            for (frame, p) in [(1, Vec3::ZERO), (2, Vec3::new(0.5, -1.0, 3.0)), (77, Vec3::new(-3.0, 2.0, -40.0))] {
+                let moved = view.of_frame(frame);
+                let found = pixel(&moved, p) - pixel(&view, p);
+                assert!((found - jitter_of_frame(frame)).abs().max_element() < 1e-4, "{projection:?} {frame}: {found}");
+                assert_eq!(moved.frame_index, frame);
+            }
+        }
     }
 
     #[test]

@@ -44,6 +44,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         // Rows under truths of their own, below.
         occlusion: _,
         deep_images: _,
+        accumulate: _,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,
@@ -72,6 +73,9 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { samples: *other, ..default.clone() };
         rows.push(row(format!("samples {other}"), Truth::Direct, settings));
     }
+    // Four: more frames say the same, and take longer.
+    let settings = Settings { accumulate: 4, ..default.clone() };
+    rows.push(row(format!("accumulate {}", settings.accumulate), Truth::Direct, settings));
     for other in Anisotropy::ALL.iter().filter(|other| *other != anisotropy) {
         let settings = Settings { anisotropy: *other, ..default.clone() };
         rows.push(row(format!("anisotropy {other}"), Truth::Direct, settings));
@@ -177,6 +181,7 @@ mod tests {
 
         assert_every(Samples::ALL, |settings| settings.samples);
         assert_every(Anisotropy::ALL, |settings| settings.anisotropy);
+        assert_every(&[false, true], |settings| settings.accumulate > 1);
 
         // `Culling` lists no values of its own: each part of each scheme.
         let clustered = |culling| match culling {
@@ -234,6 +239,7 @@ mod tests {
                 s.textures != default.textures,
                 s.samples != default.samples,
                 s.anisotropy != default.anisotropy,
+                s.accumulate != default.accumulate,
                 row.truth == Truth::Full,
                 matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
             ];

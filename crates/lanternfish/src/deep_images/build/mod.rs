@@ -1,12 +1,15 @@
 //! Building deep images: a builder finds fragments and puts them into lists, a store makes lists of them.
 
+mod depth_peeling;
 mod per_direction;
 mod single_pass;
 
 use glam::{Quat, UVec2};
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, storage_buffer_of};
 
+pub use self::depth_peeling::PeeledFragment;
 use self::{
+    depth_peeling::DepthPeeling,
     per_direction::PerDirection,
     single_pass::{Samples, SinglePass},
 };
@@ -30,6 +33,8 @@ enum Builder {
     SinglePass(SinglePass),
     /// The scene is drawn for each image.
     PerDirection(PerDirection),
+    /// The scene is drawn for each layer of surfaces, of all images at once.
+    DepthPeeling(DepthPeeling),
 }
 
 /// What a builder has found before the first chunk.
@@ -46,6 +51,7 @@ impl Builder {
         Ok(match settings.builder {
             DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
             DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
+            DeepBuilder::DepthPeeling => Self::DepthPeeling(DepthPeeling::new(device, settings)?),
         })
     }
 
@@ -53,17 +59,26 @@ impl Builder {
     fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, grid: &DeepGrid) -> Result<Found, RenderError> {
         match self {
             Self::SinglePass(builder) => builder.sample(frame, scene, grid).map(Found::Samples),
-            Self::PerDirection(_) => Ok(Found::Nothing),
+            Self::PerDirection(_) | Self::DepthPeeling(_) => Ok(Found::Nothing),
         }
     }
 
     /// Puts every fragment of a chunk's images, once, into its list.
-    fn gather(&self, frame: &mut Frame<'_>, found: &Found, turn: Turn, grid: &DeepGrid, bindings: &Bindings<'_>) {
+    fn gather(
+        &mut self,
+        frame: &mut Frame<'_>,
+        found: &Found,
+        turn: Turn,
+        grid: &DeepGrid,
+        bindings: &Bindings<'_>,
+    ) -> Result<(), RenderError> {
         match (self, found) {
             (Self::SinglePass(builder), Found::Samples(samples)) => builder.gather(frame, samples, turn, bindings),
             (Self::PerDirection(builder), _) => builder.gather(frame, turn, grid, bindings),
+            (Self::DepthPeeling(builder), _) => builder.gather(frame, turn, grid, bindings)?,
             (Self::SinglePass(_), Found::Nothing) => unreachable!("a single pass has taken its samples"),
         }
+        Ok(())
     }
 }
 
@@ -135,18 +150,19 @@ impl DeepImageBuilder {
         if let Found::Samples(samples) = &found {
             bindings = samples.bind(bindings);
         }
-        let builder = &self.builder;
-        let source = Source {
+        let most = self.images_a_chunk(frame.device);
+        let builder = &mut self.builder;
+        let mut source = Source {
             bindings,
-            gather: &|frame, turn, grid, bindings| builder.gather(frame, &found, turn, grid, bindings),
+            gather: &mut |frame, turn, grid, bindings| builder.gather(frame, &found, turn, grid, bindings),
         };
         let mut chunks = Vec::new();
         let mut counts = DeepCounts::default();
-        let most = images_a_chunk(frame.device, &self.settings);
         let mut first_image = 0;
         while first_image < axes.len() as u32 {
             let image_count = most.min(axes.len() as u32 - first_image);
-            let (chunk, drawn) = self.store.record(frame, DeepGrid { first_image, image_count, ..grid }, &source)?;
+            let (chunk, drawn) =
+                self.store.record(frame, DeepGrid { first_image, image_count, ..grid }, &mut source)?;
             counts.drawn += drawn;
             counts.kept += chunk.fragments;
             counts.bytes += chunk.bytes();
@@ -164,13 +180,23 @@ impl DeepImageBuilder {
             counts,
         })
     }
+
+    /// Images whose lists fit one binding, and, at a guess, whose fragments do.
+    fn images_a_chunk(&self, device: &wgpu::Device) -> u32 {
+        let entries = device.limits().max_storage_buffer_binding_size / 4;
+        let most = images_that_fit(entries, self.settings.resolution, self.settings.fragments_a_texel);
+        match self.builder {
+            Builder::DepthPeeling(_) => most.min(DepthPeeling::most_images(device, self.settings.resolution)),
+            Builder::SinglePass(_) | Builder::PerDirection(_) => most,
+        }
+    }
 }
 
-/// Images whose lists fit one binding, and, at a guess, whose fragments do.
-fn images_a_chunk(device: &wgpu::Device, settings: &DeepImageSettings) -> u32 {
-    let texels = u64::from(settings.resolution).pow(2);
-    let entries = device.limits().max_storage_buffer_binding_size / 4;
-    (entries / (texels * settings.fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
+/// Images whose lists, and so many fragments of each, fit a binding of so many entries: at least one.
+fn images_that_fit(entries: u64, resolution: u32, fragments_a_texel: u64) -> u32 {
+    let texels = u64::from(resolution).pow(2);
+    // There are two entries more than lists.
+    (entries.saturating_sub(2) / (texels * fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
 }
 
 /// Written by nothing: a pass needs an attachment.
@@ -206,4 +232,19 @@ fn draw(
         pipeline.bind(device, pass, bindings, 4);
         pass.draw(0..3 * grid.triangle_count, 0..instances);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::images_that_fit;
+
+    #[test]
+    fn a_chunk_has_room_for_the_ends_of_its_lists() {
+        // 128 of 512 x 512 texels would be the whole of 128 MiB.
+        assert_eq!(images_that_fit(1 << 25, 512, 1), 127);
+        assert_eq!(images_that_fit(1 << 25, 512, 0), 127);
+        assert_eq!(images_that_fit((1 << 25) + 2, 512, 1), 128);
+        assert_eq!(images_that_fit(1 << 25, 64, 32), 255);
+        assert_eq!(images_that_fit(16, 512, 1), 1);
+    }
 }

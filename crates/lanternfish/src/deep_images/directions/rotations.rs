@@ -5,8 +5,8 @@ use glam::{DQuat, Quat};
 /// The real root of x⁴ = x + 1: its powers give the R₃ sequence its steps [Roberts2018].
 const RATIO: f64 = 1.220_744_084_605_759_5;
 
-/// The rotation of frame `frame`, unit: uniformly distributed over all rotations [Shoemake1992], from three numbers of a
-/// low-discrepancy sequence [Roberts2018]. The same on every machine; frames nearby differ much.
+/// The rotation of frame `frame`, unit: uniformly distributed over all rotations, from three numbers of a low-discrepancy
+/// sequence [Shoemake1992; Roberts2018]. The same on every machine; frames nearby differ much.
 pub fn rotation_of_frame(frame: u32) -> Quat {
     let [u1, u2, u3] = [1, 2, 3].map(|i| (0.5 + f64::from(frame) * RATIO.powi(-i)).fract());
     let (sin_a, cos_a) = (std::f64::consts::TAU * u2).sin_cos();

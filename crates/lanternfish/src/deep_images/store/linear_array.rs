@@ -41,7 +41,7 @@ impl LinearArray {
         &mut self,
         frame: &mut Frame<'_>,
         mut grid: DeepGrid,
-        source: &Source<'_>,
+        source: &mut Source<'_>,
     ) -> Result<(Chunk, u64), RenderError> {
         let device = frame.device;
         let lists = grid.list_count();
@@ -53,7 +53,7 @@ impl LinearArray {
         let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
         let grid_buffer = with_capacity(device, &mut grid, 0)?;
         let shared = source.bindings.clone().buffer("list_counters", &filled_starts);
-        (source.gather)(frame, Turn::Count, &grid, &shared.clone().buffer("deep_grid", &grid_buffer));
+        (source.gather)(frame, Turn::Count, &grid, &shared.clone().buffer("deep_grid", &grid_buffer))?;
         let total = self.scan.record(frame, &filled_starts, lists + 2)?.clone();
         let drawn = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
         let grid_buffer = with_capacity(device, &mut grid, drawn)?;
@@ -65,7 +65,7 @@ impl LinearArray {
         if let Some(triangles) = &filled_triangles {
             shared = shared.buffer("filled_triangles", triangles);
         }
-        (source.gather)(frame, Turn::Put, &grid, &shared);
+        (source.gather)(frame, Turn::Put, &grid, &shared)?;
         let kept = storage_buffer(device, "deep_images/list_starts", list_bytes)?;
         let sorting = shared.buffer("filled_starts", &filled_starts).buffer("kept", &kept);
         frame.dispatch(&self.sort, &sorting, workgroups(lists));

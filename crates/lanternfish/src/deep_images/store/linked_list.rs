@@ -39,7 +39,7 @@ impl LinkedLists {
         &mut self,
         frame: &mut Frame<'_>,
         mut grid: DeepGrid,
-        source: &Source<'_>,
+        source: &mut Source<'_>,
     ) -> Result<(Chunk, u64), RenderError> {
         let device = frame.device;
         let lists = grid.list_count();
@@ -59,7 +59,7 @@ impl LinkedLists {
             if let Some(triangles) = &triangles {
                 bindings = bindings.buffer("filled_triangles", triangles);
             }
-            (source.gather)(frame, Turn::Put, &grid, &bindings);
+            (source.gather)(frame, Turn::Put, &grid, &bindings)?;
             let taken = frame.read_now::<u32>(&list_starts, 1)?[0];
             if u64::from(taken) > self.capacity {
                 tracing::debug!(taken, capacity = self.capacity, "deep_images/fragments grow");

@@ -59,14 +59,14 @@ impl<P> Turns<P> {
 }
 
 /// Adds the passes of a turn; the bindings are the source's and the store's.
-pub(crate) type Gather<'g> = dyn Fn(&mut Frame<'_>, Turn, &DeepGrid, &Bindings<'_>) + 'g;
+pub(crate) type Gather<'g> = dyn FnMut(&mut Frame<'_>, Turn, &DeepGrid, &Bindings<'_>) -> Result<(), RenderError> + 'g;
 
 /// Where the fragments of a chunk come from.
 pub(crate) struct Source<'s> {
     /// The scene, `deep_frames`, and the builder's own.
     pub bindings: Bindings<'s>,
     /// The builder.
-    pub gather: &'s Gather<'s>,
+    pub gather: &'s mut Gather<'s>,
 }
 
 /// The passes of a store.
@@ -98,7 +98,7 @@ impl Store {
         &mut self,
         frame: &mut Frame<'_>,
         grid: DeepGrid,
-        source: &Source<'_>,
+        source: &mut Source<'_>,
     ) -> Result<(Chunk, u64), RenderError> {
         match self {
             Self::LinearArray(store) => store.record(frame, grid, source),

@@ -198,3 +198,10 @@ fn gpu_every_combination_with_a_draw_for_each_direction_is_the_twins() {
     // Texels whose middle lies on an edge.
     check_all(gpu, DeepBuilder::PerDirection, 0.01);
 }
+
+#[test]
+fn gpu_every_combination_with_depth_peeling_is_the_twins() {
+    let Some(gpu) = testing::gpu("gpu_every_combination_with_depth_peeling_is_the_twins") else { return };
+    // As with a draw for each direction.
+    check_all(gpu, DeepBuilder::DepthPeeling, 0.01);
+}

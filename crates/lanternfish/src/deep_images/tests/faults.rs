@@ -40,14 +40,15 @@ fn images_of(gpu: &Gpu, settings: DeepImageSettings, counted: &[Vec4], put: &[Ve
     };
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let source = Source {
+    let mut source = Source {
         bindings: Default::default(),
-        gather: &|frame, turn, _, bindings| {
+        gather: &mut |frame, turn, _, bindings| {
             let (queries, groups) = if turn == Turn::Count { &count } else { &put };
             frame.dispatch(kernels.pass(turn), &bindings.clone().buffer("queries", queries), *groups);
+            Ok(())
         },
     };
-    let (chunk, drawn) = Store::new(&gpu.device, &settings).unwrap().record(&mut frame, grid, &source).unwrap();
+    let (chunk, drawn) = Store::new(&gpu.device, &settings).unwrap().record(&mut frame, grid, &mut source).unwrap();
     frame.submit();
     let mut images = DeepImages {
         settings,

@@ -2,9 +2,11 @@
 
 mod builders;
 mod combinations;
+mod depth_peeling;
 mod faults;
 mod moving;
 mod nearest;
+mod ray_query;
 mod stores;
 mod tracers;
 

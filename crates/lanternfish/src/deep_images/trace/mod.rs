@@ -1,4 +1,4 @@
-//! Rays through deep images, and beside them the same rays through the BVH.
+//! Rays through deep images, and beside them the same rays through the BVH and the adapter's own acceleration structure.
 
 use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, storage_buffer_of};
@@ -40,8 +40,11 @@ pub enum Structure<'i> {
     WithinTexel(&'i DeepImages),
     /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
     AcrossTexels(&'i DeepImages),
-    /// The BVH, for the closest hit: exact.
+    /// The BVH, for the closest hit: exact. The scene must have been uploaded for it.
     Bvh,
+    /// The adapter's own acceleration structure, for the closest hit. The scene must have been uploaded for it
+    /// ([`Shadows::RayQuery`](crate::settings::Shadows::RayQuery)).
+    RayQuery,
 }
 
 /// Traces lists of rays.
@@ -50,6 +53,8 @@ pub struct RayTracer {
     /// For images of each store and depth.
     deep: Vec<DeepTracers>,
     bvh: ComputeKernel,
+    /// Where the device has ray queries.
+    ray_query: Option<ComputeKernel>,
 }
 
 #[derive(Debug)]
@@ -82,7 +87,9 @@ impl RayTracer {
                 });
             }
         }
-        Ok(Self { deep, bvh: kernel(&["bvh"], "bvh/closest_hit")? })
+        let has_ray_query = device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
+        let ray_query = has_ray_query.then(|| kernel(&["exact", "tracer_ray_query"], "ray_query/closest_hit"));
+        Ok(Self { deep, bvh: kernel(&["exact"], "bvh/closest_hit")?, ray_query: ray_query.transpose()? })
     }
 
     /// Those that read such images.
@@ -97,7 +104,7 @@ impl RayTracer {
         Ok(storage_buffer_of(device, "deep_images/rays", rays, wgpu::BufferUsages::empty())?)
     }
 
-    /// Distance that each of `count` rays goes, m; −1 where it meets nothing.
+    /// Distance that each of `count` rays goes, m; −1 where it meets nothing. An error where the device lacks the structure.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -113,6 +120,15 @@ impl RayTracer {
         let (kernel, images) = match structure {
             Structure::Bvh => {
                 frame.dispatch(&self.bvh, &bindings, groups);
+                return Ok(distances);
+            }
+            Structure::RayQuery => {
+                let kernel = self.ray_query.as_ref().ok_or(RenderError::MissingFeature {
+                    setting: "tracing through the adapter's own structure",
+                    feature: "ray queries",
+                    instead: "the BVH",
+                })?;
+                frame.dispatch(kernel, &bindings, groups);
                 return Ok(distances);
             }
             Structure::WithinTexel(images) => (&self.tracers(images).within_texel, images),

@@ -59,7 +59,10 @@ impl PointCloud {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         check_store(settings)?;
         if !settings.payload {
-            return Err(RenderError::Together { setting: "a cloud of points", needed: "deep images that know their triangles" });
+            return Err(RenderError::Together {
+                setting: "a cloud of points",
+                needed: "deep images that know their triangles",
+            });
         }
         let depth = wgpu::DepthStencilState {
             format: DEPTH_FORMAT,

@@ -4,9 +4,8 @@ use lanternfish_scene::{Scene, generate};
 
 use super::{
     super::{
-        DeepImages,
+        DeepImages, Fragment,
         tests::{build, lists, settings, triangles, upload},
-        Fragment,
     },
     *,
 };

@@ -54,15 +54,16 @@ impl DeepOcclusion {
         })
     }
 
-    /// How open every pixel's surface is, with images of the scene as it is now.
+    /// How open every pixel's surface is, by images of the scene as it is now, whose set of directions is turned by `rotation`.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         view: &ViewBuffer,
         surface: &Surface,
+        rotation: Quat,
     ) -> Result<Openness, RenderError> {
-        let images = self.images.get(frame, scene, Quat::IDENTITY)?;
+        let images = self.images.get(frame, scene, rotation)?;
         let UVec2 { x, y } = surface.size;
         let sums = storage_buffer(frame.device, "occlusion/sums", 8 * u64::from(x) * u64::from(y))?;
         let target = openness_target(frame.device, surface.size);

@@ -1,0 +1,126 @@
+//! What is measured: one list.
+
+use lanternfish::settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, DirectionSet};
+
+use super::build::Built;
+
+/// Rows of one table.
+pub struct Group {
+    pub title: &'static str,
+    pub rows: Vec<DeepImageSettings>,
+    /// Whether the rays are traced through the exact structures as well.
+    pub beside_exact: bool,
+}
+
+/// Most bytes of lists that rays are traced through. Some machines have 8 GB, and the scene wants its share.
+const MOST_BYTES: f64 = 4e9;
+/// How many times the fragments of an average image the images of one chunk may have.
+const UNEVEN: f64 = 3.0;
+
+/// Everything that is built and traced, in this order: coarse images come before fine ones ([`fitted`]).
+pub fn groups(quick: bool, single_pass_only: bool) -> Vec<Group> {
+    let default = DeepImageSettings::default();
+    let of = |count| DeepImageSettings { directions: DirectionSet::ZonalEqualArea { count }, ..default };
+    let by = |builder, count| DeepImageSettings { builder, ..of(count) };
+    let [few, all] = if quick { [4, 8] } else { [8, 169] };
+    // [Archer2019, table 2], and the default.
+    let counts: &[u32] = if quick { &[4, 8] } else { &[8, 16, 32, 64, 128, 169] };
+    let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
+    // [Niessner2010, table 1] has the second and the last.
+    let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
+    let mut groups = vec![
+        Group { title: "Directions", rows: counts.iter().map(|n| of(*n)).collect(), beside_exact: false },
+        Group {
+            title: "Supersampling",
+            rows: supersamplings.iter().map(|n| DeepImageSettings { supersampling: *n, ..of(all) }).collect(),
+            beside_exact: false,
+        },
+        Group {
+            title: "Resolution",
+            rows: resolutions.iter().map(|n| DeepImageSettings { resolution: *n, ..default }).collect(),
+            beside_exact: true,
+        },
+    ];
+    let stored = |store, depth, payload| DeepImageSettings { store, depth, payload, ..of(all) };
+    let rows = vec![
+        stored(DeepStore::LinearArray, DeepDepth::Bits32, true),
+        stored(DeepStore::LinearArray, DeepDepth::Bits16, true),
+        stored(DeepStore::LinearArray, DeepDepth::Bits32, false),
+        stored(DeepStore::LinearArray, DeepDepth::Bits16, false),
+        stored(DeepStore::LinkedList, DeepDepth::Bits32, true),
+        stored(DeepStore::SortedLinkedList, DeepDepth::Bits32, true),
+    ];
+    groups.push(Group { title: "Stores", rows, beside_exact: false });
+    if !single_pass_only {
+        let rows = vec![
+            by(DeepBuilder::SinglePass, few),
+            by(DeepBuilder::PerDirection, few),
+            // Takes minutes for all directions.
+            by(DeepBuilder::DepthPeeling, few),
+            by(DeepBuilder::SinglePass, all),
+            by(DeepBuilder::PerDirection, all),
+        ];
+        groups.push(Group { title: "Builders", rows, beside_exact: false });
+    }
+    groups
+}
+
+/// What tells a configuration from others of as many directions and texels.
+pub fn in_words(settings: &DeepImageSettings) -> String {
+    let DeepImageSettings { builder, supersampling, store, depth, payload, .. } = settings;
+    let mut words = builder.to_string();
+    if *supersampling > 1 {
+        words += &format!(", {supersampling} times finer");
+    }
+    if *store != DeepStore::LinearArray {
+        words += &format!(", {store}");
+    }
+    if *depth != DeepDepth::Bits32 {
+        words += &format!(", {depth} bits");
+    }
+    if !payload {
+        words += ", no triangles";
+    }
+    words
+}
+
+/// With as many directions as fit, and images in as few chunks as they fit, by the last images of this supersampling that were
+/// built: lists grow with the number of texels.
+pub fn fitted(mut settings: DeepImageSettings, built: &[Built]) -> DeepImageSettings {
+    let Some(last) = built.iter().rfind(|last| last.supersampling == settings.supersampling) else { return settings };
+    let texels = |resolution: u32| f64::from(resolution).powi(2);
+    let a_texel = |figure: u64| figure as f64 / (last.directions as f64 * texels(last.resolution));
+    let bytes_a_direction = a_texel(last.bytes) * texels(settings.resolution);
+    let count = settings.directions.count();
+    let fits = (MOST_BYTES / bytes_a_direction) as u64;
+    if fits < count {
+        settings.directions = DirectionSet::ZonalEqualArea { count: fits.max(1) as u32 };
+    }
+    settings.fragments_a_texel = ((UNEVEN * a_texel(last.drawn)).ceil() as u64).max(1);
+    settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_fewer_where_all_would_not_fit() {
+        let default = DeepImageSettings::default();
+        let built = |bytes, drawn| {
+            [Built { directions: 100, resolution: 64, supersampling: 1, bytes, drawn, ..Built::default() }]
+        };
+        let at = |resolution, built: &[Built]| fitted(DeepImageSettings { resolution, ..default }, built);
+        assert_eq!(at(512, &[]), DeepImageSettings { resolution: 512, ..default });
+        assert_eq!(at(64, &built(1_000_000_000, 1)).directions.count(), 169);
+        // Ten million bytes each, four times as many at twice the resolution.
+        assert_eq!(at(128, &built(1_000_000_000, 1)).directions.count(), 100);
+        assert_eq!(at(128, &built(u64::MAX, 1)).directions.count(), 1);
+        // Two a texel.
+        assert_eq!(at(128, &built(1, 2 * 100 * 64 * 64)).fragments_a_texel, 6);
+        assert_eq!(at(128, &built(1, 0)).fragments_a_texel, 1);
+        // Of a finer raster nothing is known.
+        let finer = DeepImageSettings { supersampling: 2, ..default };
+        assert_eq!(fitted(finer, &built(1_000_000_000, 1)), finer);
+    }
+}

@@ -1,0 +1,225 @@
+//! `lanternfish bench deep-images`: building and tracing deep images, beside other builders and exact rays, with the error of
+//! every figure [Archer2019, tables 2, 3; Niessner2010, table 1].
+
+mod build;
+mod configurations;
+mod markdown;
+mod rays;
+mod trace;
+
+use std::{io::Write, path::PathBuf};
+
+use clap::{Args, builder::NonEmptyStringValueParser};
+use lanternfish::{
+    GpuScene, Renderer,
+    settings::{DeepImageSettings, Settings, Shadows},
+};
+use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
+use lanternfish_reference::Tracer;
+use lanternfish_scene::{AlphaMode, Scene};
+use serde::Serialize;
+
+use self::{
+    build::Built,
+    configurations::{fitted, groups, in_words},
+    trace::Traced,
+};
+use super::make_folder;
+use crate::{
+    args::{PartArgs, adapter},
+    error::CliError,
+    output::write_text,
+    progress::Progress,
+    scene, shot,
+};
+
+#[derive(Debug, Args)]
+pub struct DeepImagesArgs {
+    /// A shot (.toml), of which only the scene counts; a glTF or OBJ file, or demo:NAME.
+    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
+    pub scene: String,
+    /// The folder for report.md and report.json. It is made if it is not there.
+    #[arg(short, long, value_name = "FOLDER", default_value = "bench-deep-images")]
+    pub output: PathBuf,
+    /// How often everything is timed, after one run that is not; the least counts. What takes ten seconds is run once.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub runs: u32,
+    /// Rays of each kind.
+    #[arg(long, value_name = "N", default_value_t = 1 << 19, value_parser = clap::value_parser!(u32).range(1024..=1 << 22))]
+    pub rays: u32,
+    /// Few directions and coarse images only.
+    #[arg(long)]
+    pub quick: bool,
+    /// The single pass only, neither of the slower builders.
+    #[arg(long)]
+    pub single_pass_only: bool,
+    /// Where to run: a part of an adapter's name, or cpu for a software one.
+    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    #[command(flatten)]
+    pub part: PartArgs,
+}
+
+/// A configuration without figures.
+#[derive(Debug, Serialize)]
+pub struct LeftOut {
+    pub what: String,
+    pub reason: String,
+}
+
+/// Everything the bench found.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    version: &'static str,
+    scene: String,
+    adapter: String,
+    driver: String,
+    triangles: usize,
+    runs: u32,
+    built: Vec<Built>,
+    traced: Vec<Traced>,
+    left_out: Vec<LeftOut>,
+}
+
+/// What every configuration shares.
+struct Bench {
+    gpu: Gpu,
+    profiler: Profiler,
+    /// For the builders, which draw the BVH's triangles, and for the BVH.
+    uploaded: GpuScene,
+    /// For rays through the adapter's own structure, where it has one.
+    with_ray_query: Option<GpuScene>,
+    runs: u32,
+}
+
+pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
+    make_folder(&args.output)?;
+    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.as_ref(), Vec::new())).transpose()?;
+    let (source, part) = match &shot {
+        Some(shot) => (&shot.args.scene, &shot.args.part),
+        None => (&args.scene, &args.part),
+    };
+    let mut progress = Progress::start(false);
+    let doing = format!("Loading {source}");
+    let mut scene = progress.step("load", &doing, || scene::load_part(source, part.scene_of_file.as_deref()))?;
+    leave_out_blended(&mut scene);
+    if scene.bounds().is_empty() {
+        return Err(CliError::new(format_args!("{source}: no opaque surface"), "name a scene that has some"));
+    }
+    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    if !gpu.description.timestamps {
+        let name = &gpu.description.name;
+        return Err(CliError::new(
+            format_args!("{name} cannot time its passes"),
+            "choose another adapter with --adapter",
+        ));
+    }
+    let exact = Tracer::new(&scene, lanternfish_reference::Settings::default())
+        .map_err(|error| CliError::new(error, "choose another scene"))?;
+    let mut bench = progress.step("upload", "Uploading", || Bench::new(gpu, &scene, args.runs))?;
+    let report = bench.measure(args, &scene, &exact, &mut progress)?;
+    progress.finish();
+
+    let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
+    write_text(&args.output.join("report.json"), &(json + "\n"))?;
+    let page = markdown::to_markdown(&report);
+    let file = args.output.join("report.md");
+    write_text(&file, &page)?;
+    let text = format!("{page}\n{}\n", file.display());
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+}
+
+impl Bench {
+    fn new(gpu: Gpu, scene: &Scene, runs: u32) -> Result<Self, CliError> {
+        let upload = |shadows| {
+            let settings = Settings { shadows, ..Settings::default() };
+            Renderer::new(&gpu.device, &gpu.queue, settings)?.upload(scene)
+        };
+        let uploaded = upload(Shadows::Bvh)?;
+        let with_ray_query = gpu.description.ray_query.then(|| upload(Shadows::RayQuery)).transpose()?;
+        let profiler = Profiler::new(&gpu.device, &gpu.queue);
+        Ok(Self { gpu, profiler, uploaded, with_ray_query, runs })
+    }
+
+    fn measure(
+        &mut self,
+        args: &DeepImagesArgs,
+        scene: &Scene,
+        exact: &Tracer<'_>,
+        progress: &mut Progress,
+    ) -> Result<Report, CliError> {
+        let (mut built, mut traced, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        for group in groups(args.quick, args.single_pass_only) {
+            for wanted in &group.rows {
+                let settings = fitted(*wanted, &built);
+                let doing = doing(&settings);
+                if settings.directions.count() < wanted.directions.count() {
+                    let reason = format!("{} directions would take too much memory", wanted.directions.count());
+                    left_out.push(LeftOut { what: doing.clone(), reason });
+                }
+                // Lists that do not fit the device, say: the others go on.
+                let images = match progress.step("build", &doing, || self.build(group.title, settings)) {
+                    Ok((figures, images)) => {
+                        built.push(figures);
+                        images
+                    }
+                    Err(error) => {
+                        left_out.push(LeftOut { what: doing, reason: error.to_string() });
+                        continue;
+                    }
+                };
+                let rays = progress.step("rays", "Exact rays", || {
+                    Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, args.rays))
+                })?;
+                let tracing = format!("Tracing, {doing}");
+                traced.extend(progress.step("trace", &tracing, || self.trace(&group, settings, &images, rays))?);
+            }
+        }
+        if self.with_ray_query.is_none() {
+            let reason = "this adapter has none".to_owned();
+            left_out.push(LeftOut { what: "ray query".to_owned(), reason });
+        }
+        let description = &self.gpu.description;
+        Ok(Report {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: args.scene.clone(),
+            adapter: description.name.clone(),
+            driver: description.driver.clone(),
+            triangles: exact.triangle_count(),
+            runs: args.runs,
+            built,
+            traced,
+            left_out,
+        })
+    }
+}
+
+/// Neither deep images nor the BVH have them, but exact rays would meet them.
+fn leave_out_blended(scene: &mut Scene) {
+    for mesh in &mut scene.meshes {
+        mesh.primitives.retain(|primitive| scene.materials[primitive.material].alpha_mode != AlphaMode::Blend);
+    }
+}
+
+/// What is being measured.
+fn doing(settings: &DeepImageSettings) -> String {
+    format!("{}, {} x {}²", in_words(settings), settings.directions.count(), settings.resolution)
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_scene::{Material, Mesh, Primitive};
+
+    use super::*;
+
+    #[test]
+    fn blended_surfaces_are_left_out() {
+        let modes = [AlphaMode::Blend, AlphaMode::Opaque, AlphaMode::Mask { cutoff: 0.5 }];
+        let materials = modes.map(|alpha_mode| Material { alpha_mode, ..Material::default() }).to_vec();
+        let primitives = (0..3).map(|material| Primitive { material, ..Primitive::default() }).collect();
+        let mut scene = Scene { materials, meshes: vec![Mesh { primitives, ..Mesh::default() }], ..Scene::default() };
+        leave_out_blended(&mut scene);
+        let left: Vec<usize> = scene.meshes[0].primitives.iter().map(|primitive| primitive.material).collect();
+        assert_eq!(left, [1, 2]);
+    }
+}

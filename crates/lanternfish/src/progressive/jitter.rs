@@ -1,0 +1,59 @@
+//! Where in its pixels each frame looks through.
+
+use glam::{DVec2, UVec2, Vec2};
+
+/// Offset of frame `frame` from the centres of pixels, pixels, from −½ to ½ each, x right and y down. Frame 0 has none. The same
+/// on every machine.
+///
+/// Sobol's (0, 2)-sequence, moved by half a pixel: of any first 2ⁿ frames, each box of 2⁻ᵃ × 2ᵃ⁻ⁿ pixels has one
+/// [KolligKeller2002, §2].
+pub fn jitter_of_frame(frame: u32) -> Vec2 {
+    let point = UVec2::new(frame.reverse_bits(), second_dimension(frame));
+    ((point.as_dvec2() / 2f64.powi(32) + 0.5).fract() - DVec2::splat(0.5)).as_vec2()
+}
+
+/// The second dimension of Sobol's sequence, times 2³² [KolligKeller2002, p. 559].
+fn second_dimension(mut index: u32) -> u32 {
+    let (mut direction, mut sum) = (1 << 31, 0);
+    while index != 0 {
+        sum ^= if index & 1 == 1 { direction } else { 0 };
+        index >>= 1;
+        direction ^= direction >> 1;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Random;
+
+    /// Whether each box of 2⁻ᵃ × 2ᵃ⁻ⁿ has one of 2ⁿ points, for every a.
+    fn fills_every_box(points: &[Vec2]) -> bool {
+        let n = points.len().ilog2();
+        (0..=n).all(|a| {
+            let mut counts = vec![0; points.len()];
+            for point in points {
+                let at = ((*point + 0.5) * Vec2::new((1 << a) as f32, (1 << (n - a)) as f32)).as_uvec2();
+                counts[((at.y << a) + at.x) as usize] += 1;
+            }
+            counts.iter().all(|count| *count == 1)
+        })
+    }
+
+    #[test]
+    fn offsets_are_within_the_pixel_even_and_none_at_first() {
+        assert_eq!(jitter_of_frame(0), Vec2::ZERO);
+        for frame in (0..10_000).chain([u32::MAX - 1, u32::MAX]) {
+            assert!(jitter_of_frame(frame).abs().max_element() <= 0.5, "{frame}");
+        }
+        for n in 0..=10 {
+            let points: Vec<Vec2> = (0..1 << n).map(jitter_of_frame).collect();
+            assert!(fills_every_box(&points), "{n}");
+        }
+        // It can fail: random points.
+        let mut random = Random::new(1);
+        let points: Vec<Vec2> = (0..64).map(|_| Vec2::new(random.unit(), random.unit()) - 0.5).collect();
+        assert!(!fills_every_box(&points));
+    }
+}

@@ -1,0 +1,106 @@
+//! The mean of frames that see a scene through points of each pixel: smooth edges, and noise that averages out.
+//!
+//! The mean of radiance is kept on the device while views and scene stay the same ([`crate::Renderer::refine`]).
+
+mod jitter;
+#[cfg(test)]
+mod tests;
+
+use glam::UVec2;
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState};
+
+use crate::{
+    error::RenderError,
+    gpu_scene::GpuScene,
+    output::cover,
+    shaders::SHADERS,
+    shading::Radiance,
+    texture::target,
+    view::{View, ViewBuffer},
+};
+
+pub use jitter::jitter_of_frame;
+
+/// Linear radiance, nits; 32 bits, so that the share of the thousandth frame is not lost.
+pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// The pass, and the means of the views of a frame.
+#[derive(Debug)]
+pub struct Progressive {
+    pipeline: RasterPipeline,
+    means: Vec<Mean>,
+    subject: Option<Subject>,
+}
+
+/// One view's mean: what a frame makes, and what it reads, which the next frame makes.
+#[derive(Debug)]
+struct Mean {
+    now: wgpu::TextureView,
+    before: wgpu::TextureView,
+    size: UVec2,
+}
+
+/// What the means are of.
+#[derive(Debug)]
+struct Subject {
+    views: Vec<View>,
+    /// [`GpuScene::revision`].
+    revision: u64,
+    frames: u32,
+}
+
+impl Progressive {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("progressive/mean", &[])?;
+        let state = RasterState { targets: &[Some(MEAN_FORMAT.into())], ..Default::default() };
+        let pipeline = RasterPipeline::new(device, &shader, "vertex", "fragment", "progressive/mean", &state);
+        Ok(Self { pipeline, means: Vec::new(), subject: None })
+    }
+
+    /// Frames that the means are of.
+    pub fn frames(&self) -> u32 {
+        self.subject.as_ref().map_or(0, |subject| subject.frames)
+    }
+
+    /// Forgets the means: the next frame is the first.
+    pub fn reset(&mut self) {
+        self.subject = None;
+    }
+
+    /// The index of the next frame of these views: 0 where the means are of others, or of a scene that has changed since. A
+    /// frame that is begun and does not [`Self::finish`] leaves no mean.
+    pub fn begin(&mut self, scene: &GpuScene, views: &[View]) -> u32 {
+        let subject = self.subject.take();
+        subject.filter(|s| s.revision == scene.revision() && s.views == views).map_or(0, |s| s.frames)
+    }
+
+    /// The means have got the frame of this index.
+    pub fn finish(&mut self, scene: &GpuScene, views: &[View], index: u32) {
+        self.subject = Some(Subject { views: views.to_vec(), revision: scene.revision(), frames: index + 1 });
+    }
+
+    /// Adds the radiance of a view's frame, whose index `view` knows, to the mean of its slot: the mean, linear, nits.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewBuffer,
+        radiance: &Radiance,
+        size: UVec2,
+        slot: usize,
+    ) -> wgpu::TextureView {
+        if self.means.get(slot).is_none_or(|mean| mean.size != size) {
+            let more = wgpu::TextureUsages::COPY_SRC;
+            let texture = || target(frame.device, "progressive/mean", size, MEAN_FORMAT, more);
+            self.means.truncate(slot);
+            self.means.push(Mean { now: texture(), before: texture(), size });
+        }
+        let mean = &mut self.means[slot];
+        std::mem::swap(&mut mean.now, &mut mean.before);
+        let textures = Bindings::new().texture("mean_texture", &mean.before);
+        let textures = textures.texture("radiance_texture", &radiance.target);
+        let bindings = view.bindings().with(&textures);
+        cover(frame, &self.pipeline, "progressive/mean", &bindings, &mean.now);
+        mean.now.clone()
+    }
+}

@@ -1,0 +1,254 @@
+use std::f32::consts::FRAC_PI_6;
+
+use glam::{Mat3, Vec2, Vec3};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{Camera, Material, Projection, Scene, StereoRig, generate};
+
+use super::*;
+use crate::{
+    Picture, Renderer, Settings,
+    settings::{DebugView, Samples},
+    testing::{quad, scene_of},
+};
+
+const SIZE: (u32, u32) = (60, 44);
+
+fn cornell() -> Scene {
+    let mut scene = generate::demo("cornell").unwrap();
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(0.8), 1, 0.0));
+    scene
+}
+
+fn renderer(gpu: &Gpu, accumulate: u32) -> Renderer {
+    Renderer::new(&gpu.device, &gpu.queue, Settings { accumulate, ..Default::default() }).unwrap()
+}
+
+fn view(camera: &Camera) -> [(&Camera, u32, u32); 1] {
+    [(camera, SIZE.0, SIZE.1)]
+}
+
+fn frames(picture: &Picture) -> Option<u64> {
+    let counters = &picture.report.counters;
+    counters.iter().find(|(name, _)| name == "progressive/frames").map(|(_, count)| *count)
+}
+
+fn bits(picture: &Picture) -> Vec<u32> {
+    picture.radiance.as_flattened().iter().map(|value| value.to_bits()).collect()
+}
+
+#[track_caller]
+fn assert_same(a: &Picture, b: &Picture) {
+    assert!(bits(a) == bits(b) && a.display == b.display);
+}
+
+/// Largest difference of a value from the mean of some pictures, in units of what rounding may do: each frame rounds its
+/// difference, its share and their sum, by half a unit in the last place (2⁻²⁴) of the largest value there is, or twice that for
+/// the division; the first frames' errors shrink with the share.
+fn off_by(picture: &Picture, singles: &[Picture]) -> f64 {
+    let count = singles.len() as f64;
+    let values = picture.radiance.as_flattened().iter().enumerate();
+    let off = values.map(|(i, value)| {
+        let of = || singles.iter().map(|single| f64::from(single.radiance.as_flattened()[i]));
+        let (mean, most) = (of().sum::<f64>() / count, of().fold(1e-30, f64::max));
+        (f64::from(*value) - mean).abs() / (2.0 * count * most * 2f64.powi(-24))
+    });
+    off.fold(0.0, f64::max)
+}
+
+#[test]
+fn gpu_the_mean_is_that_of_its_frames() {
+    let Some(gpu) = testing::gpu("gpu_the_mean_is_that_of_its_frames") else { return };
+    const COUNT: u32 = 9;
+    let scene = cornell();
+    let views = view(&scene.cameras[0]);
+    let mut plain = renderer(gpu, 1);
+    let uploaded = plain.upload(&scene).unwrap();
+    let still = plain.views(&uploaded, &views).unwrap();
+    let mut single = |index: u32| {
+        let moved = [still[0].of_frame(index)];
+        let results = plain.frame(&uploaded, &moved, false).unwrap();
+        plain.pictures(&uploaded, &moved, &results).unwrap().remove(0)
+    };
+    let singles: Vec<Picture> = (0..=COUNT).map(&mut single).collect();
+
+    let mut averaging = renderer(gpu, COUNT);
+    let mut told = Vec::new();
+    let mean = averaging.render_frames(&uploaded, &views, |count| told.push(count)).unwrap().remove(0);
+    assert_eq!((told, frames(&mean)), ((1..=COUNT).collect(), Some(u64::from(COUNT))));
+    let of_its_own = off_by(&mean, &singles[..COUNT as usize]);
+    assert!(of_its_own < 1.0, "{of_its_own}");
+    // It can fail: one frame fewer, more, or another instead of the first.
+    for others in [&singles[..8], &singles[..], &singles[1..]] {
+        assert!(off_by(&mean, others) > 1e3);
+    }
+
+    // Frame by frame it is the same, and so it is another time, and goes on from there.
+    let mut refining = renderer(gpu, 1);
+    for count in 1..=COUNT {
+        let refined = refining.refine(&uploaded, &views).unwrap().remove(0);
+        assert_eq!(frames(&refined), Some(u64::from(count)));
+        match count {
+            1 => assert_same(&refined, &singles[0]),
+            COUNT => assert_same(&refined, &mean),
+            _ => (),
+        }
+    }
+    assert_same(&averaging.render_views(&uploaded, &views).unwrap()[0], &mean);
+    let next = averaging.refine(&uploaded, &views).unwrap().remove(0);
+    assert_same(&next, &refining.refine(&uploaded, &views).unwrap()[0]);
+    assert_eq!(frames(&next), Some(10));
+
+    // One frame is what there was before there were means.
+    let one = renderer(gpu, 1).render_views(&uploaded, &views).unwrap().remove(0);
+    assert_same(&one, &singles[0]);
+    assert_eq!(frames(&one), None);
+}
+
+/// Every pass of a moved frame sees what a camera sees whose window is moved.
+#[test]
+fn gpu_a_moved_frame_is_that_of_a_moved_window() {
+    let Some(gpu) = testing::gpu("gpu_a_moved_frame_is_that_of_a_moved_window") else { return };
+    let scene = cornell();
+    let mut renderer = renderer(gpu, 1);
+    let uploaded = renderer.upload(&scene).unwrap();
+    let Projection::Perspective { fov_y, near } = scene.cameras[0].projection else { panic!("the demo's is") };
+    let top = (0.5 * fov_y).tan();
+    let pixel = 2.0 * top / SIZE.1 as f32;
+    let right = 0.5 * pixel * SIZE.0 as f32;
+    let mut window = |jitter: Vec2| {
+        let (x, y) = (pixel * jitter.x, pixel * jitter.y);
+        let projection =
+            Projection::Frustum { left: -right - x, right: right - x, bottom: y - top, top: y + top, near };
+        let camera = Camera { projection, ..scene.cameras[0].clone() };
+        renderer.render_views(&uploaded, &view(&camera)).unwrap().remove(0)
+    };
+    let (moved, still) = (window(jitter_of_frame(5)), window(Vec2::ZERO));
+    let views = renderer.views(&uploaded, &view(&scene.cameras[0])).unwrap()[0].of_frame(5);
+    let results = renderer.frame(&uploaded, &[views], false).unwrap();
+    let frame = renderer.pictures(&uploaded, &[views], &results).unwrap().remove(0);
+    let different = |other: &Picture| {
+        let pairs = frame.radiance.iter().zip(&other.radiance);
+        pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 0.01 * a.max(*b) + 1e-4)).count()
+    };
+    // Rounding may give a pixel on an edge to another surface or shadow.
+    let counts = (different(&moved), different(&still));
+    assert!(counts.0 < 15 && counts.1 > 300, "of {} pixels: {counts:?}", frame.radiance.len());
+}
+
+#[test]
+fn gpu_a_mean_starts_anew_when_anything_changes() {
+    let Some(gpu) = testing::gpu("gpu_a_mean_starts_anew_when_anything_changes") else { return };
+    let mut scene = cornell();
+    let camera = scene.cameras[0].clone();
+    let mut renderer = renderer(gpu, 1);
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let again = renderer.upload(&scene).unwrap();
+    let other = Camera { projection: Projection::Perspective { fov_y: 0.5, near: 0.1 }, ..camera.clone() };
+    let count = |renderer: &mut Renderer, scene: &GpuScene, views: &[(&Camera, u32, u32)]| {
+        let pictures = renderer.refine(scene, views).unwrap();
+        let count = frames(&pictures[0]).unwrap();
+        if count == 1 {
+            // Nothing of what was before is left.
+            assert_same(&pictures[0], &renderer.render_views(scene, views).unwrap()[0]);
+        }
+        count
+    };
+    let (here, there) = (view(&camera), view(&other));
+    assert_eq!([(); 3].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2, 3]);
+    assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &there)), [1, 2]);
+    assert_eq!(count(&mut renderer, &uploaded, &here), 1);
+    assert_eq!(count(&mut renderer, &uploaded, &[(&camera, 44, 60)]), 1);
+    assert_eq!(count(&mut renderer, &uploaded, &[here[0], there[0]]), 1);
+    assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
+    assert_eq!([(); 2].map(|()| count(&mut renderer, &again, &here)), [1, 2]);
+    assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
+    scene.lights[0].intensity *= 0.5;
+    renderer.update(&mut uploaded, &scene).unwrap();
+    assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
+    renderer.reset();
+    assert_eq!([(); 2].map(|()| count(&mut renderer, &uploaded, &here)), [1, 2]);
+    // What fails leaves no mean.
+    let apart = renderer.refine(&uploaded, &[(&camera, 0, 1)]).unwrap_err().to_string();
+    assert!(apart.contains("each side must be from 1"), "{apart}");
+    assert_eq!(count(&mut renderer, &uploaded, &here), 3, "refused before the mean was touched");
+}
+
+/// A turned white square before black, without edges along pixels.
+fn square() -> (Scene, Camera) {
+    let white = Material { emissive: Vec3::ONE, double_sided: true, ..Material::default() };
+    let turn = Mat3::from_rotation_z(0.5 * FRAC_PI_6);
+    let scene = scene_of(vec![quad(0, Vec3::ZERO, turn * Vec3::X, turn * Vec3::Y)], vec![white]);
+    let projection = Projection::Orthographic { half_height: 2.0, near: 0.0, far: 20.0 };
+    (scene, Camera::look_at(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, projection))
+}
+
+#[test]
+fn gpu_edges_converge_to_the_share_of_the_pixel() {
+    let Some(gpu) = testing::gpu("gpu_edges_converge_to_the_share_of_the_pixel") else { return };
+    const EDGE: u32 = 48;
+    const FINE: u32 = 32;
+    let (scene, camera) = square();
+    let picture = |accumulate, scale: u32| {
+        let mut renderer = renderer(gpu, accumulate);
+        let uploaded = renderer.upload(&scene).unwrap();
+        renderer.render(&uploaded, &camera, scale * EDGE, scale * EDGE).unwrap()
+    };
+    let fine = picture(1, FINE);
+    let truth = |x: u32, y: u32| {
+        let row = |j: u32| (FINE * x..FINE * (x + 1)).map(move |i| (FINE * y + j) * fine.width + i);
+        let texels = (0..FINE).flat_map(row);
+        texels.map(|i| fine.radiance[i as usize][0]).sum::<f32>() / (FINE * FINE) as f32
+    };
+    let truth: Vec<f32> = (0..EDGE * EDGE).map(|i| truth(i % EDGE, i / EDGE)).collect();
+    let edges = truth.iter().filter(|share| (0.01..0.99).contains(*share)).count();
+    // Root mean square over the pixels that an edge crosses.
+    let error = |picture: &Picture| {
+        let squares = picture.radiance.iter().zip(&truth).map(|(texel, share)| (texel[0] - share).powi(2));
+        (squares.sum::<f32>() / edges as f32).sqrt()
+    };
+    let errors = [1, 4, 16, 64, 256].map(|count| error(&picture(count, 1)));
+    println!("{edges} pixels at edges, errors of 1, 4, 16, 64, 256 frames: {errors:?}");
+    assert!(edges > 80);
+    // All or nothing in place of a share is off by up to half. Even points are off by about n^(-3/4).
+    for (i, error) in errors.into_iter().enumerate() {
+        let count = 4f32.powi(i as i32);
+        assert!(error < 0.5 * count.powf(-0.7), "{count} frames: {error}");
+    }
+    assert!(errors[0] > 0.2, "there is something to get better");
+}
+
+#[test]
+fn gpu_views_and_samples_are_averaged_each_by_itself() {
+    let Some(gpu) = testing::gpu("gpu_views_and_samples_are_averaged_each_by_itself") else { return };
+    let scene = cornell();
+    let eyes = StereoRig::parallel(&scene.cameras[0], 1.0, 0.1).unwrap().cameras(&scene.cameras[0], 0.05);
+    for samples in [Samples::One, Samples::Four] {
+        let settings = Settings { accumulate: 3, samples, ..Default::default() };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let views = [(&eyes[0], SIZE.0, SIZE.1), (&eyes[1], SIZE.1, SIZE.0)];
+        let both = renderer.render_views(&uploaded, &views).unwrap();
+        for (together, view) in both.iter().zip(views) {
+            assert_same(together, &renderer.render_views(&uploaded, &[view]).unwrap()[0]);
+        }
+        assert_eq!(both.iter().map(frames).collect::<Vec<_>>(), [Some(3), None], "what is shared is in the first");
+    }
+}
+
+#[test]
+fn gpu_what_has_no_mean_is_refused() {
+    let Some(gpu) = testing::gpu("gpu_what_has_no_mean_is_refused") else { return };
+    let refused = |accumulate, debug_view| {
+        let settings = Settings { accumulate, debug_view, ..Default::default() };
+        Renderer::new(&gpu.device, &gpu.queue, settings).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(refused(0, None).unwrap_err(), "--accumulate 0: a picture is the mean of 1 frame or more");
+    assert_eq!(refused(2, Some(DebugView::Depth)).unwrap_err(), "--debug-view needs --accumulate 1");
+    assert_eq!((refused(1, Some(DebugView::Depth)), refused(2, Some(DebugView::BaseColor))), (Ok(()), Ok(())));
+    let settings = Settings { debug_view: Some(DebugView::Depth), ..Default::default() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let scene = cornell();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let error = renderer.refine(&uploaded, &view(&scene.cameras[0])).unwrap_err();
+    assert!(error.to_string().contains("--debug-view"), "{error}");
+}

@@ -1,0 +1,105 @@
+//! Pictures that are the mean of many frames ([`crate::progressive`]).
+
+use lanternfish_gpu::{GpuError, PassTime, checked};
+use lanternfish_scene::Camera;
+
+use super::{Picture, Renderer};
+use crate::{
+    error::RenderError,
+    frame::FrameResult,
+    gpu_scene::GpuScene,
+    settings::{DebugView, Settings},
+    view::View,
+};
+
+const NO_MEAN_OF_DEBUG_VIEWS: RenderError = RenderError::Together { setting: "--debug-view", needed: "--accumulate 1" };
+
+/// An error unless these frames have a mean.
+pub(super) fn check(settings: &Settings) -> Result<(), RenderError> {
+    match settings.accumulate {
+        0 => Err(RenderError::NoFrames),
+        // A colour is radiance like any other; all other quantities are not.
+        2.. if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) => Err(NO_MEAN_OF_DEBUG_VIEWS),
+        _ => Ok(()),
+    }
+}
+
+impl Renderer {
+    /// [`Self::render_views`], and tells after every frame how many there are.
+    pub fn render_frames(
+        &mut self,
+        scene: &GpuScene,
+        views: &[(&Camera, u32, u32)],
+        mut tell: impl FnMut(u32),
+    ) -> Result<Vec<Picture>, RenderError> {
+        let views = self.views(scene, views)?;
+        let device = self.device.clone();
+        checked(&device, "render", || {
+            if self.settings.accumulate == 1 {
+                let results = self.frame(scene, &views, false)?;
+                return self.pictures(scene, &views, &results);
+            }
+            self.passes.progressive.reset();
+            let (mut results, mut times) = (Vec::new(), Vec::new());
+            for count in 1..=self.settings.accumulate {
+                results = self.next_frame(scene, &views)?;
+                add_times(&mut times, self.finished()?);
+                tell(count);
+            }
+            let mut pictures = self.pictures(scene, &views, &results)?;
+            if let Some(first) = pictures.first_mut() {
+                first.report.passes = times;
+            }
+            Ok(pictures)
+        })
+    }
+
+    /// Adds one frame to the mean of these views, and gives the mean: called again and again, a picture that gets better. The
+    /// counter `progressive/frames` of the first report says how many it is of.
+    ///
+    /// The mean is kept on the device while cameras, sizes and scene are those of the call before; else this frame is the
+    /// first of a new one. [`Self::update`] makes another scene, whatever it changed. [`Settings::accumulate`] is not asked;
+    /// frames of [`Self::render`] are gone on from where it is above 1.
+    pub fn refine(&mut self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<Picture>, RenderError> {
+        if self.passes.debug_views.is_some() {
+            return Err(NO_MEAN_OF_DEBUG_VIEWS);
+        }
+        let views = self.views(scene, views)?;
+        let device = self.device.clone();
+        checked(&device, "render", || {
+            let results = self.next_frame(scene, &views)?;
+            self.pictures(scene, &views, &results)
+        })
+    }
+
+    /// Lets the next [`Self::refine`] start anew: for a change that it does not see.
+    pub fn reset(&mut self) {
+        self.passes.progressive.reset();
+    }
+
+    /// Hands one more frame of the views' mean to the device.
+    fn next_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<FrameResult>, RenderError> {
+        let index = self.passes.progressive.begin(scene, views);
+        let moved: Vec<View> = views.iter().map(|view| view.of_frame(index)).collect();
+        let results = self.frame(scene, &moved, true)?;
+        self.passes.progressive.finish(scene, views, index);
+        Ok(results)
+    }
+
+    /// Waits for the last frame: its times.
+    fn finished(&mut self) -> Result<Vec<PassTime>, RenderError> {
+        let lost = |error| GpuError::ReadBack { what: "frame".to_owned(), source: Box::new(error) };
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
+        Ok(self.profiler.finished())
+    }
+}
+
+/// Adds the times of another frame to those before.
+fn add_times(total: &mut Vec<PassTime>, frame: Vec<PassTime>) {
+    for pass in frame {
+        match total.iter_mut().find(|known| known.name == pass.name) {
+            Some(known) => known.ms += pass.ms,
+            None => total.push(pass),
+        }
+    }
+}
