@@ -9,7 +9,7 @@ use lanternfish_scene::{Camera, Material, Projection, Scene, generate::demo};
 use super::TILE;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
-    settings::{DebugView, DeepImageSettings, Occlusion, Samples, Shadows},
+    settings::{DebugView, DeepImageSettings, DirectionSet, Occlusion, Samples, Shadows},
     shaders::constant,
     testing::{quad, scene_of},
     view::View,
@@ -227,6 +227,27 @@ fn gpu_the_sky_lights_what_is_open_to_it() {
     let uploaded = renderer.upload(&scene).unwrap();
     let radiance = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[truth_len() / 2];
     assert!((0.45..0.65).contains(&radiance[0]), "{radiance:?}");
+}
+
+#[test]
+fn gpu_frames_of_one_mean_look_in_other_directions() {
+    let Some(gpu) = testing::gpu("gpu_frames_of_one_mean_look_in_other_directions") else { return };
+    let mut scene = floor();
+    scene.meshes[0].primitives.push(quad(0, 0.4 * Vec3::Y, 0.8 * Vec3::X, -0.8 * Vec3::Z));
+    scene.sky = Vec3::ONE;
+    let camera = looking([0.0, 1.5, 5.0], [0.0, 0.0, 0.0]);
+    let radiance = |count, accumulate| {
+        let directions = DirectionSet::ZonalEqualArea { count };
+        let deep_images = DeepImageSettings { directions, resolution: 128, ..DeepImageSettings::default() };
+        let mut renderer = renderer(gpu, Settings { deep_images, accumulate, ..settings(DEEP) });
+        let uploaded = renderer.upload(&scene).unwrap();
+        let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+        picture.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
+    };
+    let many = radiance(400, 4);
+    let (one, mean) = (off(&radiance(10, 1), &many), off(&radiance(10, 16), &many));
+    println!("10 directions are off by {one:.4}, their mean by {mean:.4}");
+    assert!(mean < 0.6 * one, "{mean} {one}");
 }
 
 #[test]
