@@ -99,14 +99,12 @@ pub(crate) enum IndirectLight {
 #[derive(Clone, Debug)]
 pub struct IndirectSums {
     layers: wgpu::TextureView,
-    /// That it was found for, with one sample a pixel.
-    surface: Surface,
 }
 
 impl IndirectSums {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.surface.bindings().texture("indirect_sums", &self.layers)
+        Bindings::new().texture("indirect_sums", &self.layers)
     }
 }
 
@@ -136,7 +134,6 @@ impl IndirectLight {
         frame_index: u32,
     ) -> Result<IndirectSums, RenderError> {
         let Self::Sampled(sampled) = self;
-        let layers = sampled.record(frame, scene, images, view, surface, frame_index)?;
-        Ok(IndirectSums { layers, surface: surface.clone() })
+        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface, frame_index)? })
     }
 }
