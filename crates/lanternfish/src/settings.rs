@@ -247,7 +247,7 @@ pub enum Occlusion {
         /// everything occludes, however far.
         max_distance: Option<f32>,
     },
-    /// By horizons in the depth of the view: for comparison [Bavoil2008].
+    /// By horizons in the depth of the view: for comparison [Bavoil2008; Jimenez2016].
     Hbao {
         /// Distance from which on nothing occludes, m, > 0. Higher: darker, and more that the view does not show is missed.
         radius: f32,

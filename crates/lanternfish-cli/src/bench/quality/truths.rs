@@ -57,7 +57,7 @@ impl Truth {
             Self::OneBounce => "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos",
             Self::Full => "paths of any length, emission and surroundings included",
             Self::Occlusion => {
-                "share of the cosine-weighted hemisphere that is open; in the renderer white surfaces under a white sky"
+                "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map"
             }
             Self::ObscuranceFar => {
                 "the same, closed by what is at distance d by 1 - (d / m)², m 28 % of the scene's diagonal"

@@ -1,4 +1,4 @@
-//! Ambient obscurance by horizons in the depth of the view [Bavoil2008]: what screen space can do, for comparison.
+//! Ambient obscurance by horizons in the depth of the view [Bavoil2008; Jimenez2016]: what screen space can do, for comparison.
 
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
 
