@@ -10,7 +10,7 @@ use lanternfish_gpu::{Bindings, Frame};
 use lanternfish_scene::named_enum;
 
 use crate::{
-    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::Settings,
+    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::{Materials, Settings},
     shadows::Tracer, view::ViewBuffer,
 };
 
@@ -113,13 +113,14 @@ impl IndirectLight {
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Option<Self>, RenderError> {
         match settings.indirect {
             Indirect::None => Ok(None),
-            Indirect::Sampled(sampled) => Ok(Some(Self::Sampled(SampledLight::new(
-                device,
-                sampled,
-                settings.deep_images,
-                settings.accumulate,
-                tracer,
-            )?))),
+            Indirect::Sampled(mut sampled) => {
+                if settings.materials == Materials::Lambert {
+                    // Nothing shines.
+                    sampled.glossy_rays = 0;
+                }
+                let Settings { deep_images, accumulate, .. } = *settings;
+                Ok(Some(Self::Sampled(SampledLight::new(device, sampled, deep_images, accumulate, tracer)?)))
+            }
         }
     }
 
