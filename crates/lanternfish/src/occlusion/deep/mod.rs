@@ -1,12 +1,15 @@
-//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3].
+//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives along them.
+
+mod cells;
 
 use glam::{Quat, UVec2};
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, uniform_buffer_of};
 
+use self::cells::CellRadiances;
 use super::{Openness, TILE, openness_target};
 use crate::{
-    deep_images::KeptDeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface,
-    settings::DeepImageSettings, shaders::SHADERS, view::ViewBuffer,
+    deep_images::KeptDeepImages, environment_light::sums_target, error::RenderError, gpu_scene::GpuScene,
+    prepass::Surface, settings::DeepImageSettings, shaders::SHADERS, view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -20,6 +23,8 @@ gpu_struct! {
         max_distance: f32,
         /// 1: nothing has been summed before.
         is_first: u32,
+        /// Power of the cosine of the narrowest lobe about the mirror direction.
+        most_power: f32,
     }
 }
 
@@ -27,13 +32,34 @@ gpu_struct! {
 /// busy for longer than a driver may allow.
 const IMAGES_A_PASS: u32 = 32;
 
+/// Bytes of a pixel's `OpennessSums`, and of its sum of radiance.
+const SUMS_BYTES: u64 = 16;
+
 /// The passes.
 #[derive(Debug)]
 pub struct DeepOcclusion {
     images: KeptDeepImages,
+    constant: Kernels,
+    /// Under an image of the surroundings.
+    environment: Kernels,
+    cells: CellRadiances,
+    max_distance: f32,
+}
+
+#[derive(Debug)]
+struct Kernels {
     accumulate: ComputeKernel,
     resolve: ComputeKernel,
-    max_distance: f32,
+}
+
+impl Kernels {
+    fn new(device: &wgpu::Device, features: &[&str]) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("occlusion/deep/accumulate", features)?;
+        Ok(Self {
+            accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
+            resolve: ComputeKernel::new(device, &shader, "resolve", "occlusion/deep/resolve"),
+        })
+    }
 }
 
 impl DeepOcclusion {
@@ -45,16 +71,19 @@ impl DeepOcclusion {
     ) -> Result<Self, RenderError> {
         // Distances need no payload.
         let settings = DeepImageSettings { payload: false, ..settings };
-        let shader = SHADERS.link("occlusion/deep/accumulate", &settings.fragment_features())?;
+        let features = settings.fragment_features();
+        let with_image: Vec<&str> = features.iter().copied().chain(["environment"]).collect();
         Ok(Self {
             images: KeptDeepImages::new(device, settings)?,
-            accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
-            resolve: ComputeKernel::new(device, &shader, "resolve", "occlusion/deep/resolve"),
+            constant: Kernels::new(device, &features)?,
+            environment: Kernels::new(device, &with_image)?,
+            cells: CellRadiances::default(),
             max_distance: max_distance.unwrap_or(0.0),
         })
     }
 
-    /// How open every pixel's surface is, by images of the scene as it is now, whose set of directions is turned by `rotation`.
+    /// How open every pixel's surface is, and what arrives from the surroundings, by images of the scene as it is now, whose set
+    /// of directions is turned by `rotation`.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -64,24 +93,39 @@ impl DeepOcclusion {
         rotation: Quat,
     ) -> Result<Openness, RenderError> {
         let images = self.images.get(frame, scene, rotation)?;
+        let cells = match &scene.environment_light().samples {
+            Some(samples) => Some(self.cells.get(frame.device, samples, &images.directions)?),
+            None => None,
+        };
+        let kernels = if cells.is_some() { &self.environment } else { &self.constant };
         let UVec2 { x, y } = surface.size;
-        let sums = storage_buffer(frame.device, "occlusion/sums", 8 * u64::from(x) * u64::from(y))?;
+        let sums_bytes = SUMS_BYTES * u64::from(x) * u64::from(y);
+        let sums = storage_buffer(frame.device, "occlusion/sums", sums_bytes)?;
+        let radiance_bytes = if cells.is_some() { sums_bytes } else { SUMS_BYTES };
+        let radiance_sums = storage_buffer(frame.device, "occlusion/radiance_sums", radiance_bytes)?;
         let target = openness_target(frame.device, surface.size);
+        let environment_sums = sums_target(frame.device, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
         let view_bindings = view.bindings();
-        let shared = view_bindings.with(&surface.bindings()).buffer("openness_sums", &sums);
+        let mut shared = view_bindings.with(&surface.bindings()).buffer("openness_sums", &sums);
+        if let Some(cells) = cells {
+            shared = shared.buffer("radiance_sums", &radiance_sums).buffer("cell_radiances", cells);
+        }
+        // The narrowest lobe has a deviation of 1.5 radii of a direction's cell, (2 / count)^½ each.
+        let most_power = images.directions.len() as f32 / 4.5;
         let mut is_first = 1;
         for chunk in &images.chunks {
             let of_chunk = shared.clone().with(&chunk.bindings(&images.frames));
             for first in (0..chunk.grid.image_count).step_by(IMAGES_A_PASS as usize) {
                 let count = IMAGES_A_PASS.min(chunk.grid.image_count - first);
-                let run = DirectionRun { first, count, max_distance: self.max_distance, is_first };
+                let run = DirectionRun { first, count, max_distance: self.max_distance, is_first, most_power };
                 let run = uniform_buffer_of(frame.device, "occlusion/run", &run);
-                frame.dispatch(&self.accumulate, &of_chunk.clone().buffer("direction_run", &run), groups);
+                frame.dispatch(&kernels.accumulate, &of_chunk.clone().buffer("direction_run", &run), groups);
                 is_first = 0;
             }
         }
-        frame.dispatch(&self.resolve, &shared.texture("openness_target", &target), groups);
-        Ok(Openness { texture: target, images: Some(images.counts) })
+        let targets = shared.texture("openness_target", &target).texture("environment_sums_target", &environment_sums);
+        frame.dispatch(&kernels.resolve, &targets, groups);
+        Ok(Openness { texture: target, environment_sums, images: Some(images.counts) })
     }
 }
