@@ -17,22 +17,19 @@ mod tests;
 
 use std::sync::Arc;
 
-use glam::{UVec2, Vec2, Vec4};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
 
-use self::samples::{harmonics, samples_of};
+use self::samples::{harmonics, samples_of, sun_of};
 pub use self::{
     levels::LevelParameters,
     samples::{EnvironmentSample, cell_radiances},
 };
 use crate::{
     error::RenderError, occlusion::Openness, prepass::Surface, shaders::SHADERS, sky::EnvironmentImage,
-    texture::target, view::ViewBuffer,
+    view::ViewBuffer,
 };
-
-/// Linear: rgb, irradiance over π, nits; a, the open share of the mirror direction's surroundings.
-const SUMS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 gpu_struct! {
     /// What shaders know of the image of the surroundings.
@@ -53,6 +50,8 @@ gpu_struct! {
 pub struct EnvironmentLight {
     /// Of the image.
     pub samples: Option<Arc<[EnvironmentSample]>>,
+    /// Towards a spot of it that sends much of all light, if there is one.
+    pub sun: Option<Vec3>,
     levels: wgpu::TextureView,
     brdf_shares: wgpu::TextureView,
     sampler: wgpu::Sampler,
@@ -80,6 +79,7 @@ impl EnvironmentLight {
             ..Default::default()
         };
         Ok(Self {
+            sun: samples.as_deref().and_then(sun_of),
             samples,
             levels,
             brdf_shares: brdf_shares::upload(device, queue),
@@ -98,9 +98,19 @@ impl EnvironmentLight {
     }
 }
 
-/// A texture for what arrives at every pixel.
+/// A texture for what arrives at every pixel, of two layers.
 pub(crate) fn sums_target(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
-    target(device, "environment_sums", size, SUMS_FORMAT, wgpu::TextureUsages::STORAGE_BINDING)
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("environment_sums"),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 2 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
 }
 
 /// Light by the normal alone, times the openness: for openness that knows no directions.

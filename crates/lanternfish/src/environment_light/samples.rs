@@ -82,6 +82,22 @@ pub fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) ->
     sums.into_iter().enumerate().map(mean).collect()
 }
 
+/// Within so many radians of the brightest piece lies what may be a sun.
+const SUN_RADIUS: f32 = 0.05;
+/// Of all light, at least: less is no sun.
+const SUN_SHARE: f32 = 0.05;
+
+/// Where a sun stands, if the image has one: a spot that sends much of all light. Unit, world space.
+pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
+    let light = |sample: &EnvironmentSample| sample.radiance.element_sum() * sample.solid_angle;
+    let brightest = samples.iter().max_by(|a, b| a.radiance.element_sum().total_cmp(&b.radiance.element_sum()))?;
+    let is_near = |sample: &&EnvironmentSample| sample.direction.dot(brightest.direction) > SUN_RADIUS.cos();
+    let near: f32 = samples.iter().filter(is_near).map(light).sum();
+    let towards: Vec3 = samples.iter().filter(is_near).map(|sample| light(sample) * sample.direction).sum();
+    let all: f32 = samples.iter().map(light).sum();
+    (near > SUN_SHARE * all).then(|| towards.normalize_or(brightest.direction))
+}
+
 /// Irradiance over π of a surface that nothing occludes, by its normal, nits: the sum of these numbers times 1, y, z, x, xy, yz,
 /// 3z² − 1, xz, x² − y², within about 1 % of the mean for any surroundings [Ramamoorthi2001, eq. 7–13]; w unused.
 pub fn harmonics(samples: &[EnvironmentSample]) -> [Vec4; 9] {
