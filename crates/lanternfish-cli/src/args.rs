@@ -205,7 +205,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "dx,dy,dz,lux[,r,g,b]", value_parser = parse::sun, allow_hyphen_values = true)]
     pub sun: Option<Light>,
     /// The surroundings: an equirectangular image (.hdr, .exr), linear radiance (nits), in place of --sky. Its centre is
-    /// seen looking along -z, its right half towards +x. It is seen, but lights nothing yet.
+    /// seen looking along -z, its right half towards +x. It is seen; with --occlusion it lights what is open to it.
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
     /// Turns the --environment about +y, counter-clockwise seen from above, degrees.
