@@ -2,8 +2,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, IndirectResolution, IndirectTracer,
-    Materials, RayCulling, Samples, Shadows, TextureBinding, TileSize, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, IndirectResolution,
+    IndirectTracer, Materials, RayCulling, Samples, Shadows, TextureBinding, TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
 
@@ -68,6 +68,7 @@ meanings! {
         None: "No shadows",
         RayQuery: "The adapter's ray-tracing hardware",
         Bvh: "A bounding volume hierarchy in compute, on any adapter",
+        DeepImage: "Deep images: as coarse as their texels (--deep-resolution)",
     }
     RayCulling {
         None: "Every listed light gets a ray, even from beyond its range",

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    settings::{Culling, Indirect, Settings},
+    settings::{Culling, Indirect, Settings, Shadows},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
@@ -119,6 +119,8 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
         ("ray-culling", settings.ray_culling.to_string()),
+        ("light-radius", settings.light_radius.to_string()),
+        ("shadow-rays", settings.shadow_rays.to_string()),
         ("attenuation", settings.attenuation.to_string()),
         ("range-threshold", settings.range_threshold.to_string()),
         ("materials", settings.materials.to_string()),
@@ -137,10 +139,12 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         names.insert("indirect-tracer", sampled.tracer.to_string());
         names.insert("indirect-resolution", sampled.resolution.to_string());
         names.insert("indirect-filter", sampled.filter_radius.to_string());
-        names.insert("deep-directions", settings.deep_images.directions.count().to_string());
-        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
     } else {
         names.insert("indirect", "none".to_owned());
+    }
+    if settings.indirect != Indirect::None || settings.shadows == Shadows::DeepImage {
+        names.insert("deep-directions", settings.deep_images.directions.count().to_string());
+        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
     }
     match settings.culling {
         Culling::All => {

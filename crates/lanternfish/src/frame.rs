@@ -122,9 +122,12 @@ impl Passes {
             None => self.forward.record(frame, scene, draws, buffer, surface, &lights, None, indirect)?,
             Some(shadows) => {
                 let plan = plan.insert(shadows.plan(frame, scene, buffer, surface, &lights)?);
+                let images = self.deep_images.as_mut().filter(|_| shadows.uses_deep_images());
+                let rotation = rotation_of_frame(view.frame_index);
+                let images = images.map(|images| images.get(frame, scene, rotation)).transpose()?;
                 // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
                 for band in plan.bands() {
-                    let visibility = &shadows.record(frame, scene, buffer, surface, &lights, plan, band);
+                    let visibility = &shadows.record(frame, scene, buffer, surface, &lights, images, plan, band);
                     self.forward.record(frame, scene, draws, buffer, surface, &lights, Some(visibility), indirect)?;
                 }
                 self.forward.radiance(frame.device, view.size, surface.slot)

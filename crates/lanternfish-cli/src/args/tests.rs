@@ -1,4 +1,5 @@
 use clap::CommandFactory;
+use lanternfish::settings::{DeepImageSettings, Indirect};
 
 use super::*;
 
@@ -23,7 +24,7 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
-                 --anisotropy 2 --debug-view light-count --accumulate 5";
+                 --anisotropy 2 --debug-view light-count --accumulate 5 --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -39,6 +40,10 @@ fn every_flag_reaches_its_setting() {
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
         accumulate: 5,
+        light_radius: 0.2,
+        shadow_rays: 7,
+        indirect: Indirect::None,
+        deep_images: DeepImageSettings::default(),
     };
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);

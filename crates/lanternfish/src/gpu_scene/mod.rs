@@ -25,8 +25,8 @@ mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
-pub use hits::{HitMaterial, HitTriangle};
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
+pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
 pub(crate) use raster::{PassState, SceneRaster};
 pub use textures::anisotropy;
@@ -34,7 +34,7 @@ pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 
 use glam::Vec3;
-use lanternfish_gpu::{Bindings, storage_buffer_of};
+use lanternfish_gpu::{Bindings, storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
@@ -45,7 +45,7 @@ use crate::{
     error::RenderError,
     lights::Light,
     settings::{DebugView, Settings},
-    shadows::Tracer,
+    shadows::{SoftShadows, Tracer},
     sky::EnvironmentImage,
 };
 
@@ -67,6 +67,7 @@ pub struct GpuScene {
     pub(crate) light_bounds: Bounds,
     materials: Materials,
     lights: wgpu::Buffer,
+    soft_shadows: wgpu::Buffer,
     bvh: Option<Bvh>,
     tlas: Option<Tlas>,
     masks: wgpu::Buffer,
@@ -95,7 +96,7 @@ impl GpuScene {
         let none = wgpu::BufferUsages::empty();
 
         // Rays of indirect light go through the BVH or the deep images of its triangles, whatever traces shadows.
-        let wants_bvh = tracer == Tracer::Bvh || settings.indirect != crate::settings::Indirect::None;
+        let wants_bvh = tracer.exact() == Tracer::Bvh || settings.indirect != crate::settings::Indirect::None;
         let traces = wants_bvh || tracer != Tracer::None;
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
@@ -130,10 +131,15 @@ impl GpuScene {
             light_bounds: light_bounds(scene),
             materials,
             lights: storage_buffer_of(device, LIGHTS, &lights, none)?,
+            soft_shadows: uniform_buffer_of(device, "scene/soft_shadows", &SoftShadows { rays: settings.shadow_rays }),
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
-            hits: settings.indirect.shades_hits().then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
+            hits: settings
+                .indirect
+                .shades_hits()
+                .then(|| Hits::new(device, queue, scene, shading, &tracing))
+                .transpose()?,
             placed: Placed::new(scene, tracing),
             counters,
         })
@@ -146,6 +152,7 @@ impl GpuScene {
             .all()
             .buffer("draw_instances", &self.geometry.instances)
             .buffer("lights", &self.lights)
+            .buffer("soft_shadows", &self.soft_shadows)
             .buffer("masks", &self.masks);
         if let Some(bvh) = &self.bvh {
             bindings = bindings.buffer("bvh_nodes", &bvh.nodes).buffer("bvh_triangles", &bvh.triangles);

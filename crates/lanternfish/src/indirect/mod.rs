@@ -115,9 +115,13 @@ impl IndirectLight {
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Option<Self>, RenderError> {
         match settings.indirect {
             Indirect::None => Ok(None),
-            Indirect::Sampled(sampled) => {
-                Ok(Some(Self::Sampled(SampledLight::new(device, sampled, settings.deep_images, settings.accumulate, tracer)?)))
-            }
+            Indirect::Sampled(sampled) => Ok(Some(Self::Sampled(SampledLight::new(
+                device,
+                sampled,
+                settings.deep_images,
+                settings.accumulate,
+                tracer,
+            )?))),
         }
     }
 

@@ -9,9 +9,9 @@ use lanternfish_gpu::Frame;
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
+    indirect::IndirectSums,
     light_culling::{LightCulling, LightLists},
     prepass::{DEPTH_FORMAT, Surface},
-    indirect::IndirectSums,
     settings::{Indirect, Settings},
     shadows::{Tracer, Visibility},
     texture::samples_target,
@@ -63,6 +63,7 @@ impl Forward {
             stencil: Default::default(),
             bias: Default::default(),
         };
+        let tracer = tracer.exact();
         let culling = LightCulling::feature(settings.culling);
         let samples = settings.samples.count();
         let mut opaque: Vec<_> = culling.into_iter().collect();
@@ -81,6 +82,10 @@ impl Forward {
             }
             blended.push("shadow_rays");
             blended.extend(tracer.feature());
+            if settings.casts_soft_shadows() {
+                opaque.push("soft");
+                blended.push("soft");
+            }
         }
         let over = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,

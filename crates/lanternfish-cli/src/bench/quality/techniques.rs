@@ -9,7 +9,7 @@ use lanternfish::settings::{
     Shadows, TextureBinding, TileSize, Tiled,
 };
 
-use super::truths::Truth;
+use super::truths::{SOFT_RADIUS, Truth};
 use crate::parse::cluster_shape_text;
 
 /// One way to make the picture.
@@ -37,6 +37,9 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         culling,
         shadows,
         ray_culling,
+        // Rows under a truth of their own, below.
+        light_radius: _,
+        shadow_rays: _,
         materials,
         textures,
         samples,
@@ -87,6 +90,12 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         };
         let settings = Settings { materials: *other, ..default.clone() };
         rows.push(row(format!("materials {other}"), truth, settings));
+    }
+    // Lights with a size: what points, and disks seen by some rays or by many, make of them.
+    rows.push(row("light-radius 0".to_owned(), Truth::DirectSoft, default.clone()));
+    for shadow_rays in [default.shadow_rays, 4, 64] {
+        let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
+        rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), Truth::DirectSoft, settings));
     }
     // Indirect light: none yet. The row says what is missing from all the light there is.
     rows.push(row("indirect none".to_owned(), Truth::Full, default.clone()));
@@ -158,6 +167,7 @@ mod tests {
         assert_every(Samples::ALL, |settings| settings.samples);
         assert_every(Anisotropy::ALL, |settings| settings.anisotropy);
         assert_every(&[false, true], |settings| settings.accumulate > 1);
+        assert_every(&[false, true], |settings| settings.light_radius > 0.0);
 
         // `Culling` lists no values of its own: each part of each scheme.
         let clustered = |culling| match culling {
@@ -201,6 +211,7 @@ mod tests {
                 s.samples != default.samples,
                 s.anisotropy != default.anisotropy,
                 s.accumulate != default.accumulate,
+                row.truth == Truth::DirectSoft,
                 row.truth == Truth::Full,
             ];
             let count = changes.iter().filter(|changed| **changed).count();

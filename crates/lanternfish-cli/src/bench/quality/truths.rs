@@ -21,6 +21,9 @@ use crate::{error::CliError, parse::Size, reference::fingerprint};
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
 const FORMAT: u32 = 1;
 
+/// Of the lights of [`Truth::DirectSoft`], m.
+pub const SOFT_RADIUS: f32 = 0.1;
+
 /// Names of the file's layers and attributes.
 const VARIANCE: &str = "variance";
 const FIRST_HALF: &str = "first_half";
@@ -33,6 +36,8 @@ named_enum! {
         Direct = "direct",
         /// The same on diffuse surfaces.
         DirectLambert = "direct-lambert",
+        /// The same as the first, from lights that have a size.
+        DirectSoft = "direct-soft",
         /// All light by all ways: emissive surfaces and surroundings, any number of reflections.
         Full = "full",
     }
@@ -46,6 +51,7 @@ impl Truth {
                 "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures"
             }
             Self::DirectLambert => "the same, base colours as diffuse albedos",
+            Self::DirectSoft => "as direct, from disks of 0.1 m radius that face what they light",
             Self::Full => "paths of any length, emission and surroundings included",
         }
     }
@@ -55,7 +61,7 @@ impl Truth {
         let mut scene = scene.clone();
         match self {
             // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
-            Self::Direct | Self::DirectLambert => {
+            Self::Direct | Self::DirectLambert | Self::DirectSoft => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, None);
                 for material in &mut scene.materials {
                     material.emissive = Vec3::ZERO;
@@ -74,7 +80,7 @@ impl Truth {
     pub fn samples(self, spp: u64) -> u64 {
         match self {
             Self::Direct => 8 * spp,
-            Self::DirectLambert => 2 * spp,
+            Self::DirectLambert | Self::DirectSoft => 2 * spp,
             Self::Full => spp,
         }
     }
@@ -86,11 +92,13 @@ impl Truth {
             materials,
             attenuation: shot.attenuation,
             range_threshold: shot.range_threshold,
+            light_radius: shot.light_radius,
             ..TracerSettings::default()
         };
         match self {
             Self::Direct => path(2, Materials::File),
             Self::DirectLambert => path(2, Materials::Lambert),
+            Self::DirectSoft => TracerSettings { light_radius: SOFT_RADIUS, ..path(2, Materials::File) },
             Self::Full => path(UNLIMITED, Materials::File),
         }
     }

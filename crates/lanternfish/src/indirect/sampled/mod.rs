@@ -96,7 +96,7 @@ impl SampledLight {
             IndirectTracer::AcrossTexels => tracing.push("across"),
             IndirectTracer::Bvh => tracing = vec!["bvh"],
         }
-        let shading: Vec<&str> = tracer.feature().into_iter().collect();
+        let shading: Vec<&str> = tracer.exact().feature().into_iter().collect();
         let under_sky: Vec<&str> = shading.iter().copied().chain(["environment"]).collect();
         Ok(Self {
             settings,
