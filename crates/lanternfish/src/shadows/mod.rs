@@ -223,10 +223,11 @@ impl Shadows {
         let binding_words = device.limits().max_storage_buffer_binding_size / 4;
         let bands = bands(&row_starts, self.word_limit.min(binding_words.saturating_sub(first_bits)))?;
         let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
-        let capacity = first_bits + bands.iter().map(words_of).max().unwrap_or(0);
+        // Without lights there are none, and a buffer has something all the same.
+        let capacity = first_bits + bands.iter().map(words_of).max().unwrap_or(0).max(1);
         grid.capacity = capacity as u32;
         let words = storage_buffer(device, "shadows/words", 4 * capacity)?;
-        frame.encoder.copy_buffer_to_buffer(&starts, 0, &words, 4 * FIRST_START, starts.size());
+        frame.encoder.copy_buffer_to_buffer(&starts, 0, &words, 4 * FIRST_START, 4 * (u64::from(blocks) + 1));
         let usage = wgpu::TextureUsages::STORAGE_BINDING;
         let ray_counts = self
             .count_rays

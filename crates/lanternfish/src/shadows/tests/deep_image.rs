@@ -47,7 +47,7 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones() {
     let [coarse, fine] = [64, 256].map(|resolution| of(deep(resolution)));
     let none = of(Settings { shadows: Shadows::None, ..bvh() });
     println!("lit pixels that differ from the BVH's: {coarse} with 64 texels, {fine} with 256, {none} without shadows");
-    assert!(fine < 0.04 && fine < coarse && coarse < 0.5 * none, "{coarse} {fine} {none}");
+    assert!(fine < 0.008 && coarse < 0.02 && none > 0.05, "{coarse} {fine} {none}");
 
     // Soft ones as well.
     let radius = |settings| Settings { light_radius: 0.1, ..settings };
@@ -56,7 +56,7 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones() {
     let apart: f32 = found.iter().zip(&soft).map(|(a, b)| (a - b).abs()).sum();
     let share = apart / soft.iter().sum::<f32>();
     println!("soft: {share} of the light");
-    assert!(share < 0.02, "{share}");
+    assert!(share < 0.03, "{share}");
 }
 
 #[test]
@@ -101,6 +101,20 @@ fn gpu_a_shadow_moves_with_what_casts_it() {
     let fresh = fresh.upload(&after).unwrap();
     assert!(moved != still, "nothing moved");
     assert!(moved == frame(&fresh), "not what a new upload shows");
+}
+
+#[test]
+fn gpu_scenes_without_lights_are_dark() {
+    let Some(gpu) = testing::gpu("gpu_scenes_without_lights_are_dark") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    scene.lights.clear();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    for settings in [bvh(), deep(16)] {
+        for light_radius in [0.0, 0.1] {
+            let found = luminance(gpu, &scene, Settings { light_radius, ..settings.clone() });
+            assert!(found.iter().all(|value| *value == 0.0));
+        }
+    }
 }
 
 #[test]
