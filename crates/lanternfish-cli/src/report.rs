@@ -4,12 +4,12 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    settings::{Culling, Indirect, Settings, Shadows},
+    settings::{Culling, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
 
-use crate::parse::{Size, cluster_shape_text};
+use crate::parse::{Size, cluster_shape_text, direction_set_text};
 
 /// Everything worth knowing about a run.
 #[derive(Debug, Serialize)]
@@ -142,10 +142,6 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
     } else {
         names.insert("indirect", "none".to_owned());
     }
-    if settings.indirect != Indirect::None || settings.shadows == Shadows::DeepImage {
-        names.insert("deep-directions", settings.deep_images.directions.count().to_string());
-        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
-    }
     match settings.culling {
         Culling::All => {
             names.insert("culling", "all".to_owned());
@@ -162,6 +158,20 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
             names.insert("light-assignment", clustered.assignment.to_string());
             names.insert("cluster-test", clustered.test.to_string());
         }
+    }
+    let (occlusion, distance) = match settings.occlusion {
+        Occlusion::None => ("none", None),
+        Occlusion::Deep { max_distance } => ("deep", max_distance),
+        Occlusion::Hbao { radius } => ("hbao", Some(radius)),
+    };
+    names.insert("occlusion", occlusion.to_owned());
+    if let Some(distance) = distance {
+        names.insert("occlusion-distance", distance.to_string());
+    }
+    let finds_arriving = matches!(settings.occlusion, Occlusion::Deep { .. }) || settings.indirect != Indirect::None;
+    if finds_arriving || settings.shadows == Shadows::DeepImage {
+        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
+        names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
     }
     if let Some(view) = settings.debug_view {
         names.insert("debug-view", view.to_string());

@@ -165,23 +165,26 @@ fn gpu_one_bounce_is_the_path_tracers() {
         film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<Vec3>>()
     };
     let (direct, one_bounce) = (truth(2), truth(3));
+    // Edges are drawn with one sample in one picture and many in the other, with or without the bounce: it is what is compared.
     let alone = picture(gpu, Settings { indirect: Indirect::None, ..settings(Sampled::default()) }, &scene, &camera);
-    println!("direct: off by {:.4}, energy {:.4}", off(&alone, &direct), mean(&alone) / mean(&direct));
-    let share = mean(&one_bounce) - mean(&direct);
-    assert!(share > 0.05 * mean(&direct), "there is nothing to find");
+    let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
+    let truth = bounce(&one_bounce, &direct);
+    assert!(mean(&truth) > 0.1 * mean(&direct), "there is little to find");
     for (tracer, most_off, most_biased) in [
-        (IndirectTracer::Bvh, 0.06, 0.01),
-        (IndirectTracer::AcrossTexels, 0.07, 0.03),
-        (IndirectTracer::WithinTexel, 0.07, 0.03),
+        (IndirectTracer::Bvh, 0.2, 0.03),
+        (IndirectTracer::AcrossTexels, 0.25, 0.09),
+        (IndirectTracer::WithinTexel, 0.25, 0.09),
     ] {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let found = picture(gpu, Settings { deep_images, ..settings(sampled(tracer)) }, &scene, &camera);
-        let (off, energy) = (off(&found, &one_bounce), mean(&found) / mean(&one_bounce));
+        let whole = picture(gpu, Settings { deep_images, ..settings(sampled(tracer)) }, &scene, &camera);
+        let found = bounce(&whole, &alone);
+        let (off, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
         assert!(off < most_off && (energy - 1.0).abs() < most_biased, "{tracer}: off {off}, energy {energy}");
     }
-    // It can fail: without the bounce.
-    assert!(mean(&alone) / mean(&one_bounce) < 0.97);
+    // It can fail: one light more or less is another bounce.
+    let brighter: Vec<Vec3> = truth.iter().map(|pixel| 1.3 * *pixel).collect();
+    assert!(off(&brighter, &truth) > 0.25);
 }
 
 /// A small lit wall and a dark floor: what arrives is in inverse proportion to the square of the distance.
