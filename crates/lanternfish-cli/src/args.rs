@@ -262,7 +262,8 @@ pub struct LookArgs {
 
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
-    /// How shadows are found. The picture is the same but for a few pixels at silhouettes.
+    /// How shadows are found. The picture is the same but for a few pixels at silhouettes; with deep-image, for a texel around
+    /// them.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>())]
     #[arg(default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,

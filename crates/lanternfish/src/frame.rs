@@ -116,6 +116,7 @@ impl Passes {
         Ok(Shown { view, buffer, draws, surface, middle })
     }
 
+    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     fn shade(
         &mut self,
         frame: &mut Frame<'_>,
