@@ -88,7 +88,9 @@ impl Renderer {
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
         let occlusion = Occlusion::new(device, &settings)?;
-        let deep_images = settings.indirect.uses_deep_images() || tracer == Tracer::DeepImage;
+        // Rays of several samples a pixel go through the BVH.
+        let of_shadows = tracer == Tracer::DeepImage && settings.samples == Samples::One;
+        let deep_images = settings.indirect.uses_deep_images() || of_shadows;
         let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
         let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
         let asks_for_normals = tracer != Tracer::None || settings.debug_view.is_some() || finds_arriving;

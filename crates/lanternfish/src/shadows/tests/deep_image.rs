@@ -6,7 +6,7 @@ use lanternfish_scene::{Scene, generate};
 
 use crate::{
     RenderError, Renderer, Settings,
-    settings::{DebugView, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, Shadows},
+    settings::{DebugView, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, Samples, Shadows},
     testing::apart,
 };
 
@@ -101,6 +101,14 @@ fn gpu_a_shadow_moves_with_what_casts_it() {
     let fresh = fresh.upload(&after).unwrap();
     assert!(moved != still, "nothing moved");
     assert!(moved == frame(&fresh), "not what a new upload shows");
+}
+
+#[test]
+fn gpu_samples_of_a_pixel_have_exact_shadows() {
+    let Some(gpu) = testing::gpu("gpu_samples_of_a_pixel_have_exact_shadows") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    let of = |settings| luminance(gpu, &scene, Settings { samples: Samples::Four, light_radius: 0.1, ..settings });
+    assert!(of(deep(16)) == of(bvh()));
 }
 
 #[test]
