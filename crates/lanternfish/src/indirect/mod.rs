@@ -10,8 +10,13 @@ use lanternfish_gpu::{Bindings, Frame};
 use lanternfish_scene::named_enum;
 
 use crate::{
-    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::{Materials, Settings},
-    shadows::Tracer, view::ViewBuffer,
+    deep_images::DeepImages,
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::Surface,
+    settings::{Materials, Settings},
+    shadows::Tracer,
+    view::ViewBuffer,
 };
 
 use self::sampled::SampledLight;
