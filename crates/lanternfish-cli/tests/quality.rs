@@ -73,6 +73,14 @@ fn gpu_every_technique_is_judged_and_truths_are_kept() {
         assert!((energy - 1.0).abs() < 0.02, "{technique}: {energy}");
     }
 
+    // One bounce: its light is there, by whatever its rays are traced through.
+    let energy = |technique| error(&format!("one-bounce {technique}"), "energy_ratio");
+    assert!(energy("none") < 0.9, "{}", energy("none"));
+    for technique in ["bvh", "bvh half", "across-texels 128", "within-texel 128"] {
+        assert!((energy(technique) - 1.0).abs() < 0.05, "{technique}: {}", energy(technique));
+    }
+    assert!(error("one-bounce bvh", "flip") < 0.7 * error("one-bounce none", "flip"));
+
     // Lights with a size are not points, and deep images' shadows are better than none.
     let [point, disk] =
         ["0", "0.1, shadow-rays 64"].map(|radius| error(&format!("light-radius {radius}"), "relative_mse"));

@@ -78,8 +78,11 @@ impl Renderer {
         if settings.debug_view == Some(DebugView::BaseColor) {
             // A colour is shown as it is, and no light is asked for.
             (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
-            settings.indirect = Indirect::None;
             settings.occlusion = OcclusionSetting::None;
+        }
+        if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
+            // What is shown is not what arrives.
+            settings.indirect = Indirect::None;
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;

@@ -105,6 +105,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let settings = Settings { indirect: Indirect::Sampled(Sampled::default()), ..default.clone() };
     rows.push(row("indirect sampled".to_owned(), Truth::Full, settings));
     rows.extend(bounces(default));
+    rows.extend(glossy_bounces(default));
     rows.extend(occlusions(default, diagonal));
     rows
 }
@@ -128,6 +129,22 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         of("across-texels 128", sampled(IndirectTracer::AcrossTexels), 128),
         of("bvh", sampled(IndirectTracer::Bvh), usual),
         of("bvh half", Indirect::Sampled(half), usual),
+    ]
+}
+
+/// One bounce on the file's materials, by 16 glossy rays.
+fn glossy_bounces(default: &Settings) -> Vec<Technique> {
+    let of = |name: &str, indirect| {
+        let deep_images = DeepImageSettings { resolution: 128, ..default.deep_images };
+        let settings = Settings { indirect, deep_images, ..default.clone() };
+        Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
+    };
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..Sampled::default() });
+    vec![
+        of("none", Indirect::None),
+        of("within-texel", sampled(IndirectTracer::WithinTexel)),
+        of("across-texels", sampled(IndirectTracer::AcrossTexels)),
+        of("bvh", sampled(IndirectTracer::Bvh)),
     ]
 }
 
@@ -295,7 +312,7 @@ mod tests {
                 s.accumulate != default.accumulate,
                 row.truth == Truth::DirectSoft,
                 row.truth == Truth::Full,
-                row.truth == Truth::OneBounce,
+                matches!(row.truth, Truth::OneBounce | Truth::OneBounceFile),
                 matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
             ];
             let count = changes.iter().filter(|changed| **changed).count();

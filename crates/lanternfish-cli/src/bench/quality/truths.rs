@@ -42,6 +42,8 @@ named_enum! {
         Full = "full",
         /// Light from punctual lights by one or two reflections, on diffuse surfaces.
         OneBounce = "one-bounce",
+        /// The same on the file's materials: what shines shows what is lit.
+        OneBounceFile = "one-bounce-file",
         /// How open surfaces are to their surroundings, whatever the distance of what closes them [Aalund2015, eq. 1].
         Occlusion = "occlusion",
         /// The same up to a large distance, attenuated.
@@ -61,6 +63,7 @@ impl Truth {
             Self::DirectLambert => "the same, base colours as diffuse albedos",
             Self::DirectSoft => "as direct, from disks of 0.1 m radius that face what they light",
             Self::OneBounce => "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos",
+            Self::OneBounceFile => "paths of 2 or 3 segments, from punctual lights",
             Self::Full => "paths of any length, emission and surroundings included",
             Self::Occlusion => {
                 "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map"
@@ -77,7 +80,7 @@ impl Truth {
         let mut scene = scene.clone();
         match self {
             // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
-            Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce => {
+            Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, None);
                 for material in &mut scene.materials {
                     material.emissive = Vec3::ZERO;
@@ -98,16 +101,25 @@ impl Truth {
             // What 1280 units are of the hall of [Aalund2015, fig. 8].
             Self::ObscuranceFar => Some(0.28 * diagonal),
             Self::ObscuranceNear => Some(diagonal / 64.0),
-            Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::Full | Self::Occlusion => {
-                None
-            }
+            Self::Direct
+            | Self::DirectLambert
+            | Self::DirectSoft
+            | Self::OneBounce
+            | Self::OneBounceFile
+            | Self::Full
+            | Self::Occlusion => None,
         }
     }
 
     /// The shot's settings, but that a share is seen as it is.
     pub fn seen(self, shot: &Settings) -> Settings {
         match self {
-            Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::Full => shot.clone(),
+            Self::Direct
+            | Self::DirectLambert
+            | Self::DirectSoft
+            | Self::OneBounce
+            | Self::OneBounceFile
+            | Self::Full => shot.clone(),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 Settings { exposure: 0.0, tone_map: ToneMap::None, ..shot.clone() }
             }
@@ -119,7 +131,7 @@ impl Truth {
     pub fn samples(self, spp: u64) -> u64 {
         match self {
             Self::Direct | Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => 8 * spp,
-            Self::DirectLambert | Self::DirectSoft | Self::OneBounce => 2 * spp,
+            Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => 2 * spp,
             Self::Full => spp,
         }
     }
@@ -139,6 +151,7 @@ impl Truth {
             Self::DirectLambert => path(2, Materials::Lambert),
             Self::DirectSoft => TracerSettings { light_radius: SOFT_RADIUS, ..path(2, Materials::File) },
             Self::OneBounce => path(3, Materials::Lambert),
+            Self::OneBounceFile => path(3, Materials::File),
             Self::Full => path(UNLIMITED, Materials::File),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 let obscurance = |max_distance| Integrator::Obscurance { max_distance };
