@@ -2,8 +2,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, IndirectResolution, IndirectTracer,
-    Materials, RayCulling, Samples, Shadows, TextureBinding, TileSize, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, IndirectResolution,
+    IndirectTracer, Materials, RayCulling, Samples, Shadows, TextureBinding, TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
 

@@ -22,6 +22,8 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct Passes {
     pub prepass: Prepass,
+    /// Where pixels have several samples, and a pass wants the surface at their middle.
+    pub one_sample: Option<Prepass>,
     pub light_culling: LightCulling,
     pub shadows: Option<Shadows>,
     pub deep_images: Option<KeptDeepImages>,
@@ -82,8 +84,8 @@ impl Passes {
         // Turned in every frame of a picture, so that no direction is left out for good.
         let rotation = rotation_of_frame(shown.first().map_or(0, |shown| shown.view.frame_index));
         let images = self.deep_images.as_mut().map(|images| images.get(frame, scene, rotation)).transpose()?;
-        let of_view = |Shown { view, buffer, surface, .. }: &Shown<'_>| {
-            indirect.record(frame, scene, images, buffer, surface, view.frame_index)
+        let of_view = |Shown { view, buffer, middle, .. }: &Shown<'_>| {
+            indirect.record(frame, scene, images, buffer, middle, view.frame_index)
         };
         shown.iter().map(of_view).collect()
     }
@@ -98,14 +100,18 @@ impl Passes {
         let buffer = view.upload(frame.device);
         let draws = scene.visible_draws(view);
         let surface = self.prepass.record(frame, scene, &draws, &buffer, view.size, slot)?;
-        Ok(Shown { view, buffer, draws, surface })
+        let middle = match &mut self.one_sample {
+            None => surface.clone(),
+            Some(prepass) => prepass.record(frame, scene, &draws, &buffer, view.size, slot)?,
+        };
+        Ok(Shown { view, buffer, draws, surface, middle })
     }
 
     fn shade(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        Shown { view, buffer, draws, surface }: &Shown<'_>,
+        Shown { view, buffer, draws, surface, .. }: &Shown<'_>,
         lights: LightLists,
         blended_lights: Option<&LightLists>,
         indirect: Option<&IndirectSums>,
@@ -148,6 +154,8 @@ struct Shown<'s> {
     buffer: ViewBuffer,
     draws: VisibleDraws<'s>,
     surface: Surface,
+    /// With one sample a pixel.
+    middle: Surface,
 }
 
 impl Shown<'_> {

@@ -21,7 +21,7 @@ use crate::{
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
     progressive::Progressive,
-    settings::{DebugView, Indirect, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
+    settings::{DebugView, Indirect, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
     shading::{Forward, RADIANCE_FORMAT},
     shadows::{Shadows, Tracer},
     sky::Sky,
@@ -85,8 +85,11 @@ impl Renderer {
         let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
         let asks_for_normals =
             tracer != Tracer::None || settings.debug_view.is_some() || settings.indirect != Indirect::None;
+        // What is found for a pixel is of the surface at its middle.
+        let one_sample = settings.indirect != Indirect::None && settings.samples != Samples::One;
         let passes = Passes {
             prepass: Prepass::new(asks_for_normals, settings.samples.count()),
+            one_sample: one_sample.then(|| Prepass::new(true, 1)),
             light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
             shadows,
             deep_images,
@@ -265,9 +268,6 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
     }
     if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) {
         return Err(RenderError::Together { setting: "--debug-view", needed: "--samples 1" });
-    }
-    if settings.indirect != Indirect::None {
-        return Err(RenderError::Together { setting: "--indirect", needed: "--samples 1" });
     }
     let try_targets = || {
         for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {

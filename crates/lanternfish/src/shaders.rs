@@ -33,7 +33,9 @@ mod tests {
             trace::TracedRay,
             view::{PointRange, TexelQuery, TexelScale},
         },
-        gpu_scene::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot},
+        gpu_scene::{
+            BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot,
+        },
         indirect::sampled::{SampledHit, SampledParameters},
         light_culling::{
             Volume,
@@ -172,7 +174,7 @@ mod tests {
                     "transparent+shadow_rays",
                     "transparent+shadow_rays+tracer_ray_query",
                 ],
-                &["", "indirect"],
+                &["", "indirect", "indirect+multisampled"],
                 TEXTURES,
             ],
         },

@@ -127,7 +127,7 @@ pub(crate) fn across_texels(
     passed.into_iter().find_map(|(enters, leaves, list)| {
         // Depths grow with distance where the ray goes with the axis.
         let (near, far) = (p.z + along * enters, p.z + along * leaves);
-        let beyond = p.z + ray.offset * along;
+        let beyond = p.z + ray.offset * along.signum();
         let found = if along > 0.0 {
             first(&lists[list], beyond.max(near - tolerance), false).filter(|found| found.depth <= far + tolerance)
         } else {

@@ -106,7 +106,12 @@ impl Hits {
             ..Default::default()
         });
         Ok(Self {
-            triangles: storage_buffer_of(device, "scene/hit_triangles", &triangles(scene, &tracing.parts, &sources), none)?,
+            triangles: storage_buffer_of(
+                device,
+                "scene/hit_triangles",
+                &triangles(scene, &tracing.parts, &sources),
+                none,
+            )?,
             materials: storage_buffer_of(device, "scene/hit_materials", &materials, none)?,
             textures: layers.upload(device, queue, scene),
             sampler,
@@ -135,11 +140,8 @@ fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriang
         .map(|part| {
             let m = Mat3::from(part.of(scene).0.world_from_object.matrix3);
             // The cofactors: the inverse transpose but for a positive factor, and there for flat transforms too.
-            let cofactors = Mat3::from_cols(
-                m.y_axis.cross(m.z_axis),
-                m.z_axis.cross(m.x_axis),
-                m.x_axis.cross(m.y_axis),
-            );
+            let cofactors =
+                Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
             cofactors * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
         })
         .collect();
@@ -202,8 +204,8 @@ fn pack(scene: &Scene, material: &Material, shading: Shading, layers: &mut Layer
     let mut layer = |reference: &Option<TextureRef>, factor: &mut Vec3| {
         let Some(reference) = reference else { return NO_LAYER };
         let image = scene.textures[reference.texture].image;
-        let same_place = coordinates
-            .is_some_and(|c| (c.uv_set, c.texture_from_uv) == (reference.uv_set, reference.texture_from_uv));
+        let same_place =
+            coordinates.is_some_and(|c| (c.uv_set, c.texture_from_uv) == (reference.uv_set, reference.texture_from_uv));
         match same_place.then(|| layers.of(image)).flatten() {
             Some(layer) => layer,
             // Coordinates of its own, or no room: its mean.

@@ -25,8 +25,8 @@ mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
-pub use hits::{HitMaterial, HitTriangle};
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
+pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
 pub(crate) use raster::{PassState, SceneRaster};
 pub use textures::anisotropy;
@@ -133,7 +133,11 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
-            hits: settings.indirect.shades_hits().then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
+            hits: settings
+                .indirect
+                .shades_hits()
+                .then(|| Hits::new(device, queue, scene, shading, &tracing))
+                .transpose()?,
             placed: Placed::new(scene, tracing),
             counters,
         })

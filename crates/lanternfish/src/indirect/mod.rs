@@ -99,12 +99,14 @@ pub(crate) enum IndirectLight {
 #[derive(Clone, Debug)]
 pub struct IndirectSums {
     layers: wgpu::TextureView,
+    /// That it was found for, with one sample a pixel.
+    surface: Surface,
 }
 
 impl IndirectSums {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("indirect_sums", &self.layers)
+        self.surface.bindings().texture("indirect_sums", &self.layers)
     }
 }
 
@@ -113,9 +115,13 @@ impl IndirectLight {
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Option<Self>, RenderError> {
         match settings.indirect {
             Indirect::None => Ok(None),
-            Indirect::Sampled(sampled) => {
-                Ok(Some(Self::Sampled(SampledLight::new(device, sampled, settings.deep_images, settings.accumulate, tracer)?)))
-            }
+            Indirect::Sampled(sampled) => Ok(Some(Self::Sampled(SampledLight::new(
+                device,
+                sampled,
+                settings.deep_images,
+                settings.accumulate,
+                tracer,
+            )?))),
         }
     }
 
@@ -130,6 +136,7 @@ impl IndirectLight {
         frame_index: u32,
     ) -> Result<IndirectSums, RenderError> {
         let Self::Sampled(sampled) = self;
-        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface, frame_index)? })
+        let layers = sampled.record(frame, scene, images, view, surface, frame_index)?;
+        Ok(IndirectSums { layers, surface: surface.clone() })
     }
 }

@@ -9,9 +9,9 @@ use lanternfish_gpu::Frame;
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
+    indirect::IndirectSums,
     light_culling::{LightCulling, LightLists},
     prepass::{DEPTH_FORMAT, Surface},
-    indirect::IndirectSums,
     settings::{Indirect, Settings},
     shadows::{Tracer, Visibility},
     texture::samples_target,
@@ -64,12 +64,13 @@ impl Forward {
             bias: Default::default(),
         };
         let culling = LightCulling::feature(settings.culling);
+        let samples = settings.samples.count();
         let mut opaque: Vec<_> = culling.into_iter().collect();
         let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
         if settings.indirect != Indirect::None {
             opaque.push("indirect");
+            opaque.extend((samples > 1).then_some("multisampled"));
         }
-        let samples = settings.samples.count();
         if tracer != Tracer::None {
             // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
             if samples == 1 {

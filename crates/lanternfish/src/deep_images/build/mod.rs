@@ -183,14 +183,20 @@ impl DeepImageBuilder {
 
     /// Images whose lists fit one binding, and, at a guess, whose fragments do.
     fn images_a_chunk(&self, device: &wgpu::Device) -> u32 {
-        let texels = u64::from(self.settings.resolution).pow(2);
         let entries = device.limits().max_storage_buffer_binding_size / 4;
-        let most = (entries / (texels * self.settings.fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32;
+        let most = images_that_fit(entries, self.settings.resolution, self.settings.fragments_a_texel);
         match self.builder {
             Builder::DepthPeeling(_) => most.min(DepthPeeling::most_images(device, self.settings.resolution)),
             Builder::SinglePass(_) | Builder::PerDirection(_) => most,
         }
     }
+}
+
+/// Images whose lists, and so many fragments of each, fit a binding of so many entries: at least one.
+fn images_that_fit(entries: u64, resolution: u32, fragments_a_texel: u64) -> u32 {
+    let texels = u64::from(resolution).pow(2);
+    // There are two entries more than lists.
+    (entries.saturating_sub(2) / (texels * fragments_a_texel.max(1))).clamp(1, 1 << 16) as u32
 }
 
 /// Written by nothing: a pass needs an attachment.
@@ -226,4 +232,19 @@ fn draw(
         pipeline.bind(device, pass, bindings, 4);
         pass.draw(0..3 * grid.triangle_count, 0..instances);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::images_that_fit;
+
+    #[test]
+    fn a_chunk_has_room_for_the_ends_of_its_lists() {
+        // 128 of 512 x 512 texels would be the whole of 128 MiB.
+        assert_eq!(images_that_fit(1 << 25, 512, 1), 127);
+        assert_eq!(images_that_fit(1 << 25, 512, 0), 127);
+        assert_eq!(images_that_fit((1 << 25) + 2, 512, 1), 128);
+        assert_eq!(images_that_fit(1 << 25, 64, 32), 255);
+        assert_eq!(images_that_fit(16, 512, 1), 1);
+    }
 }
