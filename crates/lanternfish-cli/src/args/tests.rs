@@ -1,4 +1,5 @@
 use clap::CommandFactory;
+use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Sampled};
 
 use super::*;
 
@@ -23,7 +24,8 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
-                 --anisotropy 2 --debug-view light-count --accumulate 5";
+                 --anisotropy 2 --debug-view light-count --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 2 --indirect-tracer bvh \
+                 --indirect-resolution half --indirect-filter 5 --deep-directions 20 --deep-resolution 32";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -39,6 +41,18 @@ fn every_flag_reaches_its_setting() {
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
         accumulate: 5,
+        indirect: Indirect::Sampled(Sampled {
+            diffuse_rays: 3,
+            glossy_rays: 2,
+            tracer: IndirectTracer::Bvh,
+            resolution: IndirectResolution::Half,
+            filter_radius: 5,
+        }),
+        deep_images: DeepImageSettings {
+            directions: DirectionSet::ZonalEqualArea { count: 20 },
+            resolution: 32,
+            ..DeepImageSettings::default()
+        },
     };
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);

@@ -142,11 +142,7 @@ impl Bench {
         Ok(Self { gpu, profiler, uploaded, with_ray_query, runs })
     }
 
-    fn build(
-        &mut self,
-        group: &'static str,
-        settings: DeepImageSettings,
-    ) -> Result<(Built, DeepImages), CliError> {
+    fn build(&mut self, group: &'static str, settings: DeepImageSettings) -> Result<(Built, DeepImages), CliError> {
         build(&self.gpu, &mut self.profiler, &self.uploaded, self.runs, group, settings)
     }
 

@@ -126,7 +126,8 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         let settings = Configuration::plain(*brdf).settings(&look, None);
         Renderer::new(&gpu.device, &gpu.queue, settings)?.upload(&brdf.scene(&scene))
     };
-    let scenes = progress.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, _>>())?;
+    let scenes =
+        progress.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, _>>())?;
     let converged_frames = if args.quick { 8 } else { 32 };
     let bench =
         Bench { gpu: &gpu, camera: &camera, size: args.size, runs: args.runs, look: &look, converged_frames, scenes };
