@@ -25,6 +25,8 @@ pub struct Built {
     pub directions: usize,
     pub resolution: u32,
     pub supersampling: u32,
+    /// That the images are divided into: a ray looks into one, but a pass over rays is as many passes.
+    pub chunks: usize,
     /// Milliseconds a step, of the run that took least.
     pub sample_ms: f64,
     pub count_ms: f64,
@@ -100,6 +102,7 @@ pub fn build(
         directions: images.directions.len(),
         resolution: settings.resolution,
         supersampling: settings.supersampling,
+        chunks: images.chunks.len(),
         sample_ms: step("deep_images/sample"),
         count_ms: step("deep_images/count"),
         scan_ms: step("deep_images/scan"),

@@ -21,8 +21,6 @@ pub struct Times {
     /// Rounds of the rays that count.
     pub counted_trace_ms: f64,
     pub counted_shade_ms: f64,
-    /// Passes that a round of rays is traced in: chunks of deep images.
-    pub passes_a_round: usize,
 }
 
 impl Times {
@@ -42,7 +40,6 @@ impl Times {
             times.filter_ms += sum("indirect/filter");
             times.images_ms += of_images;
             times.frame_ms += passes.iter().map(|pass| pass.ms).sum::<f64>() - of_images;
-            times.passes_a_round = all(TRACE).len() / rounds as usize;
             let counted = |name: &str| {
                 let all = all(name);
                 all[skipped as usize * all.len() / rounds as usize..].iter().sum::<f64>()
@@ -98,7 +95,6 @@ mod tests {
             frame_ms: 55.0,
             counted_trace_ms: 11.0,
             counted_shade_ms: 7.0,
-            passes_a_round: 2,
         };
         assert_eq!(times, expected);
         let all = Times::of(&[passes.clone(), passes], 2, 0);
