@@ -1,10 +1,13 @@
 //! Renders every configuration, times it, and compares its picture.
 
+use std::path::Path;
+
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
     settings::{Indirect, Sampled, Settings},
 };
 use lanternfish_gpu::{Gpu, PassTime, Profiler};
+use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::Camera;
 use serde::Serialize;
 
@@ -18,7 +21,7 @@ use super::{
     errors::{Errors, Yardsticks, energy},
     times::{Times, rays},
 };
-use crate::{error::CliError, parse::Size, progress::Progress};
+use crate::{bench::forward_plus::rgb, error::CliError, parse::Size, progress::Progress};
 
 /// What one configuration came to.
 #[derive(Clone, Debug, Serialize)]
@@ -97,6 +100,8 @@ pub struct Measured {
 /// What every configuration shares.
 pub struct Bench<'a> {
     pub gpu: &'a Gpu,
+    /// For the report's pictures.
+    pub folder: &'a Path,
     pub camera: &'a Camera,
     pub size: Size,
     pub runs: u32,
@@ -212,16 +217,18 @@ impl Bench<'_> {
         Renderer::new(&self.gpu.device, &self.gpu.queue, settings)
     }
 
-    /// The mean of many frames through the BVH.
+    /// The mean of many frames through the BVH, which also goes to a file.
     fn converged(&self, brdf: Brdf) -> Result<Picture, CliError> {
         let accumulate = self.converged_frames;
         let configuration = Configuration { filter_radius: 0, accumulate, ..Configuration::plain(brdf) };
         let mut renderer = self.renderer(configuration.settings(self.look, None))?;
         let picture = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
-        match energy(&picture) > 0.0 {
-            true => Ok(picture),
-            false => Err(CliError::new("the picture is black", "add lights, e.g. --lights rain:10, or look elsewhere")),
+        if energy(&picture) <= 0.0 {
+            return Err(CliError::new("the picture is black", "add lights, e.g. --lights rain:10, or look elsewhere"));
         }
+        let file = self.folder.join(format!("{}.png", brdf.name()));
+        write_png(&file, picture.width, picture.height, ColorType::Rgb, &rgb(&picture))?;
+        Ok(picture)
     }
 
     fn reference(&self, configuration: Configuration) -> Result<(Reference, Times), RenderError> {

@@ -42,7 +42,7 @@ pub struct IndirectArgs {
     /// A shot (.toml), which then says the view, the lights and the look; a glTF or OBJ file, or demo:NAME.
     #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
     pub scene: String,
-    /// The folder for report.md and report.json. It is made if it is not there.
+    /// The folder for report.md, report.json and a picture of each BRDF. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-indirect")]
     pub output: PathBuf,
     /// Width and height of every picture, pixels.
@@ -129,8 +129,16 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let scenes =
         progress.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, _>>())?;
     let converged_frames = if args.quick { 8 } else { 32 };
-    let bench =
-        Bench { gpu: &gpu, camera: &camera, size: args.size, runs: args.runs, look: &look, converged_frames, scenes };
+    let bench = Bench {
+        gpu: &gpu,
+        folder: &args.output,
+        camera: &camera,
+        size: args.size,
+        runs: args.runs,
+        look: &look,
+        converged_frames,
+        scenes,
+    };
     let Measured { images, rows, left_out } = bench.measure(&Plan::new(args.quick), &mut progress)?;
     progress.finish();
 
