@@ -214,7 +214,7 @@ pub struct LightArgs {
     /// Makes the --environment X times as bright.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
     pub environment_scale: f32,
-    /// A constant background, linear radiance (nits). It is seen, but lights nothing yet.
+    /// A constant background, linear radiance (nits). It is seen; with --occlusion it lights what is open to it.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
     /// N coloured point lights, at most 2097152. rain:N or rain:N:radius: falling through the scene's box; --seed chooses where; the
@@ -395,6 +395,7 @@ impl RenderArgs {
             },
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,
+            occlusion: self.indirect.occlusion(),
             attenuation: self.lights.attenuation,
             range_threshold: self.lights.range_threshold,
             materials: self.look.materials,

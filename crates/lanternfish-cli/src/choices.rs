@@ -112,6 +112,7 @@ meanings! {
         ClusterFragments: "Visible fragments of a pixel's cluster, as a logarithmic heat map; magenta where none",
         RayCount: "Shadow rays of a pixel, as a heat map",
         Visibility: "Share of a pixel's listed lights that reach it",
+        Occlusion: "How open a surface is to its surroundings; needs --occlusion",
         Nan: "Magenta where the result is not a number",
     }
     IndirectTracer {

@@ -2,7 +2,8 @@
 
 use std::{io::Write, path::Path, time::Instant};
 
-use lanternfish::{Renderer, Report};
+use glam::Vec3;
+use lanternfish::{Renderer, Report, settings::Occlusion};
 use lanternfish_gpu::Gpu;
 use lanternfish_scene::{
     Environment, Scene,
@@ -63,6 +64,10 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if scene.lights.is_empty() && settings.debug_view.is_none() {
         progress
             .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
+    }
+    let lit_by_sky = settings.occlusion != Occlusion::None && settings.debug_view.is_none();
+    if lit_by_sky && (scene.sky == Vec3::ZERO || scene.environment.is_some()) {
+        progress.note("--occlusion shades the light of a constant sky, and there is none; try --sky 0.5,0.5,0.5");
     }
     let aspect = size.width as f32 / size.height as f32;
     let cameras = camera::choose_each(&scene, &shot.views(), aspect)?;

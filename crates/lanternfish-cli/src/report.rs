@@ -4,12 +4,12 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    settings::{Culling, Indirect, Settings},
+    settings::{Culling, Indirect, Occlusion, Settings},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
 
-use crate::parse::{Size, cluster_shape_text};
+use crate::parse::{Size, cluster_shape_text, direction_set_text};
 
 /// Everything worth knowing about a run.
 #[derive(Debug, Serialize)]
@@ -137,8 +137,6 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         names.insert("indirect-tracer", sampled.tracer.to_string());
         names.insert("indirect-resolution", sampled.resolution.to_string());
         names.insert("indirect-filter", sampled.filter_radius.to_string());
-        names.insert("deep-directions", settings.deep_images.directions.count().to_string());
-        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
     } else {
         names.insert("indirect", "none".to_owned());
     }
@@ -158,6 +156,19 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
             names.insert("light-assignment", clustered.assignment.to_string());
             names.insert("cluster-test", clustered.test.to_string());
         }
+    }
+    let (occlusion, distance) = match settings.occlusion {
+        Occlusion::None => ("none", None),
+        Occlusion::Deep { max_distance } => ("deep", max_distance),
+        Occlusion::Hbao { radius } => ("hbao", Some(radius)),
+    };
+    names.insert("occlusion", occlusion.to_owned());
+    if let Some(distance) = distance {
+        names.insert("occlusion-distance", distance.to_string());
+    }
+    if matches!(settings.occlusion, Occlusion::Deep { .. }) || settings.indirect != Indirect::None {
+        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
+        names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
     }
     if let Some(view) = settings.debug_view {
         names.insert("debug-view", view.to_string());

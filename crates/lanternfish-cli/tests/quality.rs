@@ -62,6 +62,17 @@ fn gpu_every_technique_is_judged_and_truths_are_kept() {
     assert_eq!(row("shadows none")["figures"]["rays"], 0);
     assert!(row("default")["figures"]["rays"].as_u64().unwrap() > 1000);
 
+    // Deep images know what occludes from afar better than the view's depth does, and that better than nothing.
+    for truth in ["occlusion", "obscurance-far"] {
+        let [deep, hbao, none] =
+            ["deep 128", "hbao", "none"].map(|technique| error(&format!("{truth} {technique}"), "flip"));
+        assert!(deep < 0.6 * hbao && hbao < 0.7 * none, "{truth}: {deep} {hbao} {none}");
+    }
+    for technique in ["deep 256", "hbao"] {
+        let energy = error(&format!("obscurance-near {technique}"), "energy_ratio");
+        assert!((energy - 1.0).abs() < 0.02, "{technique}: {energy}");
+    }
+
     // Three reports, which name what is there.
     let read = |name: &str| fs::read_to_string(folder.path().join("out").join(name)).unwrap();
     let (markdown, html) = (read("report.md"), read("report.html"));
@@ -88,7 +99,7 @@ fn gpu_every_technique_is_judged_and_truths_are_kept() {
     assert!(said.contains("truth direct: reused") && said.contains("truth full: tracing"), "{said}");
     assert!(truth_files(folder.path()) == truths, "the same truths, byte for byte");
     let reused: Vec<_> = second["shots"][0]["truths"].as_array().unwrap().iter().map(|t| &t["reused"]).collect();
-    assert_eq!(reused, [true, true, false]);
+    assert_eq!(reused, [true, true, false, true, true, true]);
     for (a, b) in shot["rows"].as_array().unwrap().iter().zip(second["shots"][0]["rows"].as_array().unwrap()) {
         assert_eq!(a["figures"]["errors"], b["figures"]["errors"], "{}", a["name"]);
     }

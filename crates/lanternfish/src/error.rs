@@ -42,6 +42,16 @@ pub enum RenderError {
         /// What it needs beside it, as on the command line.
         needed: &'static str,
     },
+    /// A number that a setting cannot be.
+    #[error("{setting} {got}: expected {needed}")]
+    Value {
+        /// The setting, as on the command line.
+        setting: &'static str,
+        /// What it is.
+        got: String,
+        /// What it can be.
+        needed: &'static str,
+    },
     /// No one frustum looks the way of all views that are to share a grid of clusters.
     #[error(
         "the views face apart: no perspective grid encloses them; use orthographic clusters (--clusters ortho:4), or a grid \

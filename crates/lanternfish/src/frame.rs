@@ -1,5 +1,6 @@
 //! One frame as a list: each value is a pass's result and the next one's permission to run.
 
+use glam::Quat;
 use lanternfish_gpu::Frame;
 
 use crate::{
@@ -7,12 +8,13 @@ use crate::{
     deep_images::{KeptDeepImages, directions::rotation_of_frame},
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
-    indirect::{IndirectLight, IndirectSums},
+    indirect::IndirectLight,
     light_culling::{LightCulling, LightLists, Reach, Seen},
+    occlusion::{Occlusion, Openness},
     output::Output,
     prepass::{Prepass, Surface},
     progressive::Progressive,
-    shading::{Forward, Radiance},
+    shading::{Arriving, Forward, Radiance},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
     view::{View, ViewBuffer},
@@ -25,6 +27,7 @@ pub(crate) struct Passes {
     /// Where pixels have several samples, and a pass wants the surface at their middle.
     pub one_sample: Option<Prepass>,
     pub light_culling: LightCulling,
+    pub occlusion: Option<Occlusion>,
     pub shadows: Option<Shadows>,
     pub deep_images: Option<KeptDeepImages>,
     pub indirect: Option<IndirectLight>,
@@ -43,6 +46,7 @@ pub(crate) struct FrameResult {
     pub mean: Option<wgpu::TextureView>,
     pub display: wgpu::TextureView,
     pub visibility: Option<VisibilityPlan>,
+    pub openness: Option<Openness>,
     /// The opaque surfaces' light lists.
     pub lights: LightLists,
 }
@@ -65,29 +69,36 @@ impl Passes {
             true => self.light_culling.record(frame, scene, &seen, Reach::Anywhere)?,
             false => Vec::new(),
         };
-        let indirect = self.indirect_light(frame, scene, &shown)?;
-        let results = shown.iter().zip(lights).enumerate();
-        let shade = |(i, (shown, lights)): (usize, (&Shown<'_>, LightLists))| {
-            self.shade(frame, scene, shown, lights, blended.get(i), indirect.get(i), accumulates)
+        let arriving = self.arriving(frame, scene, &shown, accumulates)?;
+        let results = shown.iter().zip(lights).zip(&arriving).enumerate();
+        let shade = |(i, ((shown, lights), arriving)): (usize, ((&Shown<'_>, LightLists), &Arriving))| {
+            self.shade(frame, scene, shown, lights, blended.get(i), arriving, accumulates)
         };
         results.map(shade).collect()
     }
 
-    /// What arrives from other surfaces, of every view; none where nothing asks for it.
-    fn indirect_light(
+    /// What arrives from other surfaces and the surroundings in every view, as far as it is asked for.
+    fn arriving(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         shown: &[Shown<'_>],
-    ) -> Result<Vec<IndirectSums>, RenderError> {
-        let Some(indirect) = &mut self.indirect else { return Ok(Vec::new()) };
-        // Turned in every frame of a picture, so that no direction is left out for good.
-        let rotation = rotation_of_frame(shown.first().map_or(0, |shown| shown.view.frame_index));
-        let images = self.deep_images.as_mut().map(|images| images.get(frame, scene, rotation)).transpose()?;
-        let of_view = |Shown { view, buffer, middle, .. }: &Shown<'_>| {
-            indirect.record(frame, scene, images, buffer, middle, view.frame_index)
+        accumulates: bool,
+    ) -> Result<Vec<Arriving>, RenderError> {
+        let Self { occlusion, deep_images, indirect, .. } = self;
+        // Frames of one mean look in other directions each.
+        let index = shown.first().map_or(0, |shown| shown.view.frame_index);
+        let rotation = if accumulates { rotation_of_frame(index) } else { Quat::IDENTITY };
+        let images = deep_images.as_mut().map(|images| images.get(frame, scene, rotation)).transpose()?;
+        let mut of_view = |Shown { view, buffer, middle, .. }: &Shown<'_>| {
+            let occlusion = occlusion.as_mut();
+            let openness = occlusion.map(|occlusion| occlusion.record(frame, scene, buffer, middle, rotation));
+            let indirect = indirect.as_mut();
+            let indirect =
+                indirect.map(|indirect| indirect.record(frame, scene, images, buffer, middle, view.frame_index));
+            Ok(Arriving { surface: middle.clone(), openness: openness.transpose()?, indirect: indirect.transpose()? })
         };
-        shown.iter().map(of_view).collect()
+        shown.iter().map(&mut of_view).collect()
     }
 
     fn show<'s>(
@@ -114,18 +125,18 @@ impl Passes {
         Shown { view, buffer, draws, surface, .. }: &Shown<'_>,
         lights: LightLists,
         blended_lights: Option<&LightLists>,
-        indirect: Option<&IndirectSums>,
+        arriving: &Arriving,
         accumulates: bool,
     ) -> Result<FrameResult, RenderError> {
         let mut plan = None;
         let radiance = match self.shadows.as_mut().filter(|_| surface.samples == 1) {
-            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, None, indirect)?,
+            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, None)?,
             Some(shadows) => {
                 let plan = plan.insert(shadows.plan(frame, scene, buffer, surface, &lights)?);
                 // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
                 for band in plan.bands() {
                     let visibility = &shadows.record(frame, scene, buffer, surface, &lights, plan, band);
-                    self.forward.record(frame, scene, draws, buffer, surface, &lights, Some(visibility), indirect)?;
+                    self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, Some(visibility))?;
                 }
                 self.forward.radiance(frame.device, view.size, surface.slot)
             }
@@ -141,10 +152,21 @@ impl Passes {
             None => self.output.record(frame, buffer, mean.as_ref().unwrap_or(&radiance.target), view.size),
             Some(debug_views) => {
                 let ray_counts = plan.as_ref().and_then(VisibilityPlan::ray_counts);
-                debug_views.record(frame, scene, buffer, surface, &lights, &radiance, ray_counts, view.size)
+                debug_views.record(
+                    frame,
+                    scene,
+                    buffer,
+                    surface,
+                    &lights,
+                    arriving.openness.as_ref(),
+                    &radiance,
+                    ray_counts,
+                    view.size,
+                )
             }
         };
-        Ok(FrameResult { radiance, mean, display, visibility: plan, lights })
+        let openness = arriving.openness.clone();
+        Ok(FrameResult { radiance, mean, display, visibility: plan, openness, lights })
     }
 }
 

@@ -47,8 +47,8 @@
 //! Each module is a room: one technique behind one interface, host code and shaders side by side.
 //!
 //! ```text
-//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output
-//!                                                                    └▶ debug_views
+//! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output
+//!                                                                                 └▶ debug_views
 //! ```
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (emission, sky, pictures);
@@ -63,6 +63,7 @@ pub mod gpu_scene;
 pub mod indirect;
 pub mod light_culling;
 pub mod lights;
+pub mod occlusion;
 pub mod output;
 pub mod prepass;
 pub mod progressive;

@@ -2,7 +2,7 @@
 
 mod frames;
 
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
@@ -18,10 +18,14 @@ use crate::{
     gpu_scene::GpuScene,
     indirect::IndirectLight,
     light_culling::{LightCulling, clustered::GridContents},
+    occlusion::Occlusion,
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
     progressive::Progressive,
-    settings::{DebugView, Indirect, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
+    settings::{
+        DebugView, Indirect, Occlusion as OcclusionSetting, Samples, Settings, Shadows as ShadowSetting,
+        TextureBinding, ToneMap,
+    },
     shading::{Forward, RADIANCE_FORMAT},
     shadows::{Shadows, Tracer},
     sky::Sky,
@@ -75,22 +79,25 @@ impl Renderer {
             // A colour is shown as it is, and no light is asked for.
             (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
             settings.indirect = Indirect::None;
+            settings.occlusion = OcclusionSetting::None;
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;
         frames::check(&settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
+        let occlusion = Occlusion::new(device, &settings)?;
         let deep_images = settings.indirect.uses_deep_images();
         let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
-        let asks_for_normals =
-            tracer != Tracer::None || settings.debug_view.is_some() || settings.indirect != Indirect::None;
+        let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
+        let asks_for_normals = tracer != Tracer::None || settings.debug_view.is_some() || finds_arriving;
         // What is found for a pixel is of the surface at its middle.
-        let one_sample = settings.indirect != Indirect::None && settings.samples != Samples::One;
+        let one_sample = finds_arriving && settings.samples != Samples::One;
         let passes = Passes {
             prepass: Prepass::new(asks_for_normals, settings.samples.count()),
             one_sample: one_sample.then(|| Prepass::new(true, 1)),
             light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
+            occlusion,
             shadows,
             deep_images,
             indirect: IndirectLight::new(device, &settings, tracer)?,
@@ -174,7 +181,9 @@ impl Renderer {
             if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
                 return Err(RenderError::Size { width, height, limit });
             }
-            Ok(View::new(camera, UVec2::new(width, height), exposure, scene.sky, &scene.bounds))
+            // An image of the surroundings stands in the sky's place, and lights nothing.
+            let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
+            Ok(View::new(camera, UVec2::new(width, height), exposure, sky, &scene.bounds))
         };
         views.iter().map(view).collect()
     }
@@ -237,6 +246,10 @@ impl Renderer {
             counters.push(("shadows/rays".to_owned(), rays.iter().map(|r| u64::from(*r)).sum()));
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
+        }
+        if let Some(images) = result.openness.as_ref().and_then(|openness| openness.images) {
+            counters.push(("deep_images/fragments".to_owned(), images.kept));
+            counters.push(("deep_images/bytes".to_owned(), images.bytes));
         }
         let report = Report { passes: Vec::new(), counters };
         Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, report })

@@ -19,6 +19,11 @@ pub struct Settings {
     pub range_threshold: f32,
     /// Which surfaces are shaded.
     pub materials: Materials,
+    /// How much of the surroundings surfaces see, and are lit by. Only the scene's constant sky lights, and only where this is
+    /// found; blended surfaces see none of it.
+    pub occlusion: Occlusion,
+    /// How the scene is kept as deep images, where something asks for them.
+    pub deep_images: DeepImageSettings,
     /// Exposure, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
     pub exposure: f32,
     /// From scene-referred radiance to what a display shows.
@@ -32,8 +37,6 @@ pub struct Settings {
     pub anisotropy: Anisotropy,
     /// Where light comes from that is not straight from the listed lights.
     pub indirect: Indirect,
-    /// The deep images that indirect light is found in; not built where nothing uses them.
-    pub deep_images: DeepImageSettings,
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
     /// once.
     pub samples: Samples,
@@ -51,13 +54,14 @@ impl Default for Settings {
             attenuation: Attenuation::Gltf,
             range_threshold: 0.02,
             materials: Materials::File,
+            occlusion: Occlusion::None,
+            deep_images: DeepImageSettings::default(),
             exposure: 0.0,
             tone_map: ToneMap::Neutral,
             debug_view: None,
             textures: TextureBinding::Auto,
             anisotropy: Anisotropy::Auto,
             indirect: Indirect::None,
-            deep_images: DeepImageSettings::default(),
             samples: Samples::One,
             accumulate: 1,
         }
@@ -232,6 +236,29 @@ named_enum! {
     }
 }
 
+/// How much of the surroundings a surface sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Occlusion {
+    /// It is not asked: the surroundings light nothing.
+    None,
+    /// By rays along every direction of deep images [Aalund2015, §3.3].
+    Deep {
+        /// Distance from which on nothing occludes, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which
+        /// everything occludes, however far.
+        max_distance: Option<f32>,
+    },
+    /// By horizons in the depth of the view: for comparison [Bavoil2008; Jimenez2016].
+    Hbao {
+        /// Distance from which on nothing occludes, m, > 0. Higher: darker, and more that the view does not show is missed.
+        radius: f32,
+    },
+}
+
+impl Occlusion {
+    /// Metres that [`Occlusion::Hbao`] looks around where nobody says how far.
+    pub const DEFAULT_RADIUS: f32 = 1.0;
+}
+
 named_enum! {
     /// How the lists of deep images lie in memory. Bytes a fragment are with 32 bits of depth and a triangle; 4 fewer without.
     DeepStore {
@@ -335,6 +362,8 @@ named_enum! {
         RayCount = "ray-count",
         /// Share of listed lights that reach the pixel.
         Visibility = "visibility",
+        /// How open a surface is to its surroundings: white where nothing occludes.
+        Occlusion = "occlusion",
         /// Magenta where the radiance is not finite, grey elsewhere.
         Nan = "nan",
     }

@@ -46,6 +46,7 @@ mod tests {
             tiled::TileGrid,
         },
         lights::Light,
+        occlusion::{DirectionRun, HbaoParameters},
         output::OutputParameters,
         settings::{Attenuation, ToneMap},
         shadows::VisibilityGrid,
@@ -174,14 +175,21 @@ mod tests {
                     "transparent+shadow_rays",
                     "transparent+shadow_rays+tracer_ray_query",
                 ],
-                &["", "indirect", "indirect+multisampled"],
+                &["", "indirect", "indirect+multisampled", "occlusion", "occlusion+multisampled"],
                 TEXTURES,
             ],
         },
+        Root {
+            module: "occlusion/deep/accumulate",
+            entries: &["accumulate", "resolve"],
+            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"]],
+        },
+        Root { module: "occlusion/hbao/horizon", entries: &["horizons"], choices: &[] },
+        Root { module: "occlusion/hbao/blur", entries: &["blur_across", "blur_down"], choices: &[] },
         Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "progressive/mean", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
-        Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING] },
+        Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING, &["", "occlusion"]] },
     ];
 
     impl Root {
@@ -349,6 +357,8 @@ mod tests {
         check::<LevelToJoin>(&shaders, &mut checked);
         check::<VisibilityGrid>(&shaders, &mut checked);
         check::<EnvironmentParameters>(&shaders, &mut checked);
+        check::<DirectionRun>(&shaders, &mut checked);
+        check::<HbaoParameters>(&shaders, &mut checked);
         check::<OutputParameters>(&shaders, &mut checked);
         check::<DebugParameters>(&shaders, &mut checked);
 

@@ -2,10 +2,10 @@
 
 use clap::{Args, ValueEnum};
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Sampled, Settings,
+    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Sampled, Settings,
 };
 
-use crate::choices::choice;
+use crate::{choices::choice, parse};
 
 #[derive(Debug, Args)]
 pub struct IndirectArgs {
@@ -32,14 +32,21 @@ pub struct IndirectArgs {
     #[arg(long, value_name = "PIXELS", default_value_t = Sampled::default().filter_radius)]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=64), allow_hyphen_values = true)]
     pub indirect_filter: u32,
-    /// Directions that there are deep images of. More: rays bent less, more memory.
-    #[arg(long, value_name = "N", default_value_t = count(DeepImageSettings::default().directions))]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=4096), allow_hyphen_values = true)]
-    pub deep_directions: u32,
-    /// Texels across and down a deep image. More: finer, memory by the square.
-    #[arg(long, value_name = "TEXELS", default_value_t = DeepImageSettings::default().resolution)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=4096), allow_hyphen_values = true)]
+    /// How it is found how much of the --sky surfaces see, which then lights them; with --indirect none. Opaque surfaces alone.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::None)]
+    pub occlusion: OcclusionName,
+    /// Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes,
+    /// however far; with hbao 1 m.
+    #[arg(long, value_name = "METRES", value_parser = parse::positive, allow_hyphen_values = true)]
+    pub occlusion_distance: Option<f32>,
+    /// Texels across and down a deep image. More: finer, more memory (by the square).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=1024))]
+    #[arg(default_value_t = DeepImageSettings::default().resolution)]
     pub deep_resolution: u32,
+    /// Directions that there are deep images of: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each serves
+    /// its opposite too. More: smoother, slower.
+    #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
+    pub deep_directions: DirectionSet,
 }
 
 /// Where light comes from that is not straight from the lights.
@@ -60,8 +67,15 @@ impl Default for IndirectName {
     }
 }
 
-fn count(set: DirectionSet) -> u32 {
-    u32::try_from(set.count()).expect("the default set is small")
+/// How it is found how much of the surroundings surfaces see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OcclusionName {
+    /// It is not: the surroundings light nothing
+    None,
+    /// By the directions of deep images, which hold the whole scene
+    Deep,
+    /// By horizons in the picture's depth, which knows what is seen: for comparison
+    Hbao,
 }
 
 impl IndirectArgs {
@@ -79,10 +93,21 @@ impl IndirectArgs {
         }
     }
 
-    /// The deep images it is found in.
+    /// As the library has it.
+    pub fn occlusion(&self) -> Occlusion {
+        match self.occlusion {
+            OcclusionName::None => Occlusion::None,
+            OcclusionName::Deep => Occlusion::Deep { max_distance: self.occlusion_distance },
+            OcclusionName::Hbao => {
+                Occlusion::Hbao { radius: self.occlusion_distance.unwrap_or(Occlusion::DEFAULT_RADIUS) }
+            }
+        }
+    }
+
+    /// The deep images that both are found in.
     pub fn deep_images(&self) -> DeepImageSettings {
         DeepImageSettings {
-            directions: DirectionSet::ZonalEqualArea { count: self.deep_directions },
+            directions: self.deep_directions,
             resolution: self.deep_resolution,
             ..DeepImageSettings::default()
         }

@@ -1,5 +1,7 @@
 use clap::CommandFactory;
-use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Sampled};
+use lanternfish::settings::{
+    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Sampled,
+};
 
 use super::*;
 
@@ -24,8 +26,9 @@ fn without_flags_the_settings_are_the_librarys_defaults() {
 fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
-                 --anisotropy 2 --debug-view light-count --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 2 --indirect-tracer bvh \
-                 --indirect-resolution half --indirect-filter 5 --deep-directions 20 --deep-resolution 32";
+                 --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
+                 --deep-directions cube:2 --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
+                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -40,20 +43,24 @@ fn every_flag_reaches_its_setting() {
         textures: TextureBinding::PerMaterial,
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
-        accumulate: 5,
-        indirect: Indirect::Sampled(Sampled {
-            diffuse_rays: 3,
-            glossy_rays: 2,
-            tracer: IndirectTracer::Bvh,
-            resolution: IndirectResolution::Half,
-            filter_radius: 5,
-        }),
+        occlusion: Occlusion::Deep { max_distance: Some(2.5) },
         deep_images: DeepImageSettings {
-            directions: DirectionSet::ZonalEqualArea { count: 20 },
+            directions: DirectionSet::Cube { k: 2 },
             resolution: 32,
             ..DeepImageSettings::default()
         },
+        accumulate: 5,
+        indirect: Indirect::Sampled(Sampled {
+            diffuse_rays: 3,
+            glossy_rays: 0,
+            tracer: IndirectTracer::Bvh,
+            resolution: IndirectResolution::Half,
+            filter_radius: 2,
+        }),
     };
+    let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;
+    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::Hbao { radius: Occlusion::DEFAULT_RADIUS });
+    assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::Hbao { radius: 3.0 });
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
     let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \

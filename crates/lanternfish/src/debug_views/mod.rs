@@ -7,9 +7,10 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
+    occlusion::{Occlusion, Openness},
     output::{DISPLAY_FORMAT, fullscreen},
     prepass::Surface,
-    settings::{Culling, DebugView, Settings},
+    settings::{Culling, DebugView, Occlusion as OcclusionSetting, Settings},
     shaders::SHADERS,
     shading::Radiance,
     texture::target,
@@ -55,6 +56,7 @@ fn quantity(view: DebugView) -> Option<u32> {
         DebugView::ClusterIndex => 11,
         DebugView::ClusterLights => 12,
         DebugView::ClusterFragments => 13,
+        DebugView::Occlusion => 14,
         DebugView::BaseColor => return None,
     })
 }
@@ -86,7 +88,14 @@ impl DebugViews {
         let Some(view) = settings.debug_view else { return Ok(None) };
         let Some(quantity) = quantity(view) else { return Ok(None) };
         check_clusters(view, settings.culling)?;
-        let features: Vec<_> = LightCulling::feature(settings.culling).into_iter().collect();
+        if view == DebugView::Occlusion && settings.occlusion == OcclusionSetting::None {
+            return Err(RenderError::Together {
+                setting: "--debug-view occlusion",
+                needed: "--occlusion deep, or --occlusion hbao",
+            });
+        }
+        let mut features: Vec<_> = LightCulling::feature(settings.culling).into_iter().collect();
+        features.extend(Occlusion::feature(settings.occlusion));
         let shader = SHADERS.link("debug_views/debug", &features)?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Some(Self {
@@ -104,6 +113,7 @@ impl DebugViews {
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
+        openness: Option<&Openness>,
         radiance: &Radiance,
         ray_counts: Option<&wgpu::TextureView>,
         size: UVec2,
@@ -123,7 +133,8 @@ impl DebugViews {
             .texture("ray_count_texture", ray_counts);
         let scene_bindings = scene.bindings();
         let shared = view.bindings().with(&scene_bindings);
-        let bindings = shared.with(&surface.bindings()).with(&lights.bindings()).with(&own);
+        let openness = openness.map(Openness::bindings).unwrap_or_default();
+        let bindings = shared.with(&surface.bindings()).with(&lights.bindings()).with(&openness).with(&own);
         fullscreen(frame, &self.pipeline, "debug_views", &bindings, size)
     }
 }

@@ -97,7 +97,7 @@ impl<'g> Harness<'g> {
         let buffer = view.upload(&gpu.device);
         let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE, 1).unwrap();
         let radiance = forward.radiance(&gpu.device, SIZE, 0);
-        let picture = debug_views.record(&mut frame, scene, &buffer, &surface, &lists, &radiance, None, SIZE);
+        let picture = debug_views.record(&mut frame, scene, &buffer, &surface, &lists, None, &radiance, None, SIZE);
         frame.submit();
         let colors: Vec<[u8; 4]> = read_texture(&gpu.device, &gpu.queue, picture.texture()).unwrap();
         // Black is where nothing is: one fragment is blue, and none magenta.

@@ -44,7 +44,7 @@ use self::{
 use crate::{
     error::RenderError,
     lights::Light,
-    settings::{DebugView, Settings},
+    settings::{DebugView, Indirect, Occlusion, Settings},
     shadows::Tracer,
     sky::EnvironmentImage,
 };
@@ -94,13 +94,14 @@ impl GpuScene {
         let lights = packed_lights(scene, settings);
         let none = wgpu::BufferUsages::empty();
 
-        // Rays of indirect light go through the BVH or the deep images of its triangles, whatever traces shadows.
-        let wants_bvh = tracer == Tracer::Bvh || settings.indirect != crate::settings::Indirect::None;
+        // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
+        let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
+        let wants_bvh = tracer == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
         let traces = wants_bvh || tracer != Tracer::None;
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let mut tracing = if !traces { Tracing::default() } else { Tracing::new(scene, mask_bytes) };
+        let mut tracing = if traces { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;

@@ -10,7 +10,7 @@ use lanternfish_gpu::{Bindings, Frame};
 use lanternfish_scene::named_enum;
 
 use crate::{
-    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::Settings,
+    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::{Materials, Settings},
     shadows::Tracer, view::ViewBuffer,
 };
 
@@ -99,14 +99,12 @@ pub(crate) enum IndirectLight {
 #[derive(Clone, Debug)]
 pub struct IndirectSums {
     layers: wgpu::TextureView,
-    /// That it was found for, with one sample a pixel.
-    surface: Surface,
 }
 
 impl IndirectSums {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.surface.bindings().texture("indirect_sums", &self.layers)
+        Bindings::new().texture("indirect_sums", &self.layers)
     }
 }
 
@@ -115,13 +113,14 @@ impl IndirectLight {
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Option<Self>, RenderError> {
         match settings.indirect {
             Indirect::None => Ok(None),
-            Indirect::Sampled(sampled) => Ok(Some(Self::Sampled(SampledLight::new(
-                device,
-                sampled,
-                settings.deep_images,
-                settings.accumulate,
-                tracer,
-            )?))),
+            Indirect::Sampled(mut sampled) => {
+                if settings.materials == Materials::Lambert {
+                    // Nothing shines.
+                    sampled.glossy_rays = 0;
+                }
+                let Settings { deep_images, accumulate, .. } = *settings;
+                Ok(Some(Self::Sampled(SampledLight::new(device, sampled, deep_images, accumulate, tracer)?)))
+            }
         }
     }
 
@@ -136,7 +135,6 @@ impl IndirectLight {
         frame_index: u32,
     ) -> Result<IndirectSums, RenderError> {
         let Self::Sampled(sampled) = self;
-        let layers = sampled.record(frame, scene, images, view, surface, frame_index)?;
-        Ok(IndirectSums { layers, surface: surface.clone() })
+        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface, frame_index)? })
     }
 }

@@ -1,5 +1,6 @@
 //! Forward shading of what is visible, and of transparent surfaces over it [Elagabani2025, §4.4].
 
+mod arriving;
 #[cfg(test)]
 mod tests;
 
@@ -9,14 +10,16 @@ use lanternfish_gpu::Frame;
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
-    indirect::IndirectSums,
     light_culling::{LightCulling, LightLists},
+    occlusion::Occlusion,
     prepass::{DEPTH_FORMAT, Surface},
     settings::{Indirect, Settings},
     shadows::{Tracer, Visibility},
     texture::samples_target,
     view::ViewBuffer,
 };
+
+pub use self::arriving::Arriving;
 
 /// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
 pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -67,10 +70,13 @@ impl Forward {
         let samples = settings.samples.count();
         let mut opaque: Vec<_> = culling.into_iter().collect();
         let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
-        if settings.indirect != Indirect::None {
-            opaque.push("indirect");
-            opaque.extend((samples > 1).then_some("multisampled"));
-        }
+        // Rays of indirect light see the surroundings themselves.
+        let arriving = match settings.indirect {
+            Indirect::None => Occlusion::feature(settings.occlusion),
+            Indirect::Sampled(_) => Some("indirect"),
+        };
+        opaque.extend(arriving);
+        opaque.extend(arriving.filter(|_| samples > 1).map(|_| "multisampled"));
         if tracer != Tracer::None {
             // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
             if samples == 1 {
@@ -134,20 +140,17 @@ impl Forward {
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
+        arriving: &Arriving,
         visibility: Option<&Visibility<'_>>,
-        indirect: Option<&IndirectSums>,
     ) -> Result<Radiance, RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
         let radiance = self.radiance(frame.device, surface.size, surface.slot);
-        let mut bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
+        let arriving_bindings = arriving.bindings();
+        let mut bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings()).with(&arriving_bindings);
         let mut rows = 0..surface.size.y;
         let visibility_bindings = visibility.map(Visibility::bindings);
         if let (Some(visibility), Some(more)) = (visibility, &visibility_bindings) {
             rows = visibility.rows.clone();
-            bindings = bindings.with(more);
-        }
-        let indirect_bindings = indirect.map(IndirectSums::bindings);
-        if let Some(more) = &indirect_bindings {
             bindings = bindings.with(more);
         }
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };

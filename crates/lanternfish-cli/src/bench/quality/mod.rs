@@ -14,7 +14,10 @@ mod truths;
 
 use std::path::PathBuf;
 
-use clap::{Args, builder::PossibleValuesParser};
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 use lanternfish_gpu::{AdapterChoice, Gpu};
 
 use self::{
@@ -40,6 +43,9 @@ pub struct QualityArgs {
     /// One shot alone. Repeatable.
     #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
     pub only: Vec<String>,
+    /// What is judged by one truth alone. Repeatable.
+    #[arg(long = "truth", value_name = "TRUTH", value_parser = truth())]
+    pub truths: Vec<Truth>,
     /// Samples a pixel of the truths with all light; eight times as many of those with direct light. More: less noise, slower.
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
     pub spp: u64,
@@ -68,6 +74,11 @@ impl QualityArgs {
     }
 }
 
+fn truth() -> impl TypedValueParser<Value = Truth> {
+    PossibleValuesParser::new(Truth::ALL.iter().map(|truth| truth.name()))
+        .map(|name| name.parse().expect("clap lets only known names through"))
+}
+
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     make_folder(&args.output.join("pictures"))?;
     let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
@@ -92,10 +103,11 @@ fn run_shot(args: &QualityArgs, gpu: &Gpu, shot: &Shot) -> Result<ShotReport, Cl
     let settings = shot.settings();
     let bench = Bench { gpu, shot, camera: &camera, runs: args.runs, folder: &args.output };
     let mut result = ShotReport::new(shot, &whole);
-    let techniques = techniques(&settings);
+    let techniques = techniques(&settings, whole.bounds().size().length());
     let mut first = None;
-    for truth in Truth::ALL {
-        let scene = &truth.scene(&whole);
+    let asked = |truth: &&Truth| args.truths.is_empty() || args.truths.contains(truth);
+    for truth in Truth::ALL.iter().filter(asked) {
+        let (scene, settings) = (&truth.scene(&whole), truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
         let traced = truths::obtain(&args.output, *truth, &subject)?;

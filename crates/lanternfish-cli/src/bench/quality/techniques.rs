@@ -5,8 +5,9 @@
 //! without a row.
 
 use lanternfish::settings::{
-    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, Materials, RayCulling, Samples, Settings,
-    Shadows, TextureBinding, TileSize, Tiled,
+    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, Indirect,
+    IndirectResolution, IndirectTracer, Materials, Occlusion, RayCulling, Sampled, Samples, Settings, Shadows,
+    TextureBinding, TileSize, Tiled,
 };
 
 use super::truths::Truth;
@@ -29,8 +30,8 @@ impl Technique {
     }
 }
 
-/// The rows of a shot whose recommended settings are `default`, which come first.
-pub fn techniques(default: &Settings) -> Vec<Technique> {
+/// The rows of a shot whose recommended settings are `default`, which come first, and of a scene of this diagonal, m.
+pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let row = |name: String, truth, settings| Technique { name, settings, truth };
     let mut rows = vec![row("default".to_owned(), Truth::Direct, default.clone())];
     let Settings {
@@ -41,8 +42,9 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         textures,
         samples,
         anisotropy,
+        // Rows under truths of their own, below.
         indirect: _,
-        // Of what indirect light is found in.
+        occlusion: _,
         deep_images: _,
         accumulate: _,
         // The shot's, and the truth's as well.
@@ -88,8 +90,58 @@ pub fn techniques(default: &Settings) -> Vec<Technique> {
         let settings = Settings { materials: *other, ..default.clone() };
         rows.push(row(format!("materials {other}"), truth, settings));
     }
-    // Indirect light: none yet. The row says what is missing from all the light there is.
-    rows.push(row("indirect none".to_owned(), Truth::Full, default.clone()));
+    // What is missing from all the light there is, and what one bounce adds.
+    let settings = Settings { indirect: Indirect::None, ..default.clone() };
+    rows.push(row("indirect none".to_owned(), Truth::Full, settings));
+    let settings = Settings { indirect: Indirect::Sampled(Sampled::default()), ..default.clone() };
+    rows.push(row("indirect sampled".to_owned(), Truth::Full, settings));
+    rows.extend(bounces(default));
+    rows.extend(occlusions(default, diagonal));
+    rows
+}
+
+/// One bounce of diffuse light: by every tracer, by images of two resolutions, from every pixel and from every fourth.
+fn bounces(default: &Settings) -> Vec<Technique> {
+    let truth = Truth::OneBounce;
+    let of = |name: &str, indirect, resolution| {
+        let deep_images = DeepImageSettings { resolution, ..default.deep_images };
+        let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
+        Technique { name: format!("one-bounce {name}"), settings, truth }
+    };
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..Sampled::default() });
+    let usual = default.deep_images.resolution;
+    let half = Sampled { resolution: IndirectResolution::Half, tracer: IndirectTracer::Bvh, ..Sampled::default() };
+    vec![
+        of("none", Indirect::None, usual),
+        of("within-texel 64", sampled(IndirectTracer::WithinTexel), 64),
+        of("within-texel 128", sampled(IndirectTracer::WithinTexel), 128),
+        of("across-texels 64", sampled(IndirectTracer::AcrossTexels), 64),
+        of("across-texels 128", sampled(IndirectTracer::AcrossTexels), 128),
+        of("bvh", sampled(IndirectTracer::Bvh), usual),
+        of("bvh half", Indirect::Sampled(half), usual),
+    ]
+}
+
+/// Both ways to find occlusion, near, far and without an end; by deep images of three resolutions.
+fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
+    let mut rows = Vec::new();
+    for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
+        let kind = truth.name();
+        let max_distance = truth.max_distance(diagonal);
+        // Horizons have an end in any case: the scene's.
+        let hbao = Occlusion::Hbao { radius: max_distance.unwrap_or(diagonal) };
+        let deep = Occlusion::Deep { max_distance };
+        let mut row = |name: String, occlusion, resolution| {
+            let deep_images = DeepImageSettings { resolution, ..default.deep_images };
+            let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
+            rows.push(Technique { name, settings, truth });
+        };
+        row(format!("{kind} none"), Occlusion::None, default.deep_images.resolution);
+        row(format!("{kind} hbao"), hbao, default.deep_images.resolution);
+        for resolution in [64, 128, 256] {
+            row(format!("{kind} deep {resolution}"), deep, resolution);
+        }
+    }
     rows
 }
 
@@ -138,7 +190,7 @@ mod tests {
     use super::*;
 
     fn rows() -> Vec<Technique> {
-        techniques(&Settings::default())
+        techniques(&Settings::default(), 10.0)
     }
 
     #[track_caller]
@@ -187,6 +239,36 @@ mod tests {
     }
 
     #[test]
+    fn occlusion_is_found_both_ways_and_left_out_under_each_truth() {
+        for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
+            let mut rows = rows();
+            rows.retain(|row| row.truth == truth);
+            for known in [
+                |o: &Occlusion| *o == Occlusion::None,
+                |o: &Occlusion| matches!(o, Occlusion::Deep { .. }),
+                |o: &Occlusion| matches!(o, Occlusion::Hbao { .. }),
+            ] {
+                assert!(rows.iter().any(|row| known(&row.settings.occlusion)), "{truth}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
+        let sampled = |settings: &Settings| match settings.indirect {
+            Indirect::None => None,
+            Indirect::Sampled(sampled) => Some(sampled),
+        };
+        for tracer in IndirectTracer::ALL {
+            assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer));
+        }
+        for resolution in IndirectResolution::ALL {
+            assert_every(&[Some(*resolution)], |settings| sampled(settings).map(|sampled| sampled.resolution));
+        }
+        assert_every(&[Indirect::None], |settings| settings.indirect);
+    }
+
+    #[test]
     fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
         let default = Settings::default();
         let rows = rows();
@@ -196,12 +278,14 @@ mod tests {
                 s.culling != default.culling,
                 s.shadows != default.shadows,
                 s.ray_culling != default.ray_culling,
-                s.materials != default.materials,
+                s.materials != default.materials && row.truth != Truth::OneBounce,
                 s.textures != default.textures,
                 s.samples != default.samples,
                 s.anisotropy != default.anisotropy,
                 s.accumulate != default.accumulate,
                 row.truth == Truth::Full,
+                row.truth == Truth::OneBounce,
+                matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
             ];
             let count = changes.iter().filter(|changed| **changed).count();
             assert_eq!(count, usize::from(i > 0), "{}", row.name);

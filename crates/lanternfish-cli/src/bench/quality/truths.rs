@@ -12,7 +12,7 @@ use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
     settings::{Integrator, UNLIMITED},
 };
-use lanternfish_scene::{Camera, Scene, named_enum};
+use lanternfish_scene::{AlphaMode, Camera, Scene, named_enum};
 use serde::Serialize;
 
 use super::measure::shown;
@@ -35,6 +35,14 @@ named_enum! {
         DirectLambert = "direct-lambert",
         /// All light by all ways: emissive surfaces and surroundings, any number of reflections.
         Full = "full",
+        /// Light from punctual lights by one or two reflections, on diffuse surfaces.
+        OneBounce = "one-bounce",
+        /// How open surfaces are to their surroundings, whatever the distance of what closes them [Aalund2015, eq. 1].
+        Occlusion = "occlusion",
+        /// The same up to a large distance, attenuated.
+        ObscuranceFar = "obscurance-far",
+        /// The same up to a small one.
+        ObscuranceNear = "obscurance-near",
     }
 }
 
@@ -46,7 +54,15 @@ impl Truth {
                 "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures"
             }
             Self::DirectLambert => "the same, base colours as diffuse albedos",
+            Self::OneBounce => "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos",
             Self::Full => "paths of any length, emission and surroundings included",
+            Self::Occlusion => {
+                "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map"
+            }
+            Self::ObscuranceFar => {
+                "the same, closed by what is at distance d by 1 - (d / m)², m 28 % of the scene's diagonal"
+            }
+            Self::ObscuranceNear => "the same, m 1/64 of the scene's diagonal",
         }
     }
 
@@ -55,7 +71,7 @@ impl Truth {
         let mut scene = scene.clone();
         match self {
             // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
-            Self::Direct | Self::DirectLambert => {
+            Self::Direct | Self::DirectLambert | Self::OneBounce => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, None);
                 for material in &mut scene.materials {
                     material.emissive = Vec3::ZERO;
@@ -65,21 +81,42 @@ impl Truth {
                 }
             }
             Self::Full => {}
+            Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => make_white(&mut scene),
         }
         scene
+    }
+
+    /// Distance from which on nothing occludes, m, in a scene of this diagonal.
+    pub fn max_distance(self, diagonal: f32) -> Option<f32> {
+        match self {
+            // What 1280 units are of the hall of [Aalund2015, fig. 8].
+            Self::ObscuranceFar => Some(0.28 * diagonal),
+            Self::ObscuranceNear => Some(diagonal / 64.0),
+            Self::Direct | Self::DirectLambert | Self::OneBounce | Self::Full | Self::Occlusion => None,
+        }
+    }
+
+    /// The shot's settings, but that a share is seen as it is.
+    pub fn seen(self, shot: &Settings) -> Settings {
+        match self {
+            Self::Direct | Self::DirectLambert | Self::OneBounce | Self::Full => shot.clone(),
+            Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
+                Settings { exposure: 0.0, tone_map: ToneMap::None, ..shot.clone() }
+            }
+        }
     }
 
     /// Samples a pixel at `spp` of the command line: short paths are cheap, and what most techniques are judged by should
     /// be the least noisy.
     pub fn samples(self, spp: u64) -> u64 {
         match self {
-            Self::Direct => 8 * spp,
-            Self::DirectLambert => 2 * spp,
+            Self::Direct | Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => 8 * spp,
+            Self::DirectLambert | Self::OneBounce => 2 * spp,
             Self::Full => spp,
         }
     }
 
-    fn settings(self, shot: &Settings) -> TracerSettings {
+    fn settings(self, shot: &Settings, diagonal: f32) -> TracerSettings {
         let path = |max_depth, materials| TracerSettings {
             integrator: Integrator::Path,
             max_depth,
@@ -91,8 +128,35 @@ impl Truth {
         match self {
             Self::Direct => path(2, Materials::File),
             Self::DirectLambert => path(2, Materials::Lambert),
+            Self::OneBounce => path(3, Materials::Lambert),
             Self::Full => path(UNLIMITED, Materials::File),
+            Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
+                let obscurance = |max_distance| Integrator::Obscurance { max_distance };
+                let integrator = self.max_distance(diagonal).map_or(Integrator::Occlusion, obscurance);
+                TracerSettings { integrator, ..path(UNLIMITED, Materials::File) }
+            }
         }
+    }
+}
+
+/// White, diffuse surfaces under a white sky, and no other light: what they send is how open they are. Blended surfaces go:
+/// what they close is a matter of taste.
+fn make_white(scene: &mut Scene) {
+    scene.lights.clear();
+    (scene.sky, scene.environment) = (Vec3::ONE, None);
+    for material in &mut scene.materials {
+        let alpha = if material.alpha_mode == AlphaMode::Blend { 0.0 } else { material.base_color.w };
+        // Of a texture, alpha alone counts: holes are there.
+        if let Some(texture) = material.base_color_texture {
+            let image = &mut scene.images[scene.textures[texture.texture].image];
+            image.rgba.chunks_exact_mut(4).for_each(|texel| texel[..3].fill(255));
+        }
+        material.base_color = Vec3::ONE.extend(alpha);
+        (material.metallic, material.metallic_roughness_texture) = (0.0, None);
+        (material.specular, material.emissive, material.unlit) = (0.0, Vec3::ZERO, false);
+    }
+    for color in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives).flat_map(|p| &mut p.colors) {
+        *color = Vec3::ONE.extend(color.w);
     }
 }
 
@@ -144,7 +208,7 @@ pub struct Subject<'s> {
 pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Traced, CliError> {
     let Subject { name, scene, camera, size, settings, spp } = *subject;
     let spp = truth.samples(spp);
-    let tracer_settings = truth.settings(settings);
+    let tracer_settings = truth.settings(settings, scene.bounds().size().length());
     let fingerprint = fingerprint::of(scene, camera, size, &tracer_settings);
     let file = format!("truths/{name}-{truth}-{spp}spp-{fingerprint}-{FORMAT}.exr");
     let path = folder.join(&file);

@@ -1,0 +1,52 @@
+//! Ambient obscurance by horizons in the depth of the view [Bavoil2008; Jimenez2016]: what screen space can do, for comparison.
+
+use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
+
+use super::{Openness, TILE, openness_target};
+use crate::{error::RenderError, prepass::Surface, shaders::SHADERS, view::ViewBuffer};
+
+gpu_struct! {
+    /// How far horizons are looked for.
+    pub struct HbaoParameters {
+        /// From here on nothing occludes, m.
+        radius: f32,
+    }
+}
+
+/// The passes.
+#[derive(Debug)]
+pub struct Hbao {
+    horizons: ComputeKernel,
+    blur_across: ComputeKernel,
+    blur_down: ComputeKernel,
+    parameters: wgpu::Buffer,
+}
+
+impl Hbao {
+    /// Compiles the passes. `radius`: from where on nothing occludes, m, > 0.
+    pub fn new(device: &wgpu::Device, radius: f32) -> Result<Self, RenderError> {
+        let horizon = SHADERS.link("occlusion/hbao/horizon", &[])?;
+        let blur = SHADERS.link("occlusion/hbao/blur", &[])?;
+        Ok(Self {
+            horizons: ComputeKernel::new(device, &horizon, "horizons", "occlusion/hbao/horizons"),
+            blur_across: ComputeKernel::new(device, &blur, "blur_across", "occlusion/hbao/blur_across"),
+            blur_down: ComputeKernel::new(device, &blur, "blur_down", "occlusion/hbao/blur_down"),
+            parameters: uniform_buffer_of(device, "occlusion/hbao", &HbaoParameters { radius }),
+        })
+    }
+
+    /// How open every pixel's surface is to what the view shows around it.
+    pub fn record(&self, frame: &mut Frame<'_>, view: &ViewBuffer, surface: &Surface) -> Openness {
+        let [found, across, down] = std::array::from_fn(|_| openness_target(frame.device, surface.size));
+        let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
+        let view_bindings = view.bindings();
+        let shared = view_bindings.with(&surface.bindings());
+        let bindings = shared.clone().buffer("hbao_parameters", &self.parameters).texture("openness_target", &found);
+        frame.dispatch(&self.horizons, &bindings, groups);
+        for (kernel, from, to) in [(&self.blur_across, &found, &across), (&self.blur_down, &across, &down)] {
+            let bindings = shared.clone().texture("unblurred_openness", from).texture("openness_target", to);
+            frame.dispatch(kernel, &bindings, groups);
+        }
+        Openness { texture: down, images: None }
+    }
+}

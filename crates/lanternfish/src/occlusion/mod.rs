@@ -1,0 +1,111 @@
+//! How much of the surroundings each visible surface sees: ambient occlusion and obscurance.
+//!
+//! The rooms are `deep` (by the directions of deep images) and `hbao` (in screen space, for comparison); what asks for the
+//! answer imports `openness.wesl`.
+
+mod deep;
+mod hbao;
+#[cfg(test)]
+mod tests;
+
+use glam::{Quat, UVec2};
+use lanternfish_gpu::{Bindings, Frame};
+
+pub use self::{
+    deep::{DeepOcclusion, DirectionRun},
+    hbao::{Hbao, HbaoParameters},
+};
+use crate::{
+    deep_images::DeepCounts,
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::Surface,
+    settings::{DebugView, Indirect, Occlusion as OcclusionSetting, Settings},
+    texture::target,
+    view::ViewBuffer,
+};
+
+/// Pixels a side of a workgroup: the shaders' `TILE`.
+const TILE: u32 = 8;
+
+/// The passes that find it.
+#[derive(Debug)]
+pub enum Occlusion {
+    /// By the directions of deep images.
+    Deep(Box<DeepOcclusion>),
+    /// By horizons in the view's depth.
+    Hbao(Box<Hbao>),
+}
+
+/// How open every pixel's opaque surface is.
+#[derive(Clone, Debug)]
+pub struct Openness {
+    /// 32-bit floats, the one format of one channel that every device lets a compute pass write. 1 where nothing occludes,
+    /// and where no surface is.
+    pub texture: wgpu::TextureView,
+    /// Of the deep images that it was found by.
+    pub images: Option<DeepCounts>,
+}
+
+impl Openness {
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().texture("occlusion_texture", &self.texture)
+    }
+}
+
+impl Occlusion {
+    /// Compiles the passes that these settings want, if any. A distance that is none is an error. Where rays of indirect
+    /// light see the surroundings themselves, it is found for its debug view alone.
+    pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
+        let is_used = settings.indirect == Indirect::None || settings.debug_view == Some(DebugView::Occlusion);
+        let distance = match settings.occlusion {
+            OcclusionSetting::None => return Ok(None),
+            OcclusionSetting::Deep { max_distance } => max_distance,
+            OcclusionSetting::Hbao { radius } => Some(radius),
+        };
+        if let Some(distance) = distance.filter(|distance| !(*distance > 0.0 && distance.is_finite())) {
+            return Err(RenderError::Value {
+                setting: "--occlusion-distance",
+                got: distance.to_string(),
+                needed: "metres above 0",
+            });
+        }
+        if !is_used {
+            return Ok(None);
+        }
+        Ok(Some(match settings.occlusion {
+            OcclusionSetting::None => return Ok(None),
+            OcclusionSetting::Deep { max_distance } => {
+                Self::Deep(Box::new(DeepOcclusion::new(device, settings.deep_images, max_distance)?))
+            }
+            OcclusionSetting::Hbao { radius } => Self::Hbao(Box::new(Hbao::new(device, radius)?)),
+        }))
+    }
+
+    /// The feature of shaders that read [`Openness`].
+    pub fn feature(setting: OcclusionSetting) -> Option<&'static str> {
+        (setting != OcclusionSetting::None).then_some("occlusion")
+    }
+
+    /// Finds it for what the prepass left, which has normals. `rotation` turns the set of directions of deep images.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        view: &ViewBuffer,
+        surface: &Surface,
+        rotation: Quat,
+    ) -> Result<Openness, RenderError> {
+        match self {
+            Self::Deep(deep) => deep.record(frame, scene, view, surface, rotation),
+            Self::Hbao(hbao) => Ok(hbao.record(frame, view, surface)),
+        }
+    }
+}
+
+/// A texture for the answer.
+fn openness_target(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
+    target(device, "openness", size, wgpu::TextureFormat::R32Float, usage)
+}

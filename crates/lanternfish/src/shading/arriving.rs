@@ -1,0 +1,26 @@
+//! What arrives at the surfaces of a view, but for the light of the listed lights.
+
+use lanternfish_gpu::Bindings;
+
+use crate::{indirect::IndirectSums, occlusion::Openness, prepass::Surface};
+
+/// Found between culling and shading, for the surface that is seen through the middle of each pixel.
+#[derive(Clone, Debug)]
+pub struct Arriving {
+    /// That surface: one sample a pixel.
+    pub surface: Surface,
+    /// How much of the surroundings it sees.
+    pub openness: Option<Openness>,
+    /// What it gets from other surfaces.
+    pub indirect: Option<IndirectSums>,
+}
+
+impl Arriving {
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        let bindings = self.surface.bindings();
+        let found =
+            [self.openness.as_ref().map(Openness::bindings), self.indirect.as_ref().map(IndirectSums::bindings)];
+        found.iter().flatten().fold(bindings, |bindings, more| bindings.with(more))
+    }
+}
