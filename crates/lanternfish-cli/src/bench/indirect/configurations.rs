@@ -195,10 +195,12 @@ pub struct Plan {
 }
 
 impl Plan {
-    pub fn new(quick: bool) -> Self {
+    /// `resolutions`: those of images, ascending; where there are none, the paper's.
+    pub fn new(quick: bool, resolutions: &[u32]) -> Self {
         let through_bvh: Vec<Configuration> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
         // [Niessner2010, table 1].
-        let (resolutions, ks): ([u32; 2], &[u32]) = if quick { ([16, 32], &[2]) } else { ([128, 512], &[4, 5, 8]) };
+        let (usual, ks): ([u32; 2], &[u32]) = if quick { ([16, 32], &[2]) } else { ([128, 512], &[4, 5, 8]) };
+        let resolutions = if resolutions.is_empty() { &usual } else { resolutions };
         let sets =
             resolutions.iter().flat_map(|resolution| ks.iter().map(|k| ImageSet { k: *k, resolution: *resolution }));
         let group = |set: ImageSet| {
@@ -234,7 +236,7 @@ mod tests {
     #[test]
     fn every_row_has_one_through_the_bvh_before_it() {
         for quick in [false, true] {
-            let plan = Plan::new(quick);
+            let plan = Plan::new(quick, &[]);
             for row in plan.groups.iter().flat_map(|group| &group.rows) {
                 assert_eq!(plan.through_bvh.iter().filter(|bvh| **bvh == row.through_bvh()).count(), 1, "{row:?}");
             }
@@ -243,7 +245,7 @@ mod tests {
 
     #[test]
     fn the_rows_are_the_papers() {
-        let plan = Plan::new(false);
+        let plan = Plan::new(false, &[]);
         let directions: Vec<u32> = plan.groups.iter().map(|group| group.set.directions()).collect();
         assert_eq!(directions, [96, 150, 384, 96, 150, 384]);
         let rows = || plan.groups.iter().flat_map(|group| &group.rows);
@@ -259,6 +261,9 @@ mod tests {
         for group in &plan.groups {
             assert_eq!(u64::from(group.set.directions()), 2 * group.set.settings().directions.count());
         }
+        let fine = Plan::new(false, &[256]);
+        assert!(fine.groups.iter().all(|group| group.set.resolution == 256));
+        assert_eq!(fine.groups.iter().map(|group| group.rows.len()).sum::<usize>(), (6 + 2 * 3) * Brdf::ALL.len());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
-    settings::{Indirect, Sampled, Settings},
+    settings::{DeepImageSettings, Indirect, Sampled, Settings},
 };
 use lanternfish_gpu::{Gpu, PassTime, Profiler};
 use lanternfish_metrics::{ColorType, write_png};
@@ -158,15 +158,7 @@ impl Bench<'_> {
         built: &mut Vec<Built>,
         progress: &mut Progress,
     ) -> Result<u64, String> {
-        let mut settings = group.set.settings();
-        if let Some(expected) = Expected::of(&settings, built) {
-            let count = settings.directions.count();
-            if expected.most_directions() < count {
-                let gigabytes = expected.bytes_a_direction * count as f64 / 1e9;
-                return Err(format!("{count} images would take {gigabytes:.1} GB"));
-            }
-            settings.fragments_a_texel = expected.fragments_a_texel;
-        }
+        let settings = sized(group.set.settings(), built)?;
         let doing = format!("Building, {}", group.set.in_words());
         // Their geometry is the same.
         let scene = self.scene(Brdf::Diffuse);
@@ -286,7 +278,36 @@ impl Bench<'_> {
     }
 }
 
+/// Divided into as few chunks as fit, by the images that were built before; or why they would not fit.
+fn sized(settings: DeepImageSettings, built: &[Built]) -> Result<DeepImageSettings, String> {
+    let Some(expected) = Expected::of(&settings, built) else { return Ok(settings) };
+    let count = settings.directions.count();
+    if expected.most_directions() < count {
+        let gigabytes = expected.bytes_a_direction * count as f64 / 1e9;
+        return Err(format!("{count} images would take {gigabytes:.1} GB"));
+    }
+    Ok(DeepImageSettings { fragments_a_texel: expected.fragments_a_texel, ..settings })
+}
+
 fn yardsticks<'a>(reference: &'a Reference, converged: &'a [Picture]) -> Yardsticks<'a> {
     let Reference { configuration, bvh, direct_energy } = reference;
     Yardsticks { bvh, direct_energy: *direct_energy, converged: &converged[configuration.brdf as usize] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::configurations::ImageSet, *};
+
+    #[test]
+    fn what_would_not_fit_is_left_out_with_its_size() {
+        let fine = ImageSet { k: 8, resolution: 512 }.settings();
+        assert_eq!(sized(fine, &[]), Ok(fine));
+        let of = |bytes, drawn| {
+            [Built { directions: 48, resolution: 128, supersampling: 1, bytes, drawn, ..Built::default() }]
+        };
+        // Four times as many images of sixteen times as many texels, two fragments each.
+        let fits = sized(fine, &of(50_000_000, 2 * 48 * 128 * 128)).unwrap();
+        assert_eq!(fits, DeepImageSettings { fragments_a_texel: 6, ..fine });
+        assert_eq!(sized(fine, &of(100_000_000, 1)), Err("192 images would take 6.4 GB".to_owned()));
+    }
 }

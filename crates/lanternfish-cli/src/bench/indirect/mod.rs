@@ -51,6 +51,11 @@ pub struct IndirectArgs {
     /// How often everything is timed, after one run that is not; the least counts.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub runs: u32,
+    /// Texels across and down an image; several between commas, ascending. Filter and antialiasing are measured with the first.
+    /// Without: 128,512, or 16,32 with --quick.
+    #[arg(long = "resolution", value_name = "TEXELS", value_delimiter = ',')]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub resolutions: Vec<u32>,
     /// Few directions, coarse images, and filter and antialiasing of diffuse light only.
     #[arg(long)]
     pub quick: bool,
@@ -139,7 +144,8 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         converged_frames,
         scenes,
     };
-    let Measured { images, rows, left_out } = bench.measure(&Plan::new(args.quick), &mut progress)?;
+    let Measured { images, rows, left_out } =
+        bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
     progress.finish();
 
     let report = Report {
