@@ -230,6 +230,10 @@ pub struct LightArgs {
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().range_threshold)]
     pub range_threshold: f32,
+    /// Radius of point and spot lights, m: their shadows are soft. 0: they are points.
+    #[arg(long, value_name = "METRES", value_parser = parse::radius, allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().light_radius)]
+    pub light_radius: f32,
 }
 
 #[derive(Debug, Args)]
@@ -258,7 +262,8 @@ pub struct LookArgs {
 
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
-    /// How shadows are found. The picture is the same but for a few pixels at silhouettes.
+    /// How shadows are found. The picture is the same but for a few pixels at silhouettes; with deep-image, for a texel around
+    /// them.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>())]
     #[arg(default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,
@@ -266,6 +271,10 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
     #[arg(default_value_t = Settings::default().ray_culling)]
     pub ray_culling: RayCulling,
+    /// Rays from a pixel to each light that has a --light-radius. More: less noise, slower.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().shadow_rays)]
+    pub shadow_rays: u32,
     /// How the lights of a pixel are found. The picture is the same.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = CullingName::default())]
     pub culling: CullingName,
@@ -395,6 +404,8 @@ impl RenderArgs {
             },
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,
+            light_radius: self.lights.light_radius,
+            shadow_rays: technique.shadow_rays,
             occlusion: self.indirect.occlusion(),
             attenuation: self.lights.attenuation,
             range_threshold: self.lights.range_threshold,

@@ -78,16 +78,20 @@ impl Renderer {
         if settings.debug_view == Some(DebugView::BaseColor) {
             // A colour is shown as it is, and no light is asked for.
             (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
-            settings.indirect = Indirect::None;
             settings.occlusion = OcclusionSetting::None;
+        }
+        if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
+            // What is shown is not what arrives.
+            settings.indirect = Indirect::None;
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;
         frames::check(&settings)?;
+        crate::shadows::check(&settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
         let occlusion = Occlusion::new(device, &settings)?;
-        let deep_images = settings.indirect.uses_deep_images();
+        let deep_images = settings.indirect.uses_deep_images() || tracer == Tracer::DeepImage;
         let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
         let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
         let asks_for_normals = tracer != Tracer::None || settings.debug_view.is_some() || finds_arriving;
@@ -262,6 +266,7 @@ fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, Rende
     match setting {
         ShadowSetting::None => Ok(Tracer::None),
         ShadowSetting::Bvh => Ok(Tracer::Bvh),
+        ShadowSetting::DeepImage => Ok(Tracer::DeepImage),
         // A software adapter's ray query is slower than the walk in compute.
         ShadowSetting::Auto => Ok(if ray_query && !software { Tracer::RayQuery } else { Tracer::Bvh }),
         ShadowSetting::RayQuery if ray_query => Ok(Tracer::RayQuery),

@@ -34,7 +34,7 @@ pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 
 use glam::Vec3;
-use lanternfish_gpu::{Bindings, storage_buffer_of};
+use lanternfish_gpu::{Bindings, storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
@@ -45,7 +45,7 @@ use crate::{
     error::RenderError,
     lights::Light,
     settings::{DebugView, Indirect, Occlusion, Settings},
-    shadows::Tracer,
+    shadows::{SoftShadows, Tracer},
     sky::EnvironmentImage,
 };
 
@@ -67,6 +67,7 @@ pub struct GpuScene {
     pub(crate) light_bounds: Bounds,
     materials: Materials,
     lights: wgpu::Buffer,
+    soft_shadows: wgpu::Buffer,
     bvh: Option<Bvh>,
     tlas: Option<Tlas>,
     masks: wgpu::Buffer,
@@ -96,7 +97,7 @@ impl GpuScene {
 
         // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
         let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
-        let wants_bvh = tracer == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
+        let wants_bvh = tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
         let traces = wants_bvh || tracer != Tracer::None;
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
@@ -131,6 +132,7 @@ impl GpuScene {
             light_bounds: light_bounds(scene),
             materials,
             lights: storage_buffer_of(device, LIGHTS, &lights, none)?,
+            soft_shadows: uniform_buffer_of(device, "scene/soft_shadows", &SoftShadows { rays: settings.shadow_rays }),
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
@@ -151,6 +153,7 @@ impl GpuScene {
             .all()
             .buffer("draw_instances", &self.geometry.instances)
             .buffer("lights", &self.lights)
+            .buffer("soft_shadows", &self.soft_shadows)
             .buffer("masks", &self.masks);
         if let Some(bvh) = &self.bvh {
             bindings = bindings.buffer("bvh_nodes", &bvh.nodes).buffer("bvh_triangles", &bvh.triangles);

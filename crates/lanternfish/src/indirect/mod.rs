@@ -10,8 +10,13 @@ use lanternfish_gpu::{Bindings, Frame};
 use lanternfish_scene::named_enum;
 
 use crate::{
-    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::{Materials, Settings},
-    shadows::Tracer, view::ViewBuffer,
+    deep_images::DeepImages,
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::Surface,
+    settings::{Materials, Settings},
+    shadows::Tracer,
+    view::ViewBuffer,
 };
 
 use self::sampled::SampledLight;
@@ -47,7 +52,7 @@ impl Default for Sampled {
         Self {
             diffuse_rays: 8,
             glossy_rays: 4,
-            tracer: IndirectTracer::AcrossTexels,
+            tracer: IndirectTracer::WithinTexel,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
         }
