@@ -124,7 +124,8 @@ impl Renderer {
     }
 
     /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. Renderers of
-    /// one device whose settings differ in `culling` alone may share it.
+    /// one device may share it where their settings differ in `culling`, `samples`, `accumulate`, `deep_images` and `indirect`
+    /// alone, and, if it is rendered with indirect light, it was uploaded with some.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
         checked(&self.device, "upload", || {
             GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
