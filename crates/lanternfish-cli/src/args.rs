@@ -205,7 +205,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "dx,dy,dz,lux[,r,g,b]", value_parser = parse::sun, allow_hyphen_values = true)]
     pub sun: Option<Light>,
     /// The surroundings: an equirectangular image (.hdr, .exr), linear radiance (nits), in place of --sky. Its centre is
-    /// seen looking along -z, its right half towards +x. It is seen; with --occlusion it lights what is open to it.
+    /// seen looking along -z, its right half towards +x. It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
     /// Turns the --environment about +y, counter-clockwise seen from above, degrees.
@@ -214,7 +214,7 @@ pub struct LightArgs {
     /// Makes the --environment X times as bright.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
     pub environment_scale: f32,
-    /// A constant background, linear radiance (nits). It is seen; with --occlusion it lights what is open to it.
+    /// A constant background, linear radiance (nits). It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
     /// N coloured point lights, at most 2097152. rain:N or rain:N:radius: falling through the scene's box; --seed chooses where; the
@@ -230,6 +230,10 @@ pub struct LightArgs {
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().range_threshold)]
     pub range_threshold: f32,
+    /// Radius of point and spot lights, m: their shadows are soft. 0: they are points.
+    #[arg(long, value_name = "METRES", value_parser = parse::radius, allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().light_radius)]
+    pub light_radius: f32,
 }
 
 #[derive(Debug, Args)]
@@ -258,7 +262,8 @@ pub struct LookArgs {
 
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
-    /// How shadows are found. The picture is the same but for a few pixels at silhouettes.
+    /// How shadows are found. The picture is the same but for a few pixels at silhouettes; with deep-image, for a texel around
+    /// them.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>())]
     #[arg(default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,
@@ -266,6 +271,10 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
     #[arg(default_value_t = Settings::default().ray_culling)]
     pub ray_culling: RayCulling,
+    /// Rays from a pixel to each light that has a --light-radius. More: less noise, slower.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().shadow_rays)]
+    pub shadow_rays: u32,
     /// How the lights of a pixel are found. The picture is the same.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = CullingName::default())]
     pub culling: CullingName,
@@ -395,6 +404,8 @@ impl RenderArgs {
             },
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,
+            light_radius: self.lights.light_radius,
+            shadow_rays: technique.shadow_rays,
             occlusion: self.indirect.occlusion(),
             attenuation: self.lights.attenuation,
             range_threshold: self.lights.range_threshold,

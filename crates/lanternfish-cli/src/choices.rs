@@ -68,6 +68,7 @@ meanings! {
         None: "No shadows",
         RayQuery: "The adapter's ray-tracing hardware",
         Bvh: "A bounding volume hierarchy in compute, on any adapter",
+        DeepImage: "Deep images: as coarse as their texels (--deep-resolution)",
     }
     RayCulling {
         None: "Every listed light gets a ray, even from beyond its range",

@@ -243,6 +243,11 @@ pub fn positive(text: &str) -> Result<f32, String> {
     number(text).filter(|n| *n > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
 }
 
+/// A number of metres that may be 0.
+pub fn radius(text: &str) -> Result<f32, String> {
+    number(text).filter(|n| *n >= 0.0).ok_or_else(|| "expected a number of metres, 0 or above".to_owned())
+}
+
 /// Degrees of a vertical angle of view that are accepted.
 pub const FOV_Y: std::ops::RangeInclusive<f32> = 0.1..=179.0;
 

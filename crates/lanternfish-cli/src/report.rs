@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    settings::{Culling, Indirect, Occlusion, Settings},
+    settings::{Culling, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
@@ -119,6 +119,8 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
         ("ray-culling", settings.ray_culling.to_string()),
+        ("light-radius", settings.light_radius.to_string()),
+        ("shadow-rays", settings.shadow_rays.to_string()),
         ("attenuation", settings.attenuation.to_string()),
         ("range-threshold", settings.range_threshold.to_string()),
         ("materials", settings.materials.to_string()),
@@ -166,7 +168,8 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
     if let Some(distance) = distance {
         names.insert("occlusion-distance", distance.to_string());
     }
-    if matches!(settings.occlusion, Occlusion::Deep { .. }) || settings.indirect != Indirect::None {
+    let finds_arriving = matches!(settings.occlusion, Occlusion::Deep { .. }) || settings.indirect != Indirect::None;
+    if finds_arriving || settings.shadows == Shadows::DeepImage {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());
         names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
     }

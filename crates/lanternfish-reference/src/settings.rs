@@ -19,6 +19,9 @@ pub struct Settings {
     pub attenuation: Attenuation,
     /// Intensity at which a light without a stated range ends: see [`lanternfish_scene::Light::effective_range`].
     pub range_threshold: f32,
+    /// Of point and spot lights, m, 0 or more: of a disk around the centre that faces the surface, from each point of which the
+    /// centre's irradiance comes. 0: they are points. Directional lights have none.
+    pub light_radius: f32,
     /// How one of many lights is chosen at a surface. The mean is the same.
     pub light_choice: LightChoice,
     /// What a hole of an alpha mask is.
@@ -38,6 +41,7 @@ impl Default for Settings {
             materials: Materials::File,
             attenuation: Attenuation::Gltf,
             range_threshold: 0.02,
+            light_radius: 0.0,
             light_choice: LightChoice::Tree,
             mask_rule: MaskRule::Open,
             seed: 0,

@@ -31,6 +31,9 @@ impl<'a> Tracer<'a> {
         if !(settings.range_threshold > 0.0 && settings.range_threshold.is_finite()) {
             return Err(refused("range threshold", settings.range_threshold.to_string(), "it must be above 0"));
         }
+        if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
+            return Err(refused("light radius", settings.light_radius.to_string(), "it must be 0 or above"));
+        }
         if let Integrator::Obscurance { max_distance } = settings.integrator
             && !(max_distance > 0.0 && max_distance.is_finite())
         {

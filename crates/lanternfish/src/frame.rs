@@ -86,9 +86,7 @@ impl Passes {
         accumulates: bool,
     ) -> Result<Vec<Arriving>, RenderError> {
         let Self { occlusion, deep_images, indirect, .. } = self;
-        // Frames of one mean look in other directions each.
-        let index = shown.first().map_or(0, |shown| shown.view.frame_index);
-        let rotation = if accumulates { rotation_of_frame(index) } else { Quat::IDENTITY };
+        let rotation = shown.first().map_or(Quat::IDENTITY, |shown| rotation_of(shown.view, accumulates));
         let images = deep_images.as_mut().map(|images| images.get(frame, scene, rotation)).transpose()?;
         let mut of_view = |Shown { view, buffer, middle, .. }: &Shown<'_>| {
             let occlusion = occlusion.as_mut();
@@ -118,6 +116,7 @@ impl Passes {
         Ok(Shown { view, buffer, draws, surface, middle })
     }
 
+    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     fn shade(
         &mut self,
         frame: &mut Frame<'_>,
@@ -133,9 +132,12 @@ impl Passes {
             None => self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, None)?,
             Some(shadows) => {
                 let plan = plan.insert(shadows.plan(frame, scene, buffer, surface, &lights)?);
+                let images = self.deep_images.as_mut().filter(|_| shadows.uses_deep_images());
+                let rotation = rotation_of(view, accumulates);
+                let images = images.map(|images| images.get(frame, scene, rotation)).transpose()?;
                 // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
                 for band in plan.bands() {
-                    let visibility = &shadows.record(frame, scene, buffer, surface, &lights, plan, band);
+                    let visibility = &shadows.record(frame, scene, buffer, surface, &lights, images, plan, band);
                     self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, Some(visibility))?;
                 }
                 self.forward.radiance(frame.device, view.size, surface.slot)
@@ -168,6 +170,11 @@ impl Passes {
         let openness = arriving.openness.clone();
         Ok(FrameResult { radiance, mean, display, visibility: plan, openness, lights })
     }
+}
+
+/// How deep images are turned: frames of one mean look in other directions each.
+fn rotation_of(view: &View, accumulates: bool) -> Quat {
+    if accumulates { rotation_of_frame(view.frame_index) } else { Quat::IDENTITY }
 }
 
 /// A view after the prepass.

@@ -78,16 +78,22 @@ impl Renderer {
         if settings.debug_view == Some(DebugView::BaseColor) {
             // A colour is shown as it is, and no light is asked for.
             (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
-            settings.indirect = Indirect::None;
             settings.occlusion = OcclusionSetting::None;
+        }
+        if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
+            // What is shown is not what arrives.
+            settings.indirect = Indirect::None;
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;
         frames::check(&settings)?;
+        crate::shadows::check(&settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
         let occlusion = Occlusion::new(device, &settings)?;
-        let deep_images = settings.indirect.uses_deep_images();
+        // Rays of several samples a pixel go through the BVH.
+        let of_shadows = tracer == Tracer::DeepImage && settings.samples == Samples::One;
+        let deep_images = settings.indirect.uses_deep_images() || of_shadows;
         let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
         let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
         let asks_for_normals = tracer != Tracer::None || settings.debug_view.is_some() || finds_arriving;
@@ -118,7 +124,8 @@ impl Renderer {
     }
 
     /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. Renderers of
-    /// one device whose settings differ in `culling` alone may share it.
+    /// one device may share it where their settings differ in `culling`, `samples`, `accumulate`, `deep_images` and `indirect`
+    /// alone, and, if it is rendered with indirect light, it was uploaded with some.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
         checked(&self.device, "upload", || {
             GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
@@ -261,6 +268,7 @@ fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, Rende
     match setting {
         ShadowSetting::None => Ok(Tracer::None),
         ShadowSetting::Bvh => Ok(Tracer::Bvh),
+        ShadowSetting::DeepImage => Ok(Tracer::DeepImage),
         // A software adapter's ray query is slower than the walk in compute.
         ShadowSetting::Auto => Ok(if ray_query && !software { Tracer::RayQuery } else { Tracer::Bvh }),
         ShadowSetting::RayQuery if ray_query => Ok(Tracer::RayQuery),

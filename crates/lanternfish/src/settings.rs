@@ -12,6 +12,11 @@ pub struct Settings {
     pub shadows: Shadows,
     /// Which shadow rays are not worth tracing.
     pub ray_culling: RayCulling,
+    /// Of point and spot lights, m; 0: they are points, and shadows are hard. Higher: shadows are softer the farther what casts
+    /// them is from what they fall on. It moves where shadow rays end and nothing else; directional lights have none.
+    pub light_radius: f32,
+    /// Rays from a pixel to each light that has a radius, 1 to 255. More: less noise, slower in proportion.
+    pub shadow_rays: u32,
     /// How light falls off with distance.
     pub attenuation: Attenuation,
     /// Intensity at which a light without a stated range ends, cd/m² of its own inverse-square law; > 0. Lower: larger
@@ -51,6 +56,8 @@ impl Default for Settings {
             culling: Culling::default(),
             shadows: Shadows::Auto,
             ray_culling: RayCulling::Surface,
+            light_radius: 0.0,
+            shadow_rays: 16,
             attenuation: Attenuation::Gltf,
             range_threshold: 0.02,
             materials: Materials::File,
@@ -65,6 +72,13 @@ impl Default for Settings {
             samples: Samples::One,
             accumulate: 1,
         }
+    }
+}
+
+impl Settings {
+    /// Whether any light may be seen in part.
+    pub(crate) fn casts_soft_shadows(&self) -> bool {
+        self.light_radius > 0.0
     }
 }
 
@@ -300,6 +314,9 @@ named_enum! {
         RayQuery = "ray-query",
         /// A compressed wide BVH walked in compute, on any adapter.
         Bvh = "bvh",
+        /// Deep images [Niessner2010]: as coarse as their texels. Rays from blended surfaces, and with several samples a pixel, go
+        /// through the BVH.
+        DeepImage = "deep-image",
     }
 }
 

@@ -50,7 +50,7 @@ mod tests {
         occlusion::{DirectionRun, HbaoParameters},
         output::OutputParameters,
         settings::{Attenuation, ToneMap},
-        shadows::VisibilityGrid,
+        shadows::{SoftShadows, VisibilityGrid},
         sky::EnvironmentParameters,
         view::View,
     };
@@ -147,15 +147,17 @@ mod tests {
             choices: &[&["", "tracer_ray_query"], &["", "environment"]],
         },
         Root { module: "indirect/sampled/filter", entries: &["resolve", "filter_axis"], choices: &[] },
-        Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING] },
+        Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING, &["", "soft"]] },
         Root {
             module: "shadows/trace",
             entries: &["trace"],
             choices: &[
                 CULLING,
-                &["", "tracer_ray_query"],
+                &["visibility_written"],
+                &["", "tracer_ray_query", "tracer_deep_image", "tracer_deep_image+depth_16"],
                 &["", "cull_naive", "cull_improved", "cull_surface"],
                 &["", "ray_counts"],
+                &["", "soft"],
             ],
         },
         Root {
@@ -168,13 +170,21 @@ mod tests {
                     "masked",
                     "shadow_bits",
                     "shadow_bits+masked",
+                    "shadow_bits+soft",
+                    "shadow_bits+soft+masked",
                     "shadow_rays",
                     "shadow_rays+masked",
+                    "shadow_rays+soft",
+                    "shadow_rays+soft+masked",
                     "shadow_rays+tracer_ray_query",
                     "shadow_rays+tracer_ray_query+masked",
+                    "shadow_rays+soft+tracer_ray_query",
+                    "shadow_rays+soft+tracer_ray_query+masked",
                     "transparent",
                     "transparent+shadow_rays",
+                    "transparent+shadow_rays+soft",
                     "transparent+shadow_rays+tracer_ray_query",
+                    "transparent+shadow_rays+soft+tracer_ray_query",
                 ],
                 &["", "indirect", "indirect+multisampled", "occlusion", "occlusion+multisampled"],
                 TEXTURES,
@@ -359,6 +369,7 @@ mod tests {
         check::<LightTree>(&shaders, &mut checked);
         check::<LevelToJoin>(&shaders, &mut checked);
         check::<VisibilityGrid>(&shaders, &mut checked);
+        check::<SoftShadows>(&shaders, &mut checked);
         check::<EnvironmentParameters>(&shaders, &mut checked);
         check::<EnvironmentLightParameters>(&shaders, &mut checked);
         check::<LevelParameters>(&shaders, &mut checked);

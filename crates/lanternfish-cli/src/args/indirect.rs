@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Sampled, Settings,
+    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Sampled,
 };
 
 use crate::{choices::choice, parse};
@@ -10,28 +10,29 @@ use crate::{choices::choice, parse};
 #[derive(Debug, Args)]
 pub struct IndirectArgs {
     /// Where light comes from that is not straight from the lights: other surfaces, emission, the surroundings.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = IndirectName::default())]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = IndirectName::Sampled)]
     pub indirect: IndirectName,
-    /// Diffuse rays a pixel, with --indirect sampled. More: less noise, slower.
-    #[arg(long, value_name = "N", default_value_t = Sampled::default().diffuse_rays)]
+    /// What --indirect sampled spends: the flags below that are not given.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Quality::Good)]
+    pub quality: Quality,
+    /// Diffuse rays a pixel. More: less noise, slower.
+    #[arg(long, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=4096), allow_hyphen_values = true)]
-    pub indirect_rays: u32,
-    /// Glossy rays a pixel, with --indirect sampled. More: less noise on what shines, slower.
-    #[arg(long, value_name = "N", default_value_t = Sampled::default().glossy_rays)]
+    pub indirect_rays: Option<u32>,
+    /// Glossy rays a pixel. More: less noise on what shines, slower.
+    #[arg(long, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=4096), allow_hyphen_values = true)]
-    pub glossy_rays: u32,
+    pub glossy_rays: Option<u32>,
     /// What these rays are traced through.
     #[arg(long, value_name = "NAME", value_parser = choice::<IndirectTracer>())]
-    #[arg(default_value_t = Sampled::default().tracer)]
-    pub indirect_tracer: IndirectTracer,
+    pub indirect_tracer: Option<IndirectTracer>,
     /// Where these rays start.
     #[arg(long, value_name = "NAME", value_parser = choice::<IndirectResolution>())]
-    #[arg(default_value_t = Sampled::default().resolution)]
-    pub indirect_resolution: IndirectResolution,
+    pub indirect_resolution: Option<IndirectResolution>,
     /// Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less noise, less detail.
-    #[arg(long, value_name = "PIXELS", default_value_t = Sampled::default().filter_radius)]
+    #[arg(long, value_name = "PIXELS")]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=64), allow_hyphen_values = true)]
-    pub indirect_filter: u32,
+    pub indirect_filter: Option<u32>,
     /// How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with --indirect none.
     /// Opaque surfaces alone.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::None)]
@@ -40,10 +41,9 @@ pub struct IndirectArgs {
     /// however far; with hbao 1 m.
     #[arg(long, value_name = "METRES", value_parser = parse::positive, allow_hyphen_values = true)]
     pub occlusion_distance: Option<f32>,
-    /// Texels across and down a deep image. More: finer, more memory (by the square).
+    /// Texels across and down a deep image. More: finer, more memory (by the square). Without it: 64, or what --quality says.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=1024))]
-    #[arg(default_value_t = DeepImageSettings::default().resolution)]
-    pub deep_resolution: u32,
+    pub deep_resolution: Option<u32>,
     /// Directions that there are deep images of: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each serves
     /// its opposite too. More: smoother, slower.
     #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
@@ -59,11 +59,31 @@ pub enum IndirectName {
     Sampled,
 }
 
-impl Default for IndirectName {
-    fn default() -> Self {
-        match Settings::default().indirect {
-            Indirect::None => Self::None,
-            Indirect::Sampled(_) => Self::Sampled,
+/// What is spent on light that is not straight from the lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Quality {
+    /// 4 and 1 rays from every fourth pixel, through coarse deep images
+    Draft,
+    /// 8 and 4 rays from every pixel, through deep images
+    Good,
+    /// 32 and 16 rays from every pixel, through the BVH: exact
+    Best,
+}
+
+impl Quality {
+    /// What it spends, and the texels across a deep image.
+    fn spent(self) -> (Sampled, u32) {
+        let good = Sampled::default();
+        match self {
+            Self::Draft => {
+                let resolution = IndirectResolution::Half;
+                (Sampled { diffuse_rays: 4, glossy_rays: 1, resolution, ..good }, 64)
+            }
+            Self::Good => (good, 128),
+            Self::Best => {
+                let tracer = IndirectTracer::Bvh;
+                (Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, tracer, ..good }, 128)
+            }
         }
     }
 }
@@ -84,13 +104,16 @@ impl IndirectArgs {
     pub fn indirect(&self) -> Indirect {
         match self.indirect {
             IndirectName::None => Indirect::None,
-            IndirectName::Sampled => Indirect::Sampled(Sampled {
-                diffuse_rays: self.indirect_rays,
-                glossy_rays: self.glossy_rays,
-                tracer: self.indirect_tracer,
-                resolution: self.indirect_resolution,
-                filter_radius: self.indirect_filter,
-            }),
+            IndirectName::Sampled => {
+                let (spent, _) = self.quality.spent();
+                Indirect::Sampled(Sampled {
+                    diffuse_rays: self.indirect_rays.unwrap_or(spent.diffuse_rays),
+                    glossy_rays: self.glossy_rays.unwrap_or(spent.glossy_rays),
+                    tracer: self.indirect_tracer.unwrap_or(spent.tracer),
+                    resolution: self.indirect_resolution.unwrap_or(spent.resolution),
+                    filter_radius: self.indirect_filter.unwrap_or(spent.filter_radius),
+                })
+            }
         }
     }
 
@@ -107,10 +130,12 @@ impl IndirectArgs {
 
     /// The deep images that both are found in.
     pub fn deep_images(&self) -> DeepImageSettings {
-        DeepImageSettings {
-            directions: self.deep_directions,
-            resolution: self.deep_resolution,
-            ..DeepImageSettings::default()
-        }
+        let usual = DeepImageSettings::default();
+        let spent = match self.indirect {
+            IndirectName::None => usual.resolution,
+            IndirectName::Sampled => self.quality.spent().1,
+        };
+        let resolution = self.deep_resolution.unwrap_or(spent);
+        DeepImageSettings { directions: self.deep_directions, resolution, ..usual }
     }
 }

@@ -18,8 +18,11 @@ fn the_flags_are_consistent() {
 }
 
 #[test]
-fn without_flags_the_settings_are_the_librarys_defaults() {
-    assert_eq!(parsed(&[]).unwrap().settings(), Settings::default());
+fn without_flags_the_settings_are_the_librarys_defaults_but_for_indirect_light() {
+    // A picture wants all light; a program asks for what it can pay.
+    let indirect = Indirect::Sampled(Sampled::default());
+    let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
+    assert_eq!(parsed(&[]).unwrap().settings(), Settings { indirect, deep_images, ..Settings::default() });
 }
 
 #[test]
@@ -28,7 +31,7 @@ fn every_flag_reaches_its_setting() {
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
-                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2";
+                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -50,6 +53,8 @@ fn every_flag_reaches_its_setting() {
             ..DeepImageSettings::default()
         },
         accumulate: 5,
+        light_radius: 0.2,
+        shadow_rays: 7,
         indirect: Indirect::Sampled(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,
@@ -131,4 +136,24 @@ fn adapters_are_named_or_cpu() {
     let named = parsed(&["--adapter", "llvmpipe"]).unwrap().run.adapter;
     assert_eq!(named, Some(AdapterChoice::Name("llvmpipe".to_owned())));
     assert_eq!(parsed(&[]).unwrap().run.adapter, None);
+}
+
+#[test]
+fn quality_says_what_is_not_said_otherwise() {
+    let sampled = |words: &[&str]| match parsed(words).unwrap().settings() {
+        Settings { indirect: Indirect::Sampled(sampled), deep_images, .. } => (sampled, deep_images.resolution),
+        settings => panic!("{settings:?}"),
+    };
+    assert_eq!(sampled(&[]), (Sampled::default(), 128));
+    let (draft, coarse) = sampled(&["--quality", "draft"]);
+    assert_eq!((draft.resolution, coarse), (IndirectResolution::Half, 64));
+    let (best, _) = sampled(&["--quality", "best"]);
+    assert_eq!(best.tracer, IndirectTracer::Bvh);
+    assert!(
+        draft.diffuse_rays < Sampled::default().diffuse_rays && Sampled::default().diffuse_rays < best.diffuse_rays
+    );
+    let (best, fine) = sampled(&["--quality", "best", "--indirect-rays", "3", "--deep-resolution", "32"]);
+    assert_eq!((best.diffuse_rays, best.tracer, fine), (3, IndirectTracer::Bvh, 32));
+    let none = parsed(&["--indirect", "none"]).unwrap().settings();
+    assert_eq!((none.indirect, none.deep_images), (Indirect::None, DeepImageSettings::default()));
 }

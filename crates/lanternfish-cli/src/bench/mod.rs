@@ -4,6 +4,7 @@ mod attenuation;
 mod clustered;
 mod deep_images;
 mod forward_plus;
+mod indirect;
 mod markdown;
 mod moving;
 mod normals;
@@ -46,6 +47,19 @@ pub enum Paper {
     /// Every speed stands beside its error. Counts are exact; times are the least of some runs on this machine, to be
     /// compared with each other only.
     DeepImages(Box<deep_images::DeepImagesArgs>),
+    /// Indirect light by rays through deep images, beside the BVH: Niessner 2010, §7.
+    ///
+    /// One view, its surfaces diffuse (8 rays a pixel), glossy (16) and mirrors (1), with rays through images of 96, 150 and 384
+    /// directions, of 128² and 512² texels, within a texel and across texels, and through the BVH; then with the filter off, with
+    /// four samples at edges, and as the mean of four frames.
+    ///
+    /// Each row has the device's milliseconds of tracing, shading, resolving, filtering and the whole frame; rays a second of
+    /// tracing alone and with shading what they meet; and what they cost in quality: energy and mean FLIP against the same rays
+    /// through the BVH, and FLIP against the mean of many frames. Each set of images has its building time and its memory.
+    /// What an adapter, or the renderer, refuses is listed with its reason, and the rest goes on.
+    ///
+    /// Counts and errors are exact; times are the least of some runs on this machine, to be compared with each other only.
+    Indirect(Box<indirect::IndirectArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
     ///
     /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
@@ -98,6 +112,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     match &args.paper {
         Paper::ForwardPlus(args) => forward_plus::run(args),
         Paper::DeepImages(args) => deep_images::run(args),
+        Paper::Indirect(args) => indirect::run(args),
         Paper::Clustered(args) => clustered::run(args),
         Paper::Moving(args) => moving::run(args),
         Paper::Attenuation(args) => attenuation::run(args),

@@ -221,6 +221,7 @@ impl ReferenceArgs {
             materials: shot.look.materials,
             attenuation: shot.lights.attenuation,
             range_threshold: shot.lights.range_threshold,
+            light_radius: shot.lights.light_radius,
             light_choice: transport.light_choice,
             seed,
             ..Settings::default()

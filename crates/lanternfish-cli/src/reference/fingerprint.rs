@@ -129,6 +129,7 @@ mod tests {
             of_cornell(|scene, _, _| scene.sky = Vec3::X),
             of_cornell(|_, size, _| size.width = 5),
             of_cornell(|_, _, settings| settings.max_depth = 2),
+            of_cornell(|_, _, settings| settings.light_radius = 0.1),
             of_cornell(|_, _, settings| settings.integrator = Integrator::Occlusion),
         ];
         for (i, other) in others.iter().enumerate() {

@@ -187,6 +187,7 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
         ("lanternfish.materials", settings.materials.to_string()),
         ("lanternfish.attenuation", settings.attenuation.to_string()),
         ("lanternfish.range-threshold", settings.range_threshold.to_string()),
+        ("lanternfish.light-radius", settings.light_radius.to_string()),
         ("lanternfish.light-choice", settings.light_choice.to_string()),
     ];
     facts.extend(max_distance.map(|distance| ("lanternfish.max-distance", distance.to_string())));

@@ -51,7 +51,7 @@ fn every_flag_has_a_key_of_its_own() {
     let tables: BTreeSet<_> = known.iter().map(|key| key.table.as_str()).collect();
     assert_eq!(
         tables.into_iter().collect::<Vec<_>>(),
-        ["lights", "look", "output", "run", "technique", "track", "view"]
+        ["indirect", "lights", "look", "output", "run", "technique", "track", "view"]
     );
 }
 

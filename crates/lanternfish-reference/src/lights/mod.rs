@@ -52,6 +52,7 @@ pub(crate) struct Lights {
     sky_emitter: Option<u32>,
     attenuation: Attenuation,
     range_threshold: f32,
+    light_radius: f32,
     materials: Materials,
 }
 
@@ -72,6 +73,7 @@ impl Lights {
             sky_emitter: None,
             attenuation: settings.attenuation,
             range_threshold: settings.range_threshold,
+            light_radius: settings.light_radius,
             materials: settings.materials,
         };
         // Those that surround the scene first, then those with a place.
@@ -91,7 +93,7 @@ impl Lights {
         for (i, light) in scene.lights.iter().enumerate() {
             if light.kind != LightKind::Directional && light.intensity != Vec3::ZERO {
                 lights.emitters.push(Emitter::Punctual(i as u32));
-                bounded.push(Bounded::of_light(light, lights.range(light)));
+                bounded.push(Bounded::of_light(light, lights.range(light), settings.light_radius));
             }
         }
         for triangle in 0..world.triangles.len() {
@@ -122,7 +124,7 @@ impl Lights {
                 let incidence =
                     incidence(&world.scene.lights[light as usize], p, self.attenuation, self.range_threshold);
                 let weight = incidence.irradiance / chance as f32;
-                let Incidence { wi, distance, .. } = incidence;
+                let (wi, distance) = self.towards_disk(&incidence, u[1], u[2]);
                 (weight != Vec3::ZERO).then_some(Arriving { wi, distance, weight, pdf: None })
             }
             Emitter::Triangle(triangle) => self.sample_triangle(world, triangle, p, chance, u),
@@ -133,6 +135,19 @@ impl Lights {
                 Some(Arriving { wi, distance: f32::INFINITY, weight, pdf: Some(pdf) })
             }
         }
+    }
+
+    /// Direction and distance of a point of the light's disk, uniform over its area; of its centre, where it has no radius.
+    fn towards_disk(&self, incidence: &Incidence, u: f64, v: f64) -> (DVec3, f32) {
+        let Incidence { wi, distance, .. } = *incidence;
+        if self.light_radius == 0.0 || distance.is_infinite() {
+            return (wi, distance);
+        }
+        let (right, up) = wi.any_orthonormal_pair();
+        let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+        let aside = f64::from(self.light_radius) * u.sqrt();
+        let place = f64::from(distance) * wi + aside * (cos * right + sin * up);
+        (place.normalize(), place.length() as f32)
     }
 
     fn sample_triangle(&self, world: &World, triangle: u32, p: Vec3A, chance: f64, u: [f64; 3]) -> Option<Arriving> {

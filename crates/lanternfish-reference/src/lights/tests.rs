@@ -9,7 +9,7 @@ fn lights(count: u64, range: f32) -> Vec<Bounded> {
         let mut random = Random::new(4, i, 0);
         let place = 10.0 * Vec3::new(random.unit() as f32, random.unit() as f32, random.unit() as f32);
         let light = Light { kind: LightKind::Point, ..Light::point(place, Vec3::splat(0.1 + random.unit() as f32)) };
-        Bounded::of_light(&light, range)
+        Bounded::of_light(&light, range, 0.0)
     };
     (0..count).map(light).collect()
 }

@@ -18,8 +18,9 @@ pub(super) struct Bounded {
 }
 
 impl Bounded {
-    pub fn of_light(light: &Light, range: f32) -> Self {
-        let bounds = Bounds { min: light.position, max: light.position };
+    /// `radius`: of the light itself, which may be seen where its centre is not.
+    pub fn of_light(light: &Light, range: f32, radius: f32) -> Self {
+        let bounds = Bounds { min: light.position - radius, max: light.position + radius };
         Self { bounds, power: light.intensity.max_element(), range }
     }
 

@@ -144,6 +144,7 @@ fn what_is_out_of_range_is_refused() {
     let fault = |settings| Tracer::new(&scene, settings).err().expect("it is refused").to_string();
     assert!(fault(Settings { max_depth: 0, ..Settings::default() }).contains("max depth"));
     assert!(fault(Settings { range_threshold: 0.0, ..Settings::default() }).contains("range threshold"));
+    assert!(fault(Settings { light_radius: -0.1, ..Settings::default() }).contains("light radius"));
     let integrator = crate::settings::Integrator::Obscurance { max_distance: f32::NAN };
     assert!(fault(Settings { integrator, ..Settings::default() }).contains("obscurance"));
     let mut unsound = scene.clone();

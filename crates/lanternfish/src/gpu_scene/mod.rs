@@ -34,7 +34,7 @@ pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 
 use glam::Vec3;
-use lanternfish_gpu::{Bindings, storage_buffer_of};
+use lanternfish_gpu::{Bindings, storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
@@ -47,7 +47,7 @@ use crate::{
     lights::Light,
     occlusion::Occlusion as FindOcclusion,
     settings::{DebugView, Indirect, Occlusion, Settings},
-    shadows::Tracer,
+    shadows::{SoftShadows, Tracer},
     sky::EnvironmentImage,
 };
 
@@ -71,6 +71,7 @@ pub struct GpuScene {
     pub(crate) light_bounds: Bounds,
     materials: Materials,
     lights: wgpu::Buffer,
+    soft_shadows: wgpu::Buffer,
     bvh: Option<Bvh>,
     tlas: Option<Tlas>,
     masks: wgpu::Buffer,
@@ -100,7 +101,7 @@ impl GpuScene {
 
         // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
         let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
-        let wants_bvh = tracer == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
+        let wants_bvh = tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
         let traces = wants_bvh || tracer != Tracer::None;
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
@@ -140,6 +141,7 @@ impl GpuScene {
             light_bounds: light_bounds(scene),
             materials,
             lights: storage_buffer_of(device, LIGHTS, &lights, none)?,
+            soft_shadows: uniform_buffer_of(device, "scene/soft_shadows", &SoftShadows { rays: settings.shadow_rays }),
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
@@ -160,6 +162,7 @@ impl GpuScene {
             .all()
             .buffer("draw_instances", &self.geometry.instances)
             .buffer("lights", &self.lights)
+            .buffer("soft_shadows", &self.soft_shadows)
             .buffer("masks", &self.masks);
         if let Some(bvh) = &self.bvh {
             bindings = bindings.buffer("bvh_nodes", &bvh.nodes).buffer("bvh_triangles", &bvh.triangles);

@@ -52,7 +52,7 @@ impl Default for Sampled {
         Self {
             diffuse_rays: 8,
             glossy_rays: 4,
-            tracer: IndirectTracer::AcrossTexels,
+            tracer: IndirectTracer::WithinTexel,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
         }

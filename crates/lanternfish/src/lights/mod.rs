@@ -32,8 +32,8 @@ gpu_struct! {
         inverse_cos_span: f32,
         /// Spot: tangent of the outer angle, for culling.
         tan_outer: f32,
-        /// Unused.
-        _pad: u32,
+        /// Of the disk around its centre that shadow rays end on, m; 0: a point.
+        radius: f32,
     }
 }
 
@@ -55,7 +55,7 @@ impl Light {
             cos_outer: outer.cos(),
             inverse_cos_span: 1.0 / (inner.cos() - outer.cos()).max(1e-4),
             tan_outer: outer.min(1.57).tan(),
-            _pad: 0,
+            radius: if light.kind == LightKind::Directional { 0.0 } else { settings.light_radius },
         }
     }
 }

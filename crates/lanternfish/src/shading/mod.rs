@@ -66,6 +66,7 @@ impl Forward {
             stencil: Default::default(),
             bias: Default::default(),
         };
+        let tracer = tracer.exact();
         let culling = LightCulling::feature(settings.culling);
         let samples = settings.samples.count();
         let mut opaque: Vec<_> = culling.into_iter().collect();
@@ -87,6 +88,10 @@ impl Forward {
             }
             blended.push("shadow_rays");
             blended.extend(tracer.feature());
+            if settings.casts_soft_shadows() {
+                opaque.push("soft");
+                blended.push("soft");
+            }
         }
         let over = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,

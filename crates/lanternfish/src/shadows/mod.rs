@@ -1,7 +1,8 @@
 //! Which listed lights reach which pixel, by rays [Elagabani2025, §4.3].
 //!
-//! The answer is a bit a pixel and listed light, in as many words as the lists are long. Where the words of all pixels
-//! do not fit one buffer, the frame is made in bands of pixel rows: no light is left out.
+//! The answer is a bit a pixel and listed light (of lights that have a size eight bits: how many rays are open), in as many
+//! words as the lists are long. Where the words of all pixels do not fit one buffer, the frame is made in bands of pixel rows: no
+//! light is left out.
 
 #[cfg(test)]
 mod tests;
@@ -13,11 +14,12 @@ use lanternfish_gpu::{
 };
 
 use crate::{
+    deep_images::DeepImages,
     error::RenderError,
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
     prepass::Surface,
-    settings::{DebugView, RayCulling, Settings},
+    settings::{DebugView, DeepDepth, DeepStore, RayCulling, Settings},
     shaders::SHADERS,
     texture::target,
     view::ViewBuffer,
@@ -37,10 +39,18 @@ gpu_struct! {
     }
 }
 
+gpu_struct! {
+    /// What shadows of lights that have a size need to know.
+    pub struct SoftShadows {
+        /// To each light of a pixel.
+        rays: u32,
+    }
+}
+
 /// Edge of a block of pixels; `BLOCK_EDGE` in `visibility_bits.wesl`.
 pub const BLOCK_EDGE: u32 = 8;
-/// Words before the first block's: `RESERVED_WORDS`.
-const RESERVED_WORDS: u64 = 1;
+/// Words before those of the blocks' starts, of which there is one more than blocks: `FIRST_START`.
+const FIRST_START: u64 = 1;
 
 /// What answers "is this segment open?".
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,33 +61,50 @@ pub enum Tracer {
     Bvh,
     /// The adapter's own acceleration structure.
     RayQuery,
+    /// Deep images, for the surfaces of the picture.
+    DeepImage,
 }
 
 impl Tracer {
     /// The feature that makes `visibility.wesl` use this room; none for the default.
     pub fn feature(self) -> Option<&'static str> {
-        (self == Self::RayQuery).then_some("tracer_ray_query")
+        match self {
+            Self::None | Self::Bvh => None,
+            Self::RayQuery => Some("tracer_ray_query"),
+            Self::DeepImage => Some("tracer_deep_image"),
+        }
+    }
+
+    /// What traces rays from where deep images are not asked: from blended surfaces, samples of a pixel, ends of other rays.
+    pub fn exact(self) -> Self {
+        if self == Self::DeepImage { Self::Bvh } else { self }
     }
 }
 
-/// Words of a band at most, however large the device's bindings: their bits, and so the rays of a band, fit a u32.
-const MOST_WORDS: u64 = 1 << 26;
+/// Rays of a band at most, however large the device's bindings: they are counted in a u32.
+const MOST_RAYS: u64 = 1 << 31;
+/// The setting of [`Tracer::DeepImage`].
+const DEEP_SHADOWS: &str = "--shadows deep-image";
+/// Bits of a light that has a size: `SOFT_LIGHT_BITS`. More rays than they can count are an error.
+const SOFT_LIGHT_BITS: u32 = 8;
 
-/// The passes of hard shadows for every listed light.
+/// The passes of shadows for every listed light.
 #[derive(Debug)]
 pub struct Shadows {
     plan: ComputeKernel,
     trace: ComputeKernel,
     scan: Scan,
     count_rays: bool,
-    /// Words of a band at most; a lower number gives more bands. The device's binding limit unless a test lowers it.
+    /// Listed lights that share a word.
+    lights_a_word: u32,
+    tracer: Tracer,
+    /// Words of bits of a band at most, beside the device's binding limit; a lower number gives more bands.
     pub(crate) word_limit: u64,
 }
 
 /// How a frame's visibility is divided.
 #[derive(Debug)]
 pub struct VisibilityPlan {
-    starts: wgpu::Buffer,
     words: wgpu::Buffer,
     ray_totals: wgpu::Buffer,
     ray_counts: Option<wgpu::TextureView>,
@@ -97,10 +124,7 @@ pub struct Visibility<'p> {
 impl Visibility<'_> {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new()
-            .buffer("visibility_grid", &self.grid)
-            .buffer("visibility_starts", &self.plan.starts)
-            .buffer("visibility_words", &self.plan.words)
+        Bindings::new().buffer("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
     }
 }
 
@@ -129,10 +153,22 @@ impl VisibilityPlan {
 impl Shadows {
     /// Compiles the passes for a tracer (not [`Tracer::None`]).
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
-        let culling: Vec<&str> = LightCulling::feature(settings.culling).into_iter().collect();
+        let soft = settings.casts_soft_shadows();
+        let culling = LightCulling::feature(settings.culling);
+        let culling: Vec<&str> = culling.into_iter().chain(soft.then_some("soft")).collect();
         let count_rays = matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility));
         let mut features = culling.clone();
+        features.push("visibility_written");
         features.extend(tracer.feature());
+        if tracer == Tracer::DeepImage {
+            if settings.deep_images.store != DeepStore::LinearArray {
+                return Err(RenderError::Together { setting: DEEP_SHADOWS, needed: "the store linear_array" });
+            }
+            if count_rays {
+                return Err(RenderError::Together { setting: "--debug-view of shadow rays", needed: "--shadows bvh" });
+            }
+            features.extend((settings.deep_images.depth == DeepDepth::Bits16).then_some("depth_16"));
+        }
         features.extend(match settings.ray_culling {
             RayCulling::None => None,
             RayCulling::Naive => Some("cull_naive"),
@@ -142,12 +178,16 @@ impl Shadows {
         features.extend(count_rays.then_some("ray_counts"));
         let plan = SHADERS.link("shadows/plan", &culling)?;
         let trace = SHADERS.link("shadows/trace", &features)?;
+        let (rays, lights_a_word) = if soft { (settings.shadow_rays, 32 / SOFT_LIGHT_BITS) } else { (1, 32) };
+        let most_words = MOST_RAYS / u64::from(rays * lights_a_word);
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
             trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
             scan: Scan::new(device, "shadows")?,
             count_rays,
-            word_limit: (device.limits().max_storage_buffer_binding_size / 4).min(MOST_WORDS),
+            lights_a_word,
+            tracer,
+            word_limit: most_words,
         })
     }
 
@@ -162,7 +202,7 @@ impl Shadows {
     ) -> Result<VisibilityPlan, RenderError> {
         let device = frame.device;
         let columns = surface.size.x.div_ceil(BLOCK_EDGE);
-        check_row(columns, scene.light_count)?;
+        check_row(columns, scene.light_count.div_ceil(self.lights_a_word))?;
         let rows = surface.size.y.div_ceil(BLOCK_EDGE);
         let blocks = columns * rows;
         let mut grid = VisibilityGrid { columns, rows, first_row: 0, capacity: 0 };
@@ -179,17 +219,21 @@ impl Shadows {
 
         let all_starts = frame.read_now::<u32>(&starts, blocks as usize + 1)?;
         let row_starts = row_starts(&all_starts, columns as usize);
-        let bands = bands(&row_starts, self.word_limit - RESERVED_WORDS)?;
+        let first_bits = FIRST_START + u64::from(blocks) + 1;
+        let binding_words = device.limits().max_storage_buffer_binding_size / 4;
+        let bands = bands(&row_starts, self.word_limit.min(binding_words.saturating_sub(first_bits)))?;
         let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
-        let capacity = RESERVED_WORDS + bands.iter().map(words_of).max().unwrap_or(0);
+        // Without lights there are none, and a buffer has something all the same.
+        let capacity = first_bits + bands.iter().map(words_of).max().unwrap_or(0).max(1);
         grid.capacity = capacity as u32;
+        let words = storage_buffer(device, "shadows/words", 4 * capacity)?;
+        frame.encoder.copy_buffer_to_buffer(&starts, 0, &words, 4 * FIRST_START, 4 * (u64::from(blocks) + 1));
         let usage = wgpu::TextureUsages::STORAGE_BINDING;
         let ray_counts = self
             .count_rays
             .then(|| target(device, "shadows/ray_counts", surface.size, wgpu::TextureFormat::R32Uint, usage));
         Ok(VisibilityPlan {
-            starts,
-            words: storage_buffer(device, "shadows/words", 4 * capacity)?,
+            words,
             ray_totals: storage_buffer(device, "shadows/ray_totals", 4 * bands.len() as u64)?,
             ray_counts,
             grid,
@@ -197,7 +241,12 @@ impl Shadows {
         })
     }
 
-    /// Traces the rays of one band.
+    /// Whether rays are traced through deep images.
+    pub fn uses_deep_images(&self) -> bool {
+        self.tracer == Tracer::DeepImage
+    }
+
+    /// Traces the rays of one band. `images` are of the scene as it stands, where rays go through them.
     #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record<'p>(
         &self,
@@ -206,6 +255,7 @@ impl Shadows {
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
+        images: Option<&DeepImages>,
         plan: &'p VisibilityPlan,
         (index, band): (usize, Range<u32>),
     ) -> Visibility<'p> {
@@ -222,20 +272,45 @@ impl Shadows {
             bindings = bindings.texture("ray_counts", counts);
         }
         frame.encoder.clear_buffer(&plan.words, 0, Some(4));
-        frame.dispatch(&self.trace, &bindings, [plan.grid.columns, band.end - band.start, 1]);
+        let groups = [plan.grid.columns, band.end - band.start, 1];
+        match images {
+            None => frame.dispatch(&self.trace, &bindings, groups),
+            Some(images) => {
+                let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
+                frame.encoder.clear_buffer(&plan.words, 4 * first_bits, None);
+                for chunk in &images.chunks {
+                    let of_images = chunk.bindings(&images.frames).with(&images.direction_bindings());
+                    frame.dispatch(&self.trace, &bindings.clone().with(&of_images), groups);
+                }
+            }
+        }
         frame.encoder.copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
         visibility
     }
 }
 
 /// The words of one row of blocks must fit a u32, in which the device counts them.
-fn check_row(columns: u32, light_count: u32) -> Result<(), RenderError> {
-    let most = u64::from(columns) * u64::from(BLOCK_EDGE * BLOCK_EDGE) * u64::from(light_count.div_ceil(32));
+fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
+    let most = u64::from(columns) * u64::from(BLOCK_EDGE * BLOCK_EDGE) * u64::from(words_a_pixel);
     if most <= u64::from(u32::MAX) {
         return Ok(());
     }
     let remedy = "use fewer lights, or render a narrower image";
     Err(RenderError::Overflow { list: "shadows/words", needed: most, limit: u32::MAX.into(), remedy })
+}
+
+/// An error where lights have a size that is none, or more rays than are counted.
+pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
+    if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
+        return Err(RenderError::Together { setting: "--light-radius", needed: "a number of metres, 0 or more" });
+    }
+    if !(1..1 << SOFT_LIGHT_BITS).contains(&settings.shadow_rays) {
+        return Err(RenderError::Together {
+            setting: "--shadow-rays",
+            needed: "1 to 255 rays; --accumulate adds to them",
+        });
+    }
+    Ok(())
 }
 
 /// Words before each row of blocks, the total last. The device's sums, which start over at 2³², are unrolled.

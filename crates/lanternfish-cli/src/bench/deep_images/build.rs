@@ -3,13 +3,14 @@
 use std::time::{Duration, Instant};
 
 use lanternfish::{
+    GpuScene,
     deep_images::{DeepImageBuilder, DeepImages},
     settings::{DeepBuilder, DeepImageSettings},
 };
-use lanternfish_gpu::{Frame, PassTime, read_back};
+use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
 use serde::Serialize;
 
-use super::{Bench, configurations::in_words};
+use super::configurations::in_words;
 use crate::error::CliError;
 
 /// What takes longer is not run again.
@@ -24,6 +25,8 @@ pub struct Built {
     pub directions: usize,
     pub resolution: u32,
     pub supersampling: u32,
+    /// That the images are divided into: a ray looks into one, but a pass over rays is as many passes.
+    pub chunks: usize,
     /// Milliseconds a step, of the run that took least.
     pub sample_ms: f64,
     pub count_ms: f64,
@@ -41,69 +44,76 @@ pub struct Built {
     pub bytes: u64,
 }
 
-impl Bench {
-    pub fn build(&mut self, group: &'static str, settings: DeepImageSettings) -> Result<(Built, DeepImages), CliError> {
-        let mut builder = DeepImageBuilder::new(&self.gpu.device, settings)?;
-        let mut best: Option<(f64, Vec<PassTime>)> = None;
-        let mut images = None;
-        for run in 0..=self.runs {
-            // No two of them at a time.
-            drop(images.take());
-            let started = Instant::now();
-            let mut frame = Frame::new(&self.gpu.device, &self.gpu.queue, &mut self.profiler);
-            let recorded = builder.record(&mut frame, &self.uploaded);
-            frame.submit();
-            let made = match recorded {
-                Ok(made) => made,
-                Err(error) => {
-                    self.profiler.finished();
-                    return Err(error.into());
-                }
-            };
-            // Waits for the device.
-            read_back::<u32>(&self.gpu.device, &self.gpu.queue, &made.chunks[0].list_starts, 1)?;
-            images = Some(made);
-            let passes = self.profiler.finished();
-            let total: f64 = passes.iter().map(|pass| pass.ms).sum();
-            let is_long = run == 0 && started.elapsed() > LONG;
-            if (run > 0 || is_long) && best.as_ref().is_none_or(|(least, _)| total < *least) {
-                best = Some((total, passes));
+/// Builds images once, `runs` times more for the figures (once only, where that takes long), and gives the last ones.
+pub fn build(
+    gpu: &Gpu,
+    profiler: &mut Profiler,
+    scene: &GpuScene,
+    runs: u32,
+    group: &'static str,
+    settings: DeepImageSettings,
+) -> Result<(Built, DeepImages), CliError> {
+    let mut builder = DeepImageBuilder::new(&gpu.device, settings)?;
+    let mut best: Option<(f64, Vec<PassTime>)> = None;
+    let mut images = None;
+    for run in 0..=runs {
+        // No two of them at a time.
+        drop(images.take());
+        let started = Instant::now();
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
+        let recorded = builder.record(&mut frame, scene);
+        frame.submit();
+        let made = match recorded {
+            Ok(made) => made,
+            Err(error) => {
+                profiler.finished();
+                return Err(error.into());
             }
-            if is_long {
-                break;
-            }
+        };
+        // Waits for the device.
+        read_back::<u32>(&gpu.device, &gpu.queue, &made.chunks[0].list_starts, 1)?;
+        images = Some(made);
+        let passes = profiler.finished();
+        let total: f64 = passes.iter().map(|pass| pass.ms).sum();
+        let is_long = run == 0 && started.elapsed() > LONG;
+        if (run > 0 || is_long) && best.as_ref().is_none_or(|(least, _)| total < *least) {
+            best = Some((total, passes));
         }
-        let (images, (total_ms, passes)) = (images.expect("built"), best.expect("run"));
-        let times = |step: &str| -> Vec<f64> {
-            passes.iter().filter(|pass| pass.name.starts_with(step)).map(|pass| pass.ms).collect()
-        };
-        // The sum of nothing is minus zero.
-        let step = |name: &str| 0.0 + times(name).iter().sum::<f64>();
-        let draws: &[&str] = match settings.builder {
-            DeepBuilder::SinglePass => &["deep_images/sample"],
-            DeepBuilder::PerDirection => &["deep_images/count", "deep_images/fill"],
-            // One for each layer of surfaces, and one that finds no more.
-            DeepBuilder::DepthPeeling => &["deep_images/count/draw"],
-        };
-        let figures = Built {
-            group,
-            images: in_words(&settings),
-            builder: settings.builder.name(),
-            directions: images.directions.len(),
-            resolution: settings.resolution,
-            supersampling: settings.supersampling,
-            sample_ms: step("deep_images/sample"),
-            count_ms: step("deep_images/count"),
-            scan_ms: step("deep_images/scan"),
-            fill_ms: step("deep_images/fill"),
-            sort_ms: step("deep_images/sort"),
-            compact_ms: step("deep_images/compact"),
-            total_ms,
-            draw_passes: draws.iter().map(|name| times(name).len()).sum(),
-            drawn: images.counts.drawn,
-            kept: images.counts.kept,
-            bytes: images.counts.bytes,
-        };
-        Ok((figures, images))
+        if is_long {
+            break;
+        }
     }
+    let (images, (total_ms, passes)) = (images.expect("built"), best.expect("run"));
+    let times = |step: &str| -> Vec<f64> {
+        passes.iter().filter(|pass| pass.name.starts_with(step)).map(|pass| pass.ms).collect()
+    };
+    // The sum of nothing is minus zero.
+    let step = |name: &str| 0.0 + times(name).iter().sum::<f64>();
+    let draws: &[&str] = match settings.builder {
+        DeepBuilder::SinglePass => &["deep_images/sample"],
+        DeepBuilder::PerDirection => &["deep_images/count", "deep_images/fill"],
+        // One for each layer of surfaces, and one that finds no more.
+        DeepBuilder::DepthPeeling => &["deep_images/count/draw"],
+    };
+    let figures = Built {
+        group,
+        images: in_words(&settings),
+        builder: settings.builder.name(),
+        directions: images.directions.len(),
+        resolution: settings.resolution,
+        supersampling: settings.supersampling,
+        chunks: images.chunks.len(),
+        sample_ms: step("deep_images/sample"),
+        count_ms: step("deep_images/count"),
+        scan_ms: step("deep_images/scan"),
+        fill_ms: step("deep_images/fill"),
+        sort_ms: step("deep_images/sort"),
+        compact_ms: step("deep_images/compact"),
+        total_ms,
+        draw_passes: draws.iter().map(|name| times(name).len()).sum(),
+        drawn: images.counts.drawn,
+        kept: images.counts.kept,
+        bytes: images.counts.bytes,
+    };
+    Ok((figures, images))
 }

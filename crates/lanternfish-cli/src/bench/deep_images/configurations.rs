@@ -84,19 +84,41 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     words
 }
 
-/// With as many directions as fit, and images in as few chunks as they fit, by the last images of this supersampling that were
-/// built: lists grow with the number of texels.
+/// What images would come to, by others of the same supersampling: lists grow with the number of texels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// Of one image's lists and fragments.
+    pub bytes_a_direction: f64,
+    /// By which images are divided into chunks: so many that the fullest chunk fits.
+    pub fragments_a_texel: u64,
+}
+
+impl Expected {
+    /// By the last images that were built; nothing, where there are none.
+    pub fn of(settings: &DeepImageSettings, built: &[Built]) -> Option<Self> {
+        let last = built.iter().rfind(|last| last.supersampling == settings.supersampling)?;
+        let texels = |resolution: u32| f64::from(resolution).powi(2);
+        let a_texel = |figure: u64| figure as f64 / (last.directions as f64 * texels(last.resolution));
+        Some(Self {
+            bytes_a_direction: a_texel(last.bytes) * texels(settings.resolution),
+            fragments_a_texel: ((UNEVEN * a_texel(last.drawn)).ceil() as u64).max(1),
+        })
+    }
+
+    /// How many directions fit.
+    pub fn most_directions(&self) -> u64 {
+        (MOST_BYTES / self.bytes_a_direction) as u64
+    }
+}
+
+/// With as many directions as fit, and images in as few chunks as they fit.
 pub fn fitted(mut settings: DeepImageSettings, built: &[Built]) -> DeepImageSettings {
-    let Some(last) = built.iter().rfind(|last| last.supersampling == settings.supersampling) else { return settings };
-    let texels = |resolution: u32| f64::from(resolution).powi(2);
-    let a_texel = |figure: u64| figure as f64 / (last.directions as f64 * texels(last.resolution));
-    let bytes_a_direction = a_texel(last.bytes) * texels(settings.resolution);
-    let count = settings.directions.count();
-    let fits = (MOST_BYTES / bytes_a_direction) as u64;
-    if fits < count {
+    let Some(expected) = Expected::of(&settings, built) else { return settings };
+    let fits = expected.most_directions();
+    if fits < settings.directions.count() {
         settings.directions = DirectionSet::ZonalEqualArea { count: fits.max(1) as u32 };
     }
-    settings.fragments_a_texel = ((UNEVEN * a_texel(last.drawn)).ceil() as u64).max(1);
+    settings.fragments_a_texel = expected.fragments_a_texel;
     settings
 }
 

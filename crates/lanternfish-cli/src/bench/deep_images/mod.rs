@@ -1,8 +1,8 @@
 //! `lanternfish bench deep-images`: building and tracing deep images, beside other builders and exact rays, with the error of
 //! every figure [Archer2019, tables 2, 3; Niessner2010, table 1].
 
-mod build;
-mod configurations;
+pub(super) mod build;
+pub(super) mod configurations;
 mod markdown;
 mod rays;
 mod trace;
@@ -12,6 +12,7 @@ use std::{io::Write, path::PathBuf};
 use clap::{Args, builder::NonEmptyStringValueParser};
 use lanternfish::{
     GpuScene, Renderer,
+    deep_images::DeepImages,
     settings::{DeepImageSettings, Settings, Shadows},
 };
 use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
@@ -20,7 +21,7 @@ use lanternfish_scene::{AlphaMode, Scene};
 use serde::Serialize;
 
 use self::{
-    build::Built,
+    build::{Built, build},
     configurations::{fitted, groups, in_words},
     trace::Traced,
 };
@@ -141,6 +142,10 @@ impl Bench {
         Ok(Self { gpu, profiler, uploaded, with_ray_query, runs })
     }
 
+    fn build(&mut self, group: &'static str, settings: DeepImageSettings) -> Result<(Built, DeepImages), CliError> {
+        build(&self.gpu, &mut self.profiler, &self.uploaded, self.runs, group, settings)
+    }
+
     fn measure(
         &mut self,
         args: &DeepImagesArgs,
@@ -195,7 +200,7 @@ impl Bench {
 }
 
 /// Neither deep images nor the BVH have them, but exact rays would meet them.
-fn leave_out_blended(scene: &mut Scene) {
+pub(super) fn leave_out_blended(scene: &mut Scene) {
     for mesh in &mut scene.meshes {
         mesh.primitives.retain(|primitive| scene.materials[primitive.material].alpha_mode != AlphaMode::Blend);
     }

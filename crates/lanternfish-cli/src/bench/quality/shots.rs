@@ -82,6 +82,32 @@ pub const SHOTS: &[Shot] = &[
         range_threshold: 0.02,
         exposure: 1.0,
     },
+    // The same view and light.
+    Shot {
+        name: "cornell-mirror",
+        scene: "cornell/CornellBox-Mirror.glb",
+        view: View::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
+        size: size(128, 128),
+        factor: 4,
+        points: &[([0.0, 1.7, 0.1], [2.5, 2.3, 2.0])],
+        rain: 0,
+        attenuation: Attenuation::Physical,
+        range_threshold: 0.02,
+        exposure: 1.0,
+    },
+    // The same view and light.
+    Shot {
+        name: "cornell-sphere",
+        scene: "cornell/CornellBox-Sphere.glb",
+        view: View::At([0.0, 0.8, 3.6], [0.0, 0.8, 0.0], 34.0),
+        size: size(128, 128),
+        factor: 4,
+        points: &[([0.0, 1.4, 0.1], [2.5, 2.3, 2.0])],
+        rain: 0,
+        attenuation: Attenuation::Physical,
+        range_threshold: 0.02,
+        exposure: 1.0,
+    },
     // Its own lanterns and sun, and coloured lights of short range.
     Shot {
         name: "atrium",

@@ -10,7 +10,7 @@ use lanternfish::settings::{
     TextureBinding, TileSize, Tiled,
 };
 
-use super::truths::Truth;
+use super::truths::{SOFT_RADIUS, Truth};
 use crate::parse::cluster_shape_text;
 
 /// One way to make the picture.
@@ -38,6 +38,9 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         culling,
         shadows,
         ray_culling,
+        // Rows under a truth of their own, below.
+        light_radius: _,
+        shadow_rays: _,
         materials,
         textures,
         samples,
@@ -90,12 +93,19 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { materials: *other, ..default.clone() };
         rows.push(row(format!("materials {other}"), truth, settings));
     }
+    // Lights with a size: what points, and disks seen by some rays or by many, make of them.
+    rows.push(row("light-radius 0".to_owned(), Truth::DirectSoft, default.clone()));
+    for shadow_rays in [default.shadow_rays, 4, 64] {
+        let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
+        rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), Truth::DirectSoft, settings));
+    }
     // What is missing from all the light there is, and what one bounce adds.
     let settings = Settings { indirect: Indirect::None, ..default.clone() };
     rows.push(row("indirect none".to_owned(), Truth::Full, settings));
     let settings = Settings { indirect: Indirect::Sampled(Sampled::default()), ..default.clone() };
     rows.push(row("indirect sampled".to_owned(), Truth::Full, settings));
     rows.extend(bounces(default));
+    rows.extend(glossy_bounces(default));
     rows.extend(occlusions(default, diagonal));
     rows.extend(environments(default, diagonal));
     rows
@@ -120,6 +130,22 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         of("across-texels 128", sampled(IndirectTracer::AcrossTexels), 128),
         of("bvh", sampled(IndirectTracer::Bvh), usual),
         of("bvh half", Indirect::Sampled(half), usual),
+    ]
+}
+
+/// One bounce on the file's materials, by 16 glossy rays.
+fn glossy_bounces(default: &Settings) -> Vec<Technique> {
+    let of = |name: &str, indirect| {
+        let deep_images = DeepImageSettings { resolution: 128, ..default.deep_images };
+        let settings = Settings { indirect, deep_images, ..default.clone() };
+        Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
+    };
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..Sampled::default() });
+    vec![
+        of("none", Indirect::None),
+        of("within-texel", sampled(IndirectTracer::WithinTexel)),
+        of("across-texels", sampled(IndirectTracer::AcrossTexels)),
+        of("bvh", sampled(IndirectTracer::Bvh)),
     ]
 }
 
@@ -232,6 +258,7 @@ mod tests {
         assert_every(Samples::ALL, |settings| settings.samples);
         assert_every(Anisotropy::ALL, |settings| settings.anisotropy);
         assert_every(&[false, true], |settings| settings.accumulate > 1);
+        assert_every(&[false, true], |settings| settings.light_radius > 0.0);
 
         // `Culling` lists no values of its own: each part of each scheme.
         let clustered = |culling| match culling {
@@ -305,8 +332,9 @@ mod tests {
                 s.samples != default.samples,
                 s.anisotropy != default.anisotropy,
                 s.accumulate != default.accumulate,
+                row.truth == Truth::DirectSoft,
                 row.truth == Truth::Full,
-                row.truth == Truth::OneBounce,
+                matches!(row.truth, Truth::OneBounce | Truth::OneBounceFile),
                 row.truth == Truth::Environment,
                 matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
             ];

@@ -21,6 +21,9 @@ use crate::{error::CliError, parse::Size, reference::fingerprint};
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
 const FORMAT: u32 = 1;
 
+/// Of the lights of [`Truth::DirectSoft`], m.
+pub const SOFT_RADIUS: f32 = 0.1;
+
 /// Names of the file's layers and attributes.
 const VARIANCE: &str = "variance";
 const FIRST_HALF: &str = "first_half";
@@ -33,10 +36,14 @@ named_enum! {
         Direct = "direct",
         /// The same on diffuse surfaces.
         DirectLambert = "direct-lambert",
+        /// The same as the first, from lights that have a size.
+        DirectSoft = "direct-soft",
         /// All light by all ways: emissive surfaces and surroundings, any number of reflections.
         Full = "full",
         /// Light from punctual lights by one or two reflections, on diffuse surfaces.
         OneBounce = "one-bounce",
+        /// The same on the file's materials: what shines shows what is lit.
+        OneBounceFile = "one-bounce-file",
         /// Light from an image of the surroundings by one reflection: nothing else shines.
         Environment = "environment",
         /// How open surfaces are to their surroundings, whatever the distance of what closes them [Aalund2015, eq. 1].
@@ -56,7 +63,9 @@ impl Truth {
                 "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures"
             }
             Self::DirectLambert => "the same, base colours as diffuse albedos",
+            Self::DirectSoft => "as direct, from disks of 0.1 m radius that face what they light",
             Self::OneBounce => "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos",
+            Self::OneBounceFile => "paths of 2 or 3 segments, from punctual lights",
             Self::Environment => {
                 "paths of 2 segments, from an image of the surroundings alone, which is seen as well: kloppenheim_05_1k.hdr, \
                  or a sky built in where that is not there"
@@ -77,7 +86,7 @@ impl Truth {
         let mut scene = scene.clone();
         match self {
             // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
-            Self::Direct | Self::DirectLambert | Self::OneBounce => {
+            Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, None);
                 darken(&mut scene);
             }
@@ -98,16 +107,27 @@ impl Truth {
             // What 1280 units are of the hall of [Aalund2015, fig. 8].
             Self::ObscuranceFar => Some(0.28 * diagonal),
             Self::ObscuranceNear => Some(diagonal / 64.0),
-            Self::Direct | Self::DirectLambert | Self::OneBounce | Self::Environment | Self::Full | Self::Occlusion => {
-                None
-            }
+            Self::Direct
+            | Self::DirectLambert
+            | Self::DirectSoft
+            | Self::OneBounce
+            | Self::OneBounceFile
+            | Self::Environment
+            | Self::Full
+            | Self::Occlusion => None,
         }
     }
 
     /// The shot's settings, but that a share is seen as it is.
     pub fn seen(self, shot: &Settings) -> Settings {
         match self {
-            Self::Direct | Self::DirectLambert | Self::OneBounce | Self::Environment | Self::Full => shot.clone(),
+            Self::Direct
+            | Self::DirectLambert
+            | Self::DirectSoft
+            | Self::OneBounce
+            | Self::OneBounceFile
+            | Self::Environment
+            | Self::Full => shot.clone(),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 Settings { exposure: 0.0, tone_map: ToneMap::None, ..shot.clone() }
             }
@@ -119,7 +139,7 @@ impl Truth {
     pub fn samples(self, spp: u64) -> u64 {
         match self {
             Self::Direct | Self::Environment | Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => 8 * spp,
-            Self::DirectLambert | Self::OneBounce => 2 * spp,
+            Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => 2 * spp,
             Self::Full => spp,
         }
     }
@@ -131,12 +151,15 @@ impl Truth {
             materials,
             attenuation: shot.attenuation,
             range_threshold: shot.range_threshold,
+            light_radius: shot.light_radius,
             ..TracerSettings::default()
         };
         match self {
             Self::Direct | Self::Environment => path(2, Materials::File),
             Self::DirectLambert => path(2, Materials::Lambert),
+            Self::DirectSoft => TracerSettings { light_radius: SOFT_RADIUS, ..path(2, Materials::File) },
             Self::OneBounce => path(3, Materials::Lambert),
+            Self::OneBounceFile => path(3, Materials::File),
             Self::Full => path(UNLIMITED, Materials::File),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 let obscurance = |max_distance| Integrator::Obscurance { max_distance };

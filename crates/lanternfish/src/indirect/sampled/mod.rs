@@ -96,7 +96,7 @@ impl SampledLight {
             IndirectTracer::AcrossTexels => tracing.push("across"),
             IndirectTracer::Bvh => tracing = vec!["bvh"],
         }
-        let shading: Vec<&str> = tracer.feature().into_iter().collect();
+        let shading: Vec<&str> = tracer.exact().feature().into_iter().collect();
         let under_sky: Vec<&str> = shading.iter().copied().chain(["environment"]).collect();
         Ok(Self {
             settings,
@@ -145,6 +145,7 @@ impl SampledLight {
         let environment = scene.environment.as_ref().map(|environment| environment.bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
+        let images = images.filter(|_| settings.tracer != IndirectTracer::Bvh);
         for round in 0..settings.diffuse_rays + settings.glossy_rays {
             let uniform = uniform_buffer_of(device, "indirect/parameters", &SampledParameters { round, ..parameters });
             let tracing = seen.clone().buffer("sampled", &uniform).buffer("sampled_hits", &targets.hits);

@@ -1,0 +1,172 @@
+//! `lanternfish bench indirect`: rays of indirect light through deep images, beside the BVH, with what they cost in quality
+//! [Niessner2010, §7].
+
+mod configurations;
+mod errors;
+mod markdown;
+mod measure;
+mod paper;
+mod times;
+
+use std::{io::Write, path::PathBuf};
+
+use clap::{Args, builder::NonEmptyStringValueParser};
+use lanternfish::{
+    Renderer,
+    settings::{Settings, Shadows},
+};
+use lanternfish_gpu::{AdapterChoice, Gpu};
+use serde::Serialize;
+
+use self::{
+    configurations::{Brdf, Configuration, Plan},
+    measure::{Bench, Measured, Row},
+};
+use super::{
+    deep_images::{LeftOut, build::Built, leave_out_blended},
+    make_folder,
+};
+use crate::{
+    args::{LightArgs, PartArgs, ViewArgs, adapter},
+    camera,
+    error::CliError,
+    output::write_text,
+    parse::{self, Size},
+    progress::Progress,
+    render::apply_lights,
+    scene, shot,
+};
+
+#[derive(Debug, Args)]
+pub struct IndirectArgs {
+    /// A shot (.toml), which then says the view, the lights and the look; a glTF or OBJ file, or demo:NAME.
+    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
+    pub scene: String,
+    /// The folder for report.md, report.json and a picture of each BRDF. It is made if it is not there.
+    #[arg(short, long, value_name = "FOLDER", default_value = "bench-indirect")]
+    pub output: PathBuf,
+    /// Width and height of every picture, pixels.
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse::size)]
+    pub size: Size,
+    /// How often everything is timed, after one run that is not; the least counts.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub runs: u32,
+    /// Texels across and down an image; several between commas, ascending. Filter and antialiasing are measured with the first.
+    /// Without: 128,512, or 16,32 with --quick.
+    #[arg(long = "resolution", value_name = "TEXELS", value_delimiter = ',')]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub resolutions: Vec<u32>,
+    /// Few directions, coarse images, and filter and antialiasing of diffuse light only.
+    #[arg(long)]
+    pub quick: bool,
+    /// Where to run: a part of an adapter's name, or cpu for a software one.
+    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    /// Where the rain of --lights falls.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    #[command(flatten, next_help_heading = "View")]
+    pub part: PartArgs,
+    #[command(flatten, next_help_heading = "View")]
+    pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
+    pub lights: LightArgs,
+}
+
+/// Everything the bench found.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    version: &'static str,
+    scene: String,
+    adapter: String,
+    driver: String,
+    triangles: usize,
+    width: u32,
+    height: u32,
+    runs: u32,
+    /// Frames of the pictures that errors of many frames are against.
+    converged_frames: u32,
+    images: Vec<Built>,
+    rows: Vec<Row>,
+    left_out: Vec<LeftOut>,
+}
+
+pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
+    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.as_ref(), Vec::new())).transpose()?;
+    let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
+    let (source, part, lights, view, seed) = match (&shot, &shot_view) {
+        (Some(shot), Some(view)) => (&shot.args.scene, &shot.args.part, &shot.args.lights, view, shot.args.run.seed),
+        _ => (&args.scene, &args.part, &args.lights, &args.view, args.seed),
+    };
+    make_folder(&args.output)?;
+    let mut progress = Progress::start(false);
+    let doing = format!("Loading {source}");
+    let mut scene = progress.step("load", &doing, || scene::load_part(source, part.scene_of_file.as_deref()))?;
+    leave_out_blended(&mut scene);
+    if scene.bounds().is_empty() {
+        return Err(CliError::new(format_args!("{source}: no opaque surface"), "name a scene that has some"));
+    }
+    apply_lights(&mut scene, lights, seed)?;
+    let Size { width, height } = args.size;
+    let camera = camera::choose(&scene, view, width as f32 / height as f32)?;
+    // One tracer of shadow rays, so that the hits' shading is the same work on every adapter.
+    let mut look = Settings {
+        shadows: Shadows::Bvh,
+        attenuation: lights.attenuation,
+        range_threshold: lights.range_threshold,
+        ..Settings::default()
+    };
+    if let Some(shot) = &shot {
+        (look.exposure, look.tone_map) = (shot.args.look.exposure, shot.args.look.tone_map);
+    }
+    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    if !gpu.description.timestamps {
+        let name = &gpu.description.name;
+        return Err(CliError::new(
+            format_args!("{name} cannot time its passes"),
+            "choose another adapter with --adapter",
+        ));
+    }
+    let upload = |brdf: &Brdf| {
+        let settings = Configuration::plain(*brdf).settings(&look, None);
+        Renderer::new(&gpu.device, &gpu.queue, settings)?.upload(&brdf.scene(&scene))
+    };
+    let scenes =
+        progress.step("upload", "Uploading", || Brdf::ALL.iter().map(upload).collect::<Result<Vec<_>, _>>())?;
+    let converged_frames = if args.quick { 8 } else { 32 };
+    let bench = Bench {
+        gpu: &gpu,
+        folder: &args.output,
+        camera: &camera,
+        size: args.size,
+        runs: args.runs,
+        look: &look,
+        converged_frames,
+        scenes,
+    };
+    let Measured { images, rows, left_out } =
+        bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
+    progress.finish();
+
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        scene: args.scene.clone(),
+        adapter: gpu.description.name.clone(),
+        driver: gpu.description.driver.clone(),
+        triangles: scene.triangle_counts().1,
+        width,
+        height,
+        runs: args.runs,
+        converged_frames,
+        images,
+        rows,
+        left_out,
+    };
+    let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
+    write_text(&args.output.join("report.json"), &(json + "\n"))?;
+    let page = markdown::to_markdown(&report);
+    let file = args.output.join("report.md");
+    write_text(&file, &page)?;
+    let text = format!("{page}\n{}\n", file.display());
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+}

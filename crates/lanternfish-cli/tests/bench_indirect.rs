@@ -1,0 +1,119 @@
+//! `lanternfish bench indirect`, end to end on the software adapter.
+
+use std::{fs, path::Path, process::Command};
+
+use serde_json::Value;
+
+/// Whether it succeeded, standard output, standard error.
+fn bench(folder: &Path, words: &str) -> (bool, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
+    command.current_dir(folder).env_remove("RUST_LOG").args(["bench", "indirect"]);
+    let quick = ["--quick", "--runs", "1", "--size", "40x30", "--adapter", "cpu"];
+    let output = command.args(words.split_whitespace()).args(quick).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.success(), text(output.stdout), text(output.stderr))
+}
+
+fn report(folder: &Path, words: &str, name: &str) -> (Value, String) {
+    let (success, said, stderr) = bench(folder, &format!("{words} -o {name}"));
+    assert!(success, "{stderr}");
+    assert_eq!(said.lines().last(), Some(&*format!("{name}/report.md")));
+    (serde_json::from_slice(&fs::read(folder.join(name).join("report.json")).unwrap()).unwrap(), said)
+}
+
+/// Everything but times.
+fn exact(report: &Value) -> Vec<Value> {
+    let rows = report["rows"].as_array().unwrap().iter().chain(report["images"].as_array().unwrap()).cloned();
+    rows.map(|mut row| {
+        row.as_object_mut().unwrap().retain(|name, _| !name.starts_with("rate") && !name.ends_with("_ms"));
+        row
+    })
+    .collect()
+}
+
+#[test]
+fn gpu_two_runs_count_the_same_and_every_speed_has_its_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, said) = report(folder.path(), "demo:cornell", "first");
+    fs::write(folder.path().join("shot.toml"), "scene = \"demo:cornell\"\n").unwrap();
+    let (second, _) = report(folder.path(), "shot.toml", "second");
+    assert_eq!(exact(&first), exact(&second));
+    assert_eq!(first["left_out"], second["left_out"]);
+
+    // Through the BVH: three BRDFs, and diffuse light in three more ways. Through each of two sets of images: all that twice.
+    let rows = first["rows"].as_array().unwrap();
+    let left_out = first["left_out"].as_array().unwrap();
+    assert_eq!(rows.len() + left_out.len(), 6 + 2 * 6 + 2 * 3, "{left_out:?}");
+    for left_out in left_out {
+        // Nothing else may be refused, and it need not be.
+        assert!(left_out["what"].as_str().unwrap().contains("4 samples"), "{left_out}");
+        assert!(!left_out["reason"].as_str().unwrap().is_empty());
+        assert!(said.contains(left_out["reason"].as_str().unwrap()));
+    }
+    for row in rows {
+        let figure = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"));
+        assert!(figure("rate_traced") > figure("rate_shaded") && figure("rate_shaded") > 0.0, "{row}");
+        assert!(figure("frame_ms") > figure("trace_ms") + figure("shade_ms"), "{row}");
+        assert_eq!(row["filter_radius"] == 0, figure("filter_ms") == 0.0, "{row}");
+        // Images are kept while nothing changes, and turned with every frame of a mean.
+        assert_eq!(row["accumulate"] != 1 && row["tracer"] != "bvh", figure("images_ms") > 0.0, "{row}");
+        let a_frame = figure("rays") / figure("accumulate");
+        let a_pixel = match row["brdf"].as_str().unwrap() {
+            "diffuse" => 8.0,
+            "glossy" => 16.0,
+            _ => 1.0,
+        };
+        assert!(a_frame > 0.5 * a_pixel * 1200.0 && a_frame <= a_pixel * 1200.0, "{row}");
+
+        let energies = [figure("energy_ratio"), figure("indirect_energy_ratio")];
+        if row["tracer"] == "bvh" {
+            assert_eq!((energies, figure("flip")), ([1.0; 2], 0.0), "{row}");
+        } else {
+            // Images of 16 and 32 texels are not seen through without an error; of a lamp that few rays meet it is a large one.
+            assert!(figure("flip") > 1e-4 && figure("flip") < 0.5, "{row}");
+            assert!(energies.iter().all(|energy| *energy != 1.0) && (0.5..2.0).contains(&energies[0]), "{row}");
+        }
+        assert!(figure("converged_flip") > 1e-3, "{row}");
+    }
+    let through_bvh = |filter: u64, accumulate: u64| {
+        let is = |row: &&Value| {
+            row["brdf"] == "diffuse"
+                && row["tracer"] == "bvh"
+                && row["samples"] == 1
+                && row["filter_radius"] == filter
+                && row["accumulate"] == accumulate
+        };
+        rows.iter().find(is).unwrap()["converged_flip"].as_f64().unwrap()
+    };
+    // Noise is what a filter and more frames take away.
+    assert!(through_bvh(8, 4) < through_bvh(0, 1));
+    for picture in ["diffuse", "glossy", "mirror"] {
+        let picture = lanternfish_metrics::read_png(&folder.path().join(format!("first/{picture}.png"))).unwrap();
+        assert_eq!((picture.width, picture.height), (40, 30));
+    }
+    let images = first["images"].as_array().unwrap();
+    assert_eq!(images.len(), 2);
+    assert!(
+        images.iter().all(|images| images["total_ms"].as_f64().unwrap() > 0.0 && images["bytes"].as_u64() > Some(0))
+    );
+    assert!(said.contains("| diffuse | 96 | 128² | – | – |") && said.contains("37–50"), "{said}");
+}
+
+#[test]
+fn gpu_what_has_no_light_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("dark.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let (success, said, stderr) = bench(folder.path(), "dark.obj -o report");
+    assert!(!success && said.is_empty() && stderr.contains("the picture is black"), "{stderr}");
+    assert!(!folder.path().join("report/report.json").exists());
+}
+
+#[test]
+fn the_help_says_what_is_measured() {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_lanternfish")).args(["bench", "indirect", "--help"]).output().unwrap();
+    let help = String::from_utf8(output.stdout).unwrap();
+    for word in ["rays a second", "FLIP", "energy", "memory", "filter", "384"] {
+        assert!(help.contains(word), "{word:?} is not in\n{help}");
+    }
+}

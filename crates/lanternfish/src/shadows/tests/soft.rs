@@ -1,0 +1,156 @@
+//! Shadows of lights that have a size.
+
+use std::f64::consts::PI;
+
+use glam::{Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate};
+
+use crate::{
+    RenderError, Renderer, Settings,
+    settings::{Attenuation, Samples, Shadows},
+    testing::{quad, scene_of},
+};
+
+const SIZE: (u32, u32) = (61, 3);
+/// Half of the floor's width that the camera sees, m.
+const HALF_WIDTH: f32 = 0.3;
+const RADIUS: f32 = 0.2;
+
+fn luminance(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings, size: (u32, u32)) -> Vec<f64> {
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let picture = renderer.render(&uploaded, camera, size.0, size.1).unwrap();
+    picture.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).collect()
+}
+
+fn soft(shadow_rays: u32) -> Settings {
+    Settings { light_radius: RADIUS, shadow_rays, shadows: Shadows::Bvh, ..Settings::default() }
+}
+
+/// A floor in the plane z = 0, a light 2 m before it, and halfway a sheet that hides all with x < 0.
+fn edge() -> (Scene, Camera) {
+    let material = Material { double_sided: true, metallic: 0.0, specular: 0.0, ..Material::default() };
+    let floor = quad(0, Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y);
+    let sheet = quad(0, Vec3::new(-2.0, 0.0, 1.0), 2.0 * Vec3::X, 2.0 * Vec3::Y);
+    let mut scene = scene_of(vec![floor, sheet], vec![material]);
+    scene.lights = vec![Light::point(Vec3::new(0.0, 0.0, 2.0), Vec3::splat(8.0))];
+    let half_height = HALF_WIDTH * SIZE.1 as f32 / SIZE.0 as f32;
+    let projection = Projection::Orthographic { half_height, near: 0.01, far: 1.0 };
+    (scene, Camera::look_at(Vec3::new(0.0, 0.0, 0.5), Vec3::ZERO, projection))
+}
+
+/// Share of a disk of radius 1 with coordinates above `x`.
+fn segment(x: f64) -> f64 {
+    if x.abs() >= 1.0 { f64::from(x < 0.0) } else { (x.acos() - x * (1.0 - x * x).sqrt()) / PI }
+}
+
+/// Mean and largest distance of the found open shares from those of a disk of this radius.
+fn off(found: &[f64], unshadowed: &[f64], radius: f32) -> (f64, f64) {
+    let errors = found.iter().zip(unshadowed).enumerate().map(|(i, (found, unshadowed))| {
+        let column = (i as u32 % SIZE.0) as f64 + 0.5;
+        let x = f64::from(HALF_WIDTH) * (2.0 * column / f64::from(SIZE.0) - 1.0);
+        // The sheet's edge is seen at -x from the light's centre.
+        (found / unshadowed - segment(-x / f64::from(radius))).abs()
+    });
+    let errors: Vec<f64> = errors.collect();
+    (errors.iter().sum::<f64>() / errors.len() as f64, errors.iter().copied().fold(0.0, f64::max))
+}
+
+#[test]
+fn gpu_a_penumbra_is_the_share_of_the_disk_that_is_seen() {
+    let Some(gpu) = testing::gpu("gpu_a_penumbra_is_the_share_of_the_disk_that_is_seen") else { return };
+    let (scene, camera) = edge();
+    let of = |settings| luminance(gpu, &scene, &camera, settings, SIZE);
+    let unshadowed = of(Settings { shadows: Shadows::None, ..Settings::default() });
+    let [few, some, many] = [4, 16, 255].map(|rays| off(&of(soft(rays)), &unshadowed, RADIUS));
+    let converged = off(&of(Settings { accumulate: 32, ..soft(16) }), &unshadowed, RADIUS);
+    println!(
+        "mean and largest error of shares: 4 rays {few:?}, 16 {some:?}, 255 {many:?}, 32 frames of 16 {converged:?}"
+    );
+    // The disk leans by up to 0.15 m: a share of 0.01; lines across 255 even points are off by up to two of them.
+    assert!(many.1 < 0.03, "{many:?}");
+    assert!(converged.1 < 0.02, "{converged:?}");
+    assert!(some.0 < 0.03 && some.0 < few.0 && many.0 < some.0, "{few:?} {some:?} {many:?}");
+    // It can fail: another radius, and a light that is a point.
+    assert!(off(&of(soft(255)), &unshadowed, 1.2 * RADIUS).1 > 0.04);
+    assert!(off(&of(Settings { light_radius: 0.0, ..soft(255) }), &unshadowed, RADIUS).1 > 0.4);
+
+    // With several samples a pixel rays start in shading; the sums are the same.
+    let samples = off(&of(Settings { samples: Samples::Four, ..soft(255) }), &unshadowed, RADIUS);
+    assert!(samples.1 < 0.03, "{samples:?}");
+}
+
+#[test]
+fn gpu_lights_without_a_size_cast_the_same_shadows() {
+    let Some(gpu) = testing::gpu("gpu_lights_without_a_size_cast_the_same_shadows") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    let of = |scene: &Scene, settings| luminance(gpu, scene, &camera, settings, (48, 40));
+    let hard = Settings { light_radius: 0.0, ..soft(16) };
+    assert!(of(&scene, hard.clone()) != of(&scene, soft(16)), "blind to the radius");
+    // What is not asked changes nothing, and neither does the radius of suns, of which there is none.
+    assert!(of(&scene, hard.clone()) == of(&scene, Settings { shadow_rays: 3, ..hard.clone() }));
+    scene.lights = vec![Light::directional(Vec3::new(0.3, -1.0, -0.4), Vec3::splat(2.0))];
+    scene.lights.push(Light::directional(Vec3::new(-0.5, -1.0, -0.8), Vec3::splat(1.0)));
+    assert!(of(&scene, hard) == of(&scene, soft(16)));
+}
+
+#[test]
+fn gpu_soft_shadows_are_the_same_again_and_in_bands() {
+    let Some(gpu) = testing::gpu("gpu_soft_shadows_are_the_same_again_and_in_bands") else { return };
+    let mut scene = generate::demo("cornell").unwrap();
+    let camera = scene.cameras[0].clone();
+    scene.lights.extend(generate::light_rain(&scene.bounds(), 30, Some(1.0), 1, 0.0));
+    let picture = |word_limit: Option<u64>, settings| {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        if let Some(limit) = word_limit {
+            renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
+        }
+        let uploaded = renderer.upload(&scene).unwrap();
+        let picture = renderer.render(&uploaded, &camera, 56, 40).unwrap();
+        let counter = |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
+        (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), picture.radiance)
+    };
+    let one = picture(None, soft(5));
+    assert!(one == picture(None, soft(5)), "not the same again");
+    // Seven blocks of 64 pixels with up to eight words each: one row at a time.
+    let many = picture(Some(7 * 64 * 8), soft(5));
+    assert!(one.0 == 1 && many.0 > 1, "{} and {} bands", one.0, many.0);
+    assert!(one.1 == many.1 && one.2 == many.2, "bands change the picture");
+    // Five rays where there was one.
+    assert_eq!(one.1, 5 * picture(None, Settings { light_radius: 0.0, ..soft(5) }).1);
+    assert!(one.2 != picture(None, soft(6)).2, "blind to a ray more");
+}
+
+/// What a pixel's rays miss of the mean of many more is noise that shrinks.
+#[test]
+fn gpu_sixteen_rays_are_close_to_many() {
+    let Some(gpu) = testing::gpu("gpu_sixteen_rays_are_close_to_many") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    let of = |settings| {
+        luminance(gpu, &scene, &scene.cameras[0], Settings { attenuation: Attenuation::Physical, ..settings }, (48, 40))
+    };
+    let truth = of(soft(255));
+    let off = |found: Vec<f64>| {
+        let apart: f64 = found.iter().zip(&truth).map(|(a, b)| (a - b).abs()).sum();
+        apart / truth.iter().sum::<f64>()
+    };
+    let [four, sixteen, hard] = [soft(4), soft(16), Settings { light_radius: 0.0, ..soft(1) }].map(|s| off(of(s)));
+    println!("off the mean of 255 rays by: 4 rays {four}, 16 rays {sixteen}, hard {hard}");
+    assert!(sixteen < 0.025 && sixteen < 0.5 * four && hard > 3.0 * sixteen, "{four} {sixteen} {hard}");
+}
+
+#[test]
+fn gpu_numbers_that_make_no_sense_are_refused() {
+    let Some(gpu) = testing::gpu("gpu_numbers_that_make_no_sense_are_refused") else { return };
+    let refused = |settings| match Renderer::new(&gpu.device, &gpu.queue, settings) {
+        Err(RenderError::Together { setting, .. }) => setting,
+        other => panic!("{other:?}"),
+    };
+    for light_radius in [-0.1, f32::NAN, f32::INFINITY] {
+        assert_eq!(refused(Settings { light_radius, ..Settings::default() }), "--light-radius");
+    }
+    assert_eq!(refused(soft(0)), "--shadow-rays");
+    assert_eq!(refused(soft(256)), "--shadow-rays");
+}
