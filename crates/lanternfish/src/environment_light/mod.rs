@@ -2,10 +2,10 @@
 //!
 //! What a scene's image is made into once, when it is uploaded:
 //!
-//! * [`samples`]: small pieces of the sphere with their mean radiance, from which every direction of deep images gets its own, and
+//! * `samples`: small pieces of the sphere with their mean radiance, from which every direction of deep images gets its own, and
 //!   nine numbers that give the irradiance by the normal where nothing occludes;
-//! * [`levels`]: a cube of it, each level filtered as a surface of that roughness reflects it;
-//! * [`brdf_shares`]: what a surface reflects of an even light, of any scene.
+//! * `levels`: a cube of it, each level filtered as a surface of that roughness reflects it;
+//! * `brdf_shares`: what a surface reflects of an even light, of any scene.
 //!
 //! How much of it arrives is [`crate::occlusion`]'s; shading adds it by `environment_light.wesl`.
 
@@ -34,7 +34,7 @@ use crate::{
 gpu_struct! {
     /// What shaders know of the image of the surroundings.
     pub struct EnvironmentLightParameters {
-        /// Of polynomials in the normal, nits: [`samples::harmonics`].
+        /// Of polynomials in the normal, nits: `samples.rs`.
         harmonics: [Vec4; 9],
         /// Of the cube; the last is of roughness 1.
         last_level: f32,
