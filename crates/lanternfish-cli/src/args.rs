@@ -205,7 +205,7 @@ pub struct LightArgs {
     #[arg(long, value_name = "dx,dy,dz,lux[,r,g,b]", value_parser = parse::sun, allow_hyphen_values = true)]
     pub sun: Option<Light>,
     /// The surroundings: an equirectangular image (.hdr, .exr), linear radiance (nits), in place of --sky. Its centre is
-    /// seen looking along -z, its right half towards +x. It is seen, but lights nothing yet.
+    /// seen looking along -z, its right half towards +x. It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
     /// Turns the --environment about +y, counter-clockwise seen from above, degrees.
@@ -214,7 +214,7 @@ pub struct LightArgs {
     /// Makes the --environment X times as bright.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
     pub environment_scale: f32,
-    /// A constant background, linear radiance (nits). It is seen; with --occlusion it lights what is open to it.
+    /// A constant background, linear radiance (nits). It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
     /// N coloured point lights, at most 2097152. rain:N or rain:N:radius: falling through the scene's box; --seed chooses where; the

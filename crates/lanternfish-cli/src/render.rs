@@ -66,8 +66,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
             .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
     }
     let lit_by_sky = settings.occlusion != Occlusion::None && settings.debug_view.is_none();
-    if lit_by_sky && (scene.sky == Vec3::ZERO || scene.environment.is_some()) {
-        progress.note("--occlusion shades the light of a constant sky, and there is none; try --sky 0.5,0.5,0.5");
+    if lit_by_sky && scene.sky == Vec3::ZERO && scene.environment.is_none() {
+        progress.note("--occlusion shades the light of the surroundings, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
     let aspect = size.width as f32 / size.height as f32;
     let cameras = camera::choose_each(&scene, &shot.views(), aspect)?;

@@ -73,6 +73,13 @@ fn gpu_every_technique_is_judged_and_truths_are_kept() {
         assert!((energy - 1.0).abs() < 0.02, "{technique}: {energy}");
     }
 
+    // So they know which light of the surroundings arrives, under whichever of the two skies.
+    let [deep, hbao, none] =
+        ["deep 128", "hbao", "none"].map(|technique| error(&format!("environment {technique}"), "flip"));
+    assert!(deep < 0.4 * hbao && deep < 0.4 * none, "{deep} {hbao} {none}");
+    let energy = error("environment deep 256", "energy_ratio");
+    assert!((energy - 1.0).abs() < 0.06, "{energy}");
+
     // One bounce: its light is there, by whatever its rays are traced through.
     let energy = |technique| error(&format!("one-bounce {technique}"), "energy_ratio");
     assert!(energy("none") < 0.9, "{}", energy("none"));

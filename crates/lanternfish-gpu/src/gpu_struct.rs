@@ -39,7 +39,7 @@ wgsl_types! {
     glam::Vec2 = "vec2<f32>", glam::Vec3 = "vec3<f32>", glam::Vec4 = "vec4<f32>",
     glam::UVec2 = "vec2<u32>", glam::UVec3 = "vec3<u32>", glam::UVec4 = "vec4<u32>",
     glam::Mat4 = "mat4x4<f32>",
-    [glam::Vec4; 3] = "array<vec4<f32>, 3>", [glam::UVec4; 9] = "array<vec4<u32>, 9>",
+    [glam::Vec4; 3] = "array<vec4<f32>, 3>", [glam::Vec4; 9] = "array<vec4<f32>, 9>", [glam::UVec4; 9] = "array<vec4<u32>, 9>",
 }
 
 /// Declares a struct that shaders read too. Fields must leave no hole: pad by name (`_pad`, left out of the check's

@@ -57,6 +57,7 @@
 pub mod common;
 pub mod debug_views;
 pub mod deep_images;
+pub mod environment_light;
 mod error;
 mod frame;
 pub mod gpu_scene;

@@ -187,7 +187,7 @@ impl Renderer {
             if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
                 return Err(RenderError::Size { width, height, limit });
             }
-            // An image of the surroundings stands in the sky's place, and lights nothing.
+            // An image of the surroundings stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             Ok(View::new(camera, UVec2::new(width, height), exposure, sky, &scene.bounds))
         };

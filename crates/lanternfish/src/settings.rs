@@ -24,8 +24,8 @@ pub struct Settings {
     pub range_threshold: f32,
     /// Which surfaces are shaded.
     pub materials: Materials,
-    /// How much of the surroundings surfaces see, and are lit by. Only the scene's constant sky lights, and only where this is
-    /// found; blended surfaces see none of it.
+    /// How much of the surroundings surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
+    /// where this is found (or where rays of [`Self::indirect`] see them); blended surfaces see none of it.
     pub occlusion: Occlusion,
     /// How the scene is kept as deep images, where something asks for them.
     pub deep_images: DeepImageSettings,

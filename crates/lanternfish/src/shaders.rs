@@ -33,6 +33,7 @@ mod tests {
             trace::TracedRay,
             view::{PointRange, TexelQuery, TexelScale},
         },
+        environment_light::{EnvironmentLightParameters, LevelParameters},
         gpu_scene::{
             BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot,
         },
@@ -189,10 +190,12 @@ mod tests {
                 TEXTURES,
             ],
         },
+        Root { module: "environment_light/levels", entries: &["fill", "halve", "filter_level"], choices: &[] },
+        Root { module: "environment_light/by_normal", entries: &["by_normal"], choices: &[] },
         Root {
             module: "occlusion/deep/accumulate",
             entries: &["accumulate", "resolve"],
-            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"]],
+            choices: &[&["", "linked_list", "sorted_linked_list", "depth_16"], &["", "environment"]],
         },
         Root { module: "occlusion/hbao/horizon", entries: &["horizons"], choices: &[] },
         Root { module: "occlusion/hbao/blur", entries: &["blur_across", "blur_down"], choices: &[] },
@@ -368,6 +371,8 @@ mod tests {
         check::<VisibilityGrid>(&shaders, &mut checked);
         check::<SoftShadows>(&shaders, &mut checked);
         check::<EnvironmentParameters>(&shaders, &mut checked);
+        check::<EnvironmentLightParameters>(&shaders, &mut checked);
+        check::<LevelParameters>(&shaders, &mut checked);
         check::<DirectionRun>(&shaders, &mut checked);
         check::<HbaoParameters>(&shaders, &mut checked);
         check::<OutputParameters>(&shaders, &mut checked);

@@ -5,7 +5,7 @@
 //!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
 //!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
 //!        │                                                       └─ tlas.rs  the adapter's own structure
-//!        ├─ environment   as sky/mod.rs uploads it
+//!        ├─ environment   as sky/mod.rs uploads it, and as environment_light/ makes it light
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!
@@ -42,8 +42,10 @@ use self::{
     update::Placed,
 };
 use crate::{
+    environment_light::EnvironmentLight,
     error::RenderError,
     lights::Light,
+    occlusion::Occlusion as FindOcclusion,
     settings::{DebugView, Indirect, Occlusion, Settings},
     shadows::{SoftShadows, Tracer},
     sky::EnvironmentImage,
@@ -61,6 +63,8 @@ pub struct GpuScene {
     pub(crate) sky: Vec3,
     /// The same as an image, where the scene has one.
     pub(crate) environment: Option<EnvironmentImage>,
+    /// The surroundings as light, where the settings ask for it.
+    environment_light: Option<EnvironmentLight>,
     /// World-space box of everything.
     pub(crate) bounds: Bounds,
     /// World-space box of the centres of all lights that have one; empty without such lights.
@@ -111,6 +115,10 @@ impl GpuScene {
 
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
 
+        let surroundings = scene.environment.as_ref().zip(environment.as_ref());
+        let environment_light =
+            FindOcclusion::is_found(settings).then(|| EnvironmentLight::new(device, queue, surroundings));
+
         let mut counters = vec![
             ("scene/draws".to_owned(), geometry.draws.len() as u64),
             (LIGHTS.to_owned(), lights.len() as u64),
@@ -129,6 +137,7 @@ impl GpuScene {
             traced_triangles: triangles.len() as u32,
             sky: scene.sky,
             environment,
+            environment_light: environment_light.transpose()?,
             light_bounds: light_bounds(scene),
             materials,
             lights: storage_buffer_of(device, LIGHTS, &lights, none)?,
@@ -161,10 +170,20 @@ impl GpuScene {
         if let Some(hits) = &self.hits {
             bindings = bindings.with(&hits.bindings());
         }
+        if let Some(light) = &self.environment_light {
+            bindings = bindings.with(&light.bindings());
+        }
         if let Some(tlas) = &self.tlas {
             bindings = bindings.resource("scene_tlas", tlas.tlas.as_binding());
         }
         bindings
+    }
+
+    /// The surroundings as light.
+    ///
+    /// Panics where the scene was uploaded under settings that do not ask for it.
+    pub(crate) fn environment_light(&self) -> &EnvironmentLight {
+        self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }
 
     /// The BVH's triangles, where there is a BVH.

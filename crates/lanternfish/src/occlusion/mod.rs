@@ -1,4 +1,5 @@
-//! How much of the surroundings each visible surface sees: ambient occlusion and obscurance.
+//! How much of the surroundings each visible surface sees, and what light arrives from them: ambient occlusion and obscurance,
+//! [`crate::environment_light`].
 //!
 //! The rooms are `deep` (by the directions of deep images) and `hbao` (in screen space, for comparison); what asks for the
 //! answer imports `openness.wesl`.
@@ -43,6 +44,8 @@ pub struct Openness {
     /// 32-bit floats, the one format of one channel that every device lets a compute pass write. 1 where nothing occludes,
     /// and where no surface is.
     pub texture: wgpu::TextureView,
+    /// What arrives from the surroundings: `environment_light/environment_light.wesl`.
+    pub environment_sums: wgpu::TextureView,
     /// Of the deep images that it was found by.
     pub images: Option<DeepCounts>,
 }
@@ -50,7 +53,7 @@ pub struct Openness {
 impl Openness {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().texture("occlusion_texture", &self.texture)
+        Bindings::new().texture("occlusion_texture", &self.texture).texture("environment_sums", &self.environment_sums)
     }
 }
 
@@ -58,7 +61,6 @@ impl Occlusion {
     /// Compiles the passes that these settings want, if any. A distance that is none is an error. Where rays of indirect
     /// light see the surroundings themselves, it is found for its debug view alone.
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
-        let is_used = settings.indirect == Indirect::None || settings.debug_view == Some(DebugView::Occlusion);
         let distance = match settings.occlusion {
             OcclusionSetting::None => return Ok(None),
             OcclusionSetting::Deep { max_distance } => max_distance,
@@ -71,7 +73,7 @@ impl Occlusion {
                 needed: "metres above 0",
             });
         }
-        if !is_used {
+        if !Self::is_found(settings) {
             return Ok(None);
         }
         Ok(Some(match settings.occlusion {
@@ -81,6 +83,12 @@ impl Occlusion {
             }
             OcclusionSetting::Hbao { radius } => Self::Hbao(Box::new(Hbao::new(device, radius)?)),
         }))
+    }
+
+    /// Whether these settings ask for it.
+    pub(crate) fn is_found(settings: &Settings) -> bool {
+        let is_used = settings.indirect == Indirect::None || settings.debug_view == Some(DebugView::Occlusion);
+        settings.occlusion != OcclusionSetting::None && is_used
     }
 
     /// The feature of shaders that read [`Openness`].
@@ -99,7 +107,7 @@ impl Occlusion {
     ) -> Result<Openness, RenderError> {
         match self {
             Self::Deep(deep) => deep.record(frame, scene, view, surface, rotation),
-            Self::Hbao(hbao) => Ok(hbao.record(frame, view, surface)),
+            Self::Hbao(hbao) => Ok(hbao.record(frame, scene, view, surface)),
         }
     }
 }

@@ -210,6 +210,8 @@ fn gpu_the_sky_lights_what_is_open_to_it() {
     let Some(gpu) = testing::gpu("gpu_the_sky_lights_what_is_open_to_it") else { return };
     let mut scene = floor();
     scene.materials[0].base_color = Vec4::new(0.5, 0.25, 1.0, 1.0);
+    // All of it diffuse.
+    scene.materials[0].specular = 0.0;
     scene.sky = Vec3::new(2.0, 4.0, 0.5);
     let camera = looking([0.0, 3.0, 0.1], [0.0, 0.0, 0.0]);
     let center = |occlusion| {

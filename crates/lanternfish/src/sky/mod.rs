@@ -1,4 +1,4 @@
-//! The surroundings, seen where no surface is. They light nothing.
+//! The surroundings, seen where no surface is.
 
 #[cfg(test)]
 mod tests;
@@ -76,6 +76,11 @@ impl EnvironmentImage {
             texture: texture.create_view(&Default::default()),
             parameters: uniform_buffer_of(device, "environment", &parameters),
         })
+    }
+
+    /// Pixels across.
+    pub fn width(&self) -> u32 {
+        self.texture.texture().width()
     }
 
     /// What shaders call it.

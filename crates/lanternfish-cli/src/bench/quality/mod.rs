@@ -19,6 +19,7 @@ use clap::{
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use lanternfish_gpu::{AdapterChoice, Gpu};
+use lanternfish_scene::Environment;
 
 use self::{
     measure::{Bench, shown},
@@ -84,6 +85,7 @@ pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
     let mut report = Report::new(args, &gpu);
     let assets = args.assets();
+    let surroundings = shots::surroundings(&assets)?;
     for shot in SHOTS.iter().filter(|shot| args.only.is_empty() || args.only.iter().any(|name| name == shot.name)) {
         eprintln!("{}", shot.name);
         if let Some(reason) = shot.missing(&assets) {
@@ -93,12 +95,12 @@ pub fn run(args: &QualityArgs) -> Result<(), CliError> {
         }
         let mut shot = *shot;
         shot.size = args.size.unwrap_or(shot.size);
-        report.shots.push(run_shot(args, &gpu, &shot)?);
+        report.shots.push(run_shot(args, &gpu, &shot, &surroundings)?);
     }
     report.write(&args.output)
 }
 
-fn run_shot(args: &QualityArgs, gpu: &Gpu, shot: &Shot) -> Result<ShotReport, CliError> {
+fn run_shot(args: &QualityArgs, gpu: &Gpu, shot: &Shot, surroundings: &Environment) -> Result<ShotReport, CliError> {
     let (whole, camera) = shot.load(&args.assets())?;
     let settings = shot.settings();
     let bench = Bench { gpu, shot, camera: &camera, runs: args.runs, folder: &args.output };
@@ -107,7 +109,7 @@ fn run_shot(args: &QualityArgs, gpu: &Gpu, shot: &Shot) -> Result<ShotReport, Cl
     let mut first = None;
     let asked = |truth: &&Truth| args.truths.is_empty() || args.truths.contains(truth);
     for truth in Truth::ALL.iter().filter(asked) {
-        let (scene, settings) = (&truth.scene(&whole), truth.seen(&settings));
+        let (scene, settings) = (&truth.scene(&whole, surroundings), truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
         let traced = truths::obtain(&args.output, *truth, &subject)?;

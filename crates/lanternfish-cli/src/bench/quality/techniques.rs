@@ -107,6 +107,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows.extend(bounces(default));
     rows.extend(glossy_bounces(default));
     rows.extend(occlusions(default, diagonal));
+    rows.extend(environments(default, diagonal));
     rows
 }
 
@@ -167,6 +168,27 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
         for resolution in [64, 128, 256] {
             row(format!("{kind} deep {resolution}"), deep, resolution);
         }
+    }
+    rows
+}
+
+/// Light from the surroundings: none, by both ways to find occlusion, and by rays.
+fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
+    let of =
+        |name: String, settings| Technique { name: format!("environment {name}"), settings, truth: Truth::Environment };
+    let occluded = |occlusion| Settings { occlusion, ..default.clone() };
+    let mut rows = vec![
+        of("none".to_owned(), occluded(Occlusion::None)),
+        of("hbao".to_owned(), occluded(Occlusion::Hbao { radius: diagonal })),
+    ];
+    for resolution in [64, 128, 256] {
+        let deep_images = DeepImageSettings { resolution, ..default.deep_images };
+        let settings = Settings { deep_images, ..occluded(Occlusion::Deep { max_distance: None }) };
+        rows.push(of(format!("deep {resolution}"), settings));
+    }
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..Sampled::default() });
+    for tracer in [IndirectTracer::AcrossTexels, IndirectTracer::Bvh] {
+        rows.push(of(format!("sampled {tracer}"), Settings { indirect: sampled(tracer), ..default.clone() }));
     }
     rows
 }
@@ -267,7 +289,7 @@ mod tests {
 
     #[test]
     fn occlusion_is_found_both_ways_and_left_out_under_each_truth() {
-        for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
+        for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear, Truth::Environment] {
             let mut rows = rows();
             rows.retain(|row| row.truth == truth);
             for known in [
@@ -313,6 +335,7 @@ mod tests {
                 row.truth == Truth::DirectSoft,
                 row.truth == Truth::Full,
                 matches!(row.truth, Truth::OneBounce | Truth::OneBounceFile),
+                row.truth == Truth::Environment,
                 matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
             ];
             let count = changes.iter().filter(|changed| **changed).count();

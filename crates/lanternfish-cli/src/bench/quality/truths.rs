@@ -12,7 +12,7 @@ use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
     settings::{Integrator, UNLIMITED},
 };
-use lanternfish_scene::{AlphaMode, Camera, Scene, named_enum};
+use lanternfish_scene::{AlphaMode, Camera, Environment, Scene, named_enum};
 use serde::Serialize;
 
 use super::measure::shown;
@@ -44,6 +44,8 @@ named_enum! {
         OneBounce = "one-bounce",
         /// The same on the file's materials: what shines shows what is lit.
         OneBounceFile = "one-bounce-file",
+        /// Light from an image of the surroundings by one reflection: nothing else shines.
+        Environment = "environment",
         /// How open surfaces are to their surroundings, whatever the distance of what closes them [Aalund2015, eq. 1].
         Occlusion = "occlusion",
         /// The same up to a large distance, attenuated.
@@ -64,6 +66,10 @@ impl Truth {
             Self::DirectSoft => "as direct, from disks of 0.1 m radius that face what they light",
             Self::OneBounce => "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos",
             Self::OneBounceFile => "paths of 2 or 3 segments, from punctual lights",
+            Self::Environment => {
+                "paths of 2 segments, from an image of the surroundings alone, which is seen as well: kloppenheim_05_1k.hdr, \
+                 or a sky built in where that is not there"
+            }
             Self::Full => "paths of any length, emission and surroundings included",
             Self::Occlusion => {
                 "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map"
@@ -75,19 +81,19 @@ impl Truth {
         }
     }
 
-    /// The scene both pictures are made of.
-    pub fn scene(self, scene: &Scene) -> Scene {
+    /// The scene both pictures are made of. `surroundings` stand around it where the truth is light from such.
+    pub fn scene(self, scene: &Scene, surroundings: &Environment) -> Scene {
         let mut scene = scene.clone();
         match self {
             // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
             Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, None);
-                for material in &mut scene.materials {
-                    material.emissive = Vec3::ZERO;
-                    if material.unlit {
-                        material.base_color = Vec3::ZERO.extend(material.base_color.w);
-                    }
-                }
+                darken(&mut scene);
+            }
+            Self::Environment => {
+                (scene.sky, scene.environment) = (Vec3::ZERO, Some(surroundings.clone()));
+                scene.lights.clear();
+                darken(&mut scene);
             }
             Self::Full => {}
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => make_white(&mut scene),
@@ -106,6 +112,7 @@ impl Truth {
             | Self::DirectSoft
             | Self::OneBounce
             | Self::OneBounceFile
+            | Self::Environment
             | Self::Full
             | Self::Occlusion => None,
         }
@@ -119,6 +126,7 @@ impl Truth {
             | Self::DirectSoft
             | Self::OneBounce
             | Self::OneBounceFile
+            | Self::Environment
             | Self::Full => shot.clone(),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 Settings { exposure: 0.0, tone_map: ToneMap::None, ..shot.clone() }
@@ -130,7 +138,7 @@ impl Truth {
     /// be the least noisy.
     pub fn samples(self, spp: u64) -> u64 {
         match self {
-            Self::Direct | Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => 8 * spp,
+            Self::Direct | Self::Environment | Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => 8 * spp,
             Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => 2 * spp,
             Self::Full => spp,
         }
@@ -147,7 +155,7 @@ impl Truth {
             ..TracerSettings::default()
         };
         match self {
-            Self::Direct => path(2, Materials::File),
+            Self::Direct | Self::Environment => path(2, Materials::File),
             Self::DirectLambert => path(2, Materials::Lambert),
             Self::DirectSoft => TracerSettings { light_radius: SOFT_RADIUS, ..path(2, Materials::File) },
             Self::OneBounce => path(3, Materials::Lambert),
@@ -158,6 +166,16 @@ impl Truth {
                 let integrator = self.max_distance(diagonal).map_or(Integrator::Occlusion, obscurance);
                 TracerSettings { integrator, ..path(UNLIMITED, Materials::File) }
             }
+        }
+    }
+}
+
+/// Surfaces that send nothing of their own.
+fn darken(scene: &mut Scene) {
+    for material in &mut scene.materials {
+        material.emissive = Vec3::ZERO;
+        if material.unlit {
+            material.base_color = Vec3::ZERO.extend(material.base_color.w);
         }
     }
 }

@@ -1,12 +1,21 @@
-//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3].
+//! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives along them.
 
-use glam::{Quat, UVec2};
+mod cells;
+
+use glam::{Quat, UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, uniform_buffer_of};
 
+use self::cells::CellRadiances;
 use super::{Openness, TILE, openness_target};
 use crate::{
-    deep_images::KeptDeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface,
-    settings::DeepImageSettings, shaders::SHADERS, view::ViewBuffer,
+    deep_images::{KeptDeepImages, directions::Directions},
+    environment_light::sums_target,
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::Surface,
+    settings::DeepImageSettings,
+    shaders::SHADERS,
+    view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -20,6 +29,8 @@ gpu_struct! {
         max_distance: f32,
         /// 1: nothing has been summed before.
         is_first: u32,
+        /// Perceptual roughness of the narrowest lobe about the mirror direction.
+        least_roughness: f32,
     }
 }
 
@@ -27,13 +38,46 @@ gpu_struct! {
 /// busy for longer than a driver may allow.
 const IMAGES_A_PASS: u32 = 32;
 
+/// Bytes of a pixel's `OpennessSums`.
+const SUMS_BYTES: u64 = 16;
+/// Of its `RadianceSums`.
+const RADIANCE_BYTES: u64 = 32;
+
 /// The passes.
 #[derive(Debug)]
 pub struct DeepOcclusion {
+    /// As they are without any rotation.
+    directions: Directions,
     images: KeptDeepImages,
+    constant: Kernels,
+    /// Under an image of the surroundings.
+    environment: Kernels,
+    cells: CellRadiances,
+    max_distance: f32,
+}
+
+#[derive(Debug)]
+struct Kernels {
     accumulate: ComputeKernel,
     resolve: ComputeKernel,
-    max_distance: f32,
+}
+
+impl Kernels {
+    fn new(device: &wgpu::Device, features: &[&str]) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("occlusion/deep/accumulate", features)?;
+        Ok(Self {
+            accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
+            resolve: ComputeKernel::new(device, &shader, "resolve", "occlusion/deep/resolve"),
+        })
+    }
+}
+
+/// The rotation of the set turned on, so that its nearest axis is along `direction` (unit, world space).
+fn turned_towards(directions: &Directions, direction: Vec3) -> Quat {
+    let (image, reversed) = directions.nearest(direction);
+    let axis = directions.axes()[image as usize];
+    let nearest = if reversed { -axis } else { axis };
+    (Quat::from_rotation_arc(nearest, direction) * directions.rotation()).normalize()
 }
 
 impl DeepOcclusion {
@@ -45,16 +89,21 @@ impl DeepOcclusion {
     ) -> Result<Self, RenderError> {
         // Distances need no payload.
         let settings = DeepImageSettings { payload: false, ..settings };
-        let shader = SHADERS.link("occlusion/deep/accumulate", &settings.fragment_features())?;
+        let features = settings.fragment_features();
+        let with_image: Vec<&str> = features.iter().copied().chain(["environment"]).collect();
         Ok(Self {
+            directions: Directions::new(settings.directions)
+                .map_err(|error| RenderError::Directions { what: error.to_string() })?,
             images: KeptDeepImages::new(device, settings)?,
-            accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
-            resolve: ComputeKernel::new(device, &shader, "resolve", "occlusion/deep/resolve"),
+            constant: Kernels::new(device, &features)?,
+            environment: Kernels::new(device, &with_image)?,
+            cells: CellRadiances::default(),
             max_distance: max_distance.unwrap_or(0.0),
         })
     }
 
-    /// How open every pixel's surface is, by images of the scene as it is now, whose set of directions is turned by `rotation`.
+    /// How open every pixel's surface is, and what arrives from the surroundings, by images of the scene as it is now, whose set
+    /// of directions is turned by `rotation`; and, where there is a sun, a little more, so that one of them is towards it.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -63,25 +112,50 @@ impl DeepOcclusion {
         surface: &Surface,
         rotation: Quat,
     ) -> Result<Openness, RenderError> {
+        let rotation = match scene.environment_light().sun {
+            Some(sun) => turned_towards(&self.directions.rotated(rotation), sun),
+            None => rotation,
+        };
         let images = self.images.get(frame, scene, rotation)?;
+        let cells = match &scene.environment_light().samples {
+            Some(samples) => Some(self.cells.get(frame.device, samples, &images.directions)?),
+            None => None,
+        };
+        let kernels = if cells.is_some() { &self.environment } else { &self.constant };
         let UVec2 { x, y } = surface.size;
-        let sums = storage_buffer(frame.device, "occlusion/sums", 8 * u64::from(x) * u64::from(y))?;
+        let pixels = u64::from(x) * u64::from(y);
+        let sums = storage_buffer(frame.device, "occlusion/sums", SUMS_BYTES * pixels)?;
+        let radiance_bytes = if cells.is_some() { RADIANCE_BYTES * pixels } else { 0 };
+        let radiance_sums = storage_buffer(frame.device, "occlusion/radiance_sums", radiance_bytes)?;
         let target = openness_target(frame.device, surface.size);
+        let environment_sums = sums_target(frame.device, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
         let view_bindings = view.bindings();
-        let shared = view_bindings.with(&surface.bindings()).buffer("openness_sums", &sums);
+        let light_bindings = scene.environment_light().bindings();
+        let mut shared = view_bindings.with(&surface.bindings()).with(&light_bindings).buffer("openness_sums", &sums);
+        if let Some(cells) = cells {
+            shared = shared.buffer("radiance_sums", &radiance_sums).buffer("cell_radiances", cells);
+        }
+        // Half vectors, which lean half as much as directions, are as wide as a direction's cell, whose radius is (2 / count)^½.
+        let least_roughness = (2.0 / images.directions.len() as f32).sqrt().sqrt().min(1.0);
+        let run = DirectionRun { max_distance: self.max_distance, least_roughness, ..Default::default() };
         let mut is_first = 1;
         for chunk in &images.chunks {
             let of_chunk = shared.clone().with(&chunk.bindings(&images.frames));
             for first in (0..chunk.grid.image_count).step_by(IMAGES_A_PASS as usize) {
                 let count = IMAGES_A_PASS.min(chunk.grid.image_count - first);
-                let run = DirectionRun { first, count, max_distance: self.max_distance, is_first };
+                let run = DirectionRun { first, count, is_first, ..run };
                 let run = uniform_buffer_of(frame.device, "occlusion/run", &run);
-                frame.dispatch(&self.accumulate, &of_chunk.clone().buffer("direction_run", &run), groups);
+                frame.dispatch(&kernels.accumulate, &of_chunk.clone().buffer("direction_run", &run), groups);
                 is_first = 0;
             }
         }
-        frame.dispatch(&self.resolve, &shared.texture("openness_target", &target), groups);
-        Ok(Openness { texture: target, images: Some(images.counts) })
+        let run = uniform_buffer_of(frame.device, "occlusion/run", &run);
+        let resolving = shared
+            .buffer("direction_run", &run)
+            .texture("openness_target", &target)
+            .texture("environment_sums_target", &environment_sums);
+        frame.dispatch(&kernels.resolve, &resolving, groups);
+        Ok(Openness { texture: target, environment_sums, images: Some(images.counts) })
     }
 }

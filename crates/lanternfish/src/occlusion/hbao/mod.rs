@@ -3,7 +3,14 @@
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
 
 use super::{Openness, TILE, openness_target};
-use crate::{error::RenderError, prepass::Surface, shaders::SHADERS, view::ViewBuffer};
+use crate::{
+    environment_light::{LightByNormal, sums_target},
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::Surface,
+    shaders::SHADERS,
+    view::ViewBuffer,
+};
 
 gpu_struct! {
     /// How far horizons are looked for.
@@ -19,6 +26,7 @@ pub struct Hbao {
     horizons: ComputeKernel,
     blur_across: ComputeKernel,
     blur_down: ComputeKernel,
+    light: LightByNormal,
     parameters: wgpu::Buffer,
 }
 
@@ -31,12 +39,13 @@ impl Hbao {
             horizons: ComputeKernel::new(device, &horizon, "horizons", "occlusion/hbao/horizons"),
             blur_across: ComputeKernel::new(device, &blur, "blur_across", "occlusion/hbao/blur_across"),
             blur_down: ComputeKernel::new(device, &blur, "blur_down", "occlusion/hbao/blur_down"),
+            light: LightByNormal::new(device)?,
             parameters: uniform_buffer_of(device, "occlusion/hbao", &HbaoParameters { radius }),
         })
     }
 
-    /// How open every pixel's surface is to what the view shows around it.
-    pub fn record(&self, frame: &mut Frame<'_>, view: &ViewBuffer, surface: &Surface) -> Openness {
+    /// How open every pixel's surface is to what the view shows around it, and that share of the surroundings' light.
+    pub fn record(&self, frame: &mut Frame<'_>, scene: &GpuScene, view: &ViewBuffer, surface: &Surface) -> Openness {
         let [found, across, down] = std::array::from_fn(|_| openness_target(frame.device, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let view_bindings = view.bindings();
@@ -47,6 +56,9 @@ impl Hbao {
             let bindings = shared.clone().texture("unblurred_openness", from).texture("openness_target", to);
             frame.dispatch(kernel, &bindings, groups);
         }
-        Openness { texture: down, images: None }
+        let environment_sums = sums_target(frame.device, surface.size);
+        let openness = Openness { texture: down, environment_sums, images: None };
+        self.light.record(frame, scene.environment_light(), view, surface, &openness);
+        openness
     }
 }

@@ -1,0 +1,132 @@
+//! A cube of the surroundings whose levels are filtered as surfaces of rising roughness reflect them [Karis2013].
+
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct, uniform_buffer_of};
+
+use crate::{error::RenderError, shaders::SHADERS, sky::EnvironmentImage};
+
+/// Texels of a face's edge at the last level, which is of roughness 1: its lobe is wider than one.
+const LAST_FACE: u32 = 8;
+
+gpu_struct! {
+    /// What one pass makes a level of.
+    pub struct LevelParameters {
+        /// Texels of a face's edge.
+        size: u32,
+        /// Points of a texel's edge at which the image is read.
+        points: u32,
+        /// Of the surface that reflects it so.
+        perceptual_roughness: f32,
+        /// Texels of a face's edge of the cube that it is filtered from.
+        source_size: u32,
+    }
+}
+
+/// Texels of a face's edge for an image of this width: about its own resolution. From 128, so that there are levels to choose from,
+/// up to 512.
+pub(super) fn face_size(width: usize) -> u32 {
+    (width / 4).next_power_of_two().clamp(128, 512) as u32
+}
+
+/// Between texels, faces and levels.
+pub(super) fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("environment_light"),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..Default::default()
+    })
+}
+
+fn cube(device: &wgpu::Device, label: &str, size: u32, levels: u32, usage: wgpu::TextureUsages) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 6 },
+        mip_level_count: levels,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | usage,
+        view_formats: &[],
+    })
+}
+
+fn as_cube(texture: &wgpu::Texture) -> wgpu::TextureView {
+    let dimension = Some(wgpu::TextureViewDimension::Cube);
+    texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
+}
+
+/// Its six faces.
+fn level(texture: &wgpu::Texture, level: u32) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        base_mip_level: level,
+        mip_level_count: Some(1),
+        ..Default::default()
+    })
+}
+
+/// One texel a face, which sends nothing.
+pub(super) fn black(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
+    let texture = cube(device, "environment_light/black", 1, 1, wgpu::TextureUsages::COPY_DST);
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8), rows_per_image: Some(1) };
+    queue.write_texture(texture.as_image_copy(), &[0; 48], layout, texture.size());
+    as_cube(&texture)
+}
+
+fn record(
+    frame: &mut Frame<'_>,
+    kernel: &ComputeKernel,
+    parameters: LevelParameters,
+    target: &wgpu::TextureView,
+    read: Bindings<'_>,
+) {
+    let uniform = uniform_buffer_of(frame.device, "environment_light/level", &parameters);
+    let [width, height, _] = kernel.workgroup_size();
+    let groups = [parameters.size.div_ceil(width), parameters.size.div_ceil(height), 6];
+    frame.dispatch(kernel, &read.buffer("level", &uniform).texture("level_target", target), groups);
+}
+
+/// The image as a cube with faces of `size` texels, a power of two from [`LAST_FACE`] on.
+///
+/// 1. A cube of the image, each texel its mean, and means of four down to one texel.
+/// 2. Level i of n + 1 is of perceptual roughness i / n; the first is the image itself.
+pub(super) fn make(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    sampler: &wgpu::Sampler,
+    image: &EnvironmentImage,
+    size: u32,
+) -> Result<wgpu::TextureView, RenderError> {
+    let shader = SHADERS.link("environment_light/levels", &[])?;
+    let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("environment_light/{entry}"));
+    let [fill, halve, filter] = ["fill", "halve", "filter_level"].map(kernel);
+    let storage = wgpu::TextureUsages::STORAGE_BINDING;
+    let means = cube(device, "environment_light/means", size, size.ilog2() + 1, storage);
+    let level_count = size.ilog2() - LAST_FACE.ilog2() + 1;
+    let levels = cube(device, "environment_light/levels", size, level_count, storage);
+
+    let mut profiler = Profiler::new(device, queue);
+    let mut frame = Frame::new(device, queue, &mut profiler);
+    // Two points a pixel of the image, and no fewer a texel.
+    let points = (image.width().div_ceil(4 * size) * 2).max(2);
+    let whole = LevelParameters { size, points, ..Default::default() };
+    for target in [level(&means, 0), level(&levels, 0)] {
+        record(&mut frame, &fill, whole, &target, image.bindings());
+    }
+    for i in 1..means.mip_level_count() {
+        let finer = level(&means, i - 1);
+        let read = Bindings::new().texture("finer_level", &finer);
+        let parameters = LevelParameters { size: size >> i, ..Default::default() };
+        record(&mut frame, &halve, parameters, &level(&means, i), read);
+    }
+    let source = as_cube(&means);
+    for i in 1..level_count {
+        let perceptual_roughness = i as f32 / (level_count - 1) as f32;
+        let parameters = LevelParameters { size: size >> i, source_size: size, perceptual_roughness, points: 0 };
+        let read = Bindings::new().texture("means", &source).sampler("means_sampler", sampler);
+        record(&mut frame, &filter, parameters, &level(&levels, i), read);
+    }
+    frame.submit();
+    Ok(as_cube(&levels))
+}

@@ -1,0 +1,147 @@
+//! Light that arrives from the surroundings: an image of them, or one radiance everywhere.
+//!
+//! What a scene's image is made into once, when it is uploaded:
+//!
+//! * [`samples`]: small pieces of the sphere with their mean radiance, from which every direction of deep images gets its own, and
+//!   nine numbers that give the irradiance by the normal where nothing occludes;
+//! * [`levels`]: a cube of it, each level filtered as a surface of that roughness reflects it;
+//! * [`brdf_shares`]: what a surface reflects of an even light, of any scene.
+//!
+//! How much of it arrives is [`crate::occlusion`]'s; shading adds it by `environment_light.wesl`.
+
+mod brdf_shares;
+mod levels;
+mod samples;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use glam::{UVec2, Vec2, Vec3, Vec4};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
+use lanternfish_scene::Environment;
+
+use self::samples::{harmonics, samples_of, sun_of};
+pub use self::{
+    levels::LevelParameters,
+    samples::{EnvironmentSample, cell_radiances},
+};
+use crate::{
+    error::RenderError, occlusion::Openness, prepass::Surface, shaders::SHADERS, sky::EnvironmentImage,
+    view::ViewBuffer,
+};
+
+gpu_struct! {
+    /// What shaders know of the image of the surroundings.
+    pub struct EnvironmentLightParameters {
+        /// Of polynomials in the normal, nits: [`samples::harmonics`].
+        harmonics: [Vec4; 9],
+        /// Of the cube; the last is of roughness 1.
+        last_level: f32,
+        /// Unused.
+        _pad: f32,
+        /// Unused.
+        _pad_more: Vec2,
+    }
+}
+
+/// A scene's surroundings as light. Without an image all of it is black: one radiance everywhere is the view's.
+#[derive(Debug)]
+pub struct EnvironmentLight {
+    /// Of the image.
+    pub samples: Option<Arc<[EnvironmentSample]>>,
+    /// Towards a spot of it that sends much of all light, if there is one.
+    pub sun: Option<Vec3>,
+    levels: wgpu::TextureView,
+    brdf_shares: wgpu::TextureView,
+    sampler: wgpu::Sampler,
+    parameters: wgpu::Buffer,
+}
+
+impl EnvironmentLight {
+    /// Filters the image, if there is one. `uploaded` is the same image.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        environment: Option<(&Environment, &EnvironmentImage)>,
+    ) -> Result<Self, RenderError> {
+        let sampler = levels::sampler(device);
+        let levels = match environment {
+            Some((environment, uploaded)) => {
+                levels::make(device, queue, &sampler, uploaded, levels::face_size(environment.width))?
+            }
+            None => levels::black(device, queue),
+        };
+        let samples: Option<Arc<[_]>> = environment.map(|(environment, _)| samples_of(environment).into());
+        let parameters = EnvironmentLightParameters {
+            harmonics: samples.as_deref().map(harmonics).unwrap_or_default(),
+            last_level: (levels.texture().mip_level_count() - 1) as f32,
+            ..Default::default()
+        };
+        Ok(Self {
+            sun: samples.as_deref().and_then(sun_of),
+            samples,
+            levels,
+            brdf_shares: brdf_shares::upload(device, queue),
+            sampler,
+            parameters: uniform_buffer_of(device, "environment_light", &parameters),
+        })
+    }
+
+    /// What shaders call it.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new()
+            .buffer("environment_light_parameters", &self.parameters)
+            .texture("environment_levels", &self.levels)
+            .texture("brdf_shares", &self.brdf_shares)
+            .sampler("environment_sampler", &self.sampler)
+    }
+}
+
+/// A texture for what arrives at every pixel, of two layers.
+pub(crate) fn sums_target(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("environment_sums"),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 2 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+/// Light by the normal alone, times the openness: for openness that knows no directions.
+#[derive(Debug)]
+pub struct LightByNormal {
+    kernel: ComputeKernel,
+}
+
+impl LightByNormal {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("environment_light/by_normal", &[])?;
+        Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "environment_light/by_normal") })
+    }
+
+    /// Fills the openness' `environment_sums`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        light: &EnvironmentLight,
+        view: &ViewBuffer,
+        surface: &Surface,
+        openness: &Openness,
+    ) {
+        let [width, height, _] = self.kernel.workgroup_size();
+        let groups = [surface.size.x.div_ceil(width), surface.size.y.div_ceil(height), 1];
+        let light_bindings = light.bindings();
+        let bindings = view.bindings().with(&surface.bindings()).with(&light_bindings);
+        let bindings = bindings
+            .texture("occlusion_texture", &openness.texture)
+            .texture("environment_sums_target", &openness.environment_sums);
+        frame.dispatch(&self.kernel, &bindings, groups);
+    }
+}

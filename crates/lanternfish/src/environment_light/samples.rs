@@ -1,0 +1,127 @@
+//! An image of the surroundings in pieces small enough to be one direction each, and what is summed over them.
+
+use std::{f64::consts::PI, ops::Range};
+
+use glam::{DVec3, Vec3, Vec4};
+use lanternfish_scene::Environment;
+
+use crate::deep_images::directions::Directions;
+
+/// Pieces across and down: a set of 169 images has 338 directions, and each gets a hundred of them.
+const COLUMNS: usize = 256;
+const ROWS: usize = 128;
+
+/// A piece of the sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnvironmentSample {
+    /// Its middle: unit, world space, away from who looks.
+    pub direction: Vec3,
+    /// sr.
+    pub solid_angle: f32,
+    /// Its mean, nits.
+    pub radiance: Vec3,
+}
+
+/// Pieces that together are the whole sphere. An image with as many pixels is averaged, a smaller one is read at their middles.
+pub(super) fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
+    let Environment { width, height, .. } = *environment;
+    let averages = width >= COLUMNS && height >= ROWS;
+    let (columns, rows) = if averages { (width, height) } else { (COLUMNS, ROWS) };
+    let part = |i: usize, parts: usize, whole: usize| i * whole / parts..(i + 1) * whole / parts;
+    let middle = |part: &Range<usize>, whole: usize| (part.start + part.end) as f32 / (2 * whole) as f32;
+    let mut samples = Vec::with_capacity(COLUMNS * ROWS);
+    for down in (0..ROWS).map(|i| part(i, ROWS, rows)) {
+        for across in (0..COLUMNS).map(|i| part(i, COLUMNS, columns)) {
+            let direction = environment.direction(middle(&across, columns), middle(&down, rows));
+            let heights = zone_height(&down, rows);
+            let radiance =
+                if averages { mean_of(environment, &across, &down) } else { environment.radiance(direction) };
+            let solid_angle = 2.0 * PI * heights * across.len() as f64 / columns as f64;
+            samples.push(EnvironmentSample { direction, solid_angle: solid_angle as f32, radiance });
+        }
+    }
+    samples
+}
+
+/// Height of the zone of a unit sphere that these rows show.
+fn zone_height(rows: &Range<usize>, whole: usize) -> f64 {
+    let cosine = |row: usize| (PI * row as f64 / whole as f64).cos();
+    cosine(rows.start) - cosine(rows.end)
+}
+
+/// Mean over the solid angle of some pixels.
+fn mean_of(environment: &Environment, across: &Range<usize>, down: &Range<usize>) -> Vec3 {
+    let mut sum = DVec3::ZERO;
+    for y in down.clone() {
+        let row = &environment.pixels[y * environment.width..][across.clone()];
+        let of_row: DVec3 = row.iter().map(|pixel| pixel.as_dvec3()).sum();
+        sum += of_row * zone_height(&(y..y + 1), environment.height);
+    }
+    (sum / (zone_height(down, environment.height) * across.len() as f64)).as_vec3()
+}
+
+/// Mean radiance of what is nearer to each direction than to any other: of each image of a set, its axis' and then that of the
+/// opposite; nits, w unused.
+pub fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec<Vec4> {
+    let mut sums = vec![(DVec3::ZERO, 0.0f64); 2 * directions.len()];
+    for sample in samples {
+        let (image, reversed) = directions.nearest(sample.direction);
+        let (radiance, solid_angle) = &mut sums[2 * image as usize + usize::from(reversed)];
+        *radiance += sample.radiance.as_dvec3() * f64::from(sample.solid_angle);
+        *solid_angle += f64::from(sample.solid_angle);
+    }
+    let mean = |(i, (radiance, solid_angle)): (usize, (DVec3, f64))| {
+        if solid_angle > 0.0 {
+            return (radiance / solid_angle).as_vec3().extend(0.0);
+        }
+        // A cell smaller than any piece.
+        let axis = directions.axes()[i / 2] * if i % 2 == 0 { 1.0 } else { -1.0 };
+        let nearest = samples.iter().max_by(|a, b| a.direction.dot(axis).total_cmp(&b.direction.dot(axis)));
+        nearest.map_or(Vec4::ZERO, |sample| sample.radiance.extend(0.0))
+    };
+    sums.into_iter().enumerate().map(mean).collect()
+}
+
+/// Within so many radians of the brightest piece lies what may be a sun.
+const SUN_RADIUS: f32 = 0.05;
+/// Of all light, at least: less is no sun.
+const SUN_SHARE: f32 = 0.05;
+
+/// Where a sun stands, if the image has one: a spot that sends much of all light. Unit, world space.
+pub(super) fn sun_of(samples: &[EnvironmentSample]) -> Option<Vec3> {
+    let light = |sample: &EnvironmentSample| sample.radiance.element_sum() * sample.solid_angle;
+    let brightest = samples.iter().max_by(|a, b| a.radiance.element_sum().total_cmp(&b.radiance.element_sum()))?;
+    let is_near = |sample: &&EnvironmentSample| sample.direction.dot(brightest.direction) > SUN_RADIUS.cos();
+    let near: f32 = samples.iter().filter(is_near).map(light).sum();
+    let towards: Vec3 = samples.iter().filter(is_near).map(|sample| light(sample) * sample.direction).sum();
+    let all: f32 = samples.iter().map(light).sum();
+    (near > SUN_SHARE * all).then(|| towards.normalize_or(brightest.direction))
+}
+
+/// Irradiance over π of a surface that nothing occludes, by its normal, nits: the sum of these numbers times 1, y, z, x, xy, yz,
+/// 3z² − 1, xz, x² − y², within about 1 % of the mean for any surroundings [Ramamoorthi2001, eq. 7–13]; w unused.
+pub fn harmonics(samples: &[EnvironmentSample]) -> [Vec4; 9] {
+    let mut sums = [DVec3::ZERO; 9];
+    let mut sphere = 0.0;
+    for sample in samples {
+        let solid_angle = f64::from(sample.solid_angle);
+        let light = sample.radiance.as_dvec3() * solid_angle;
+        sphere += solid_angle;
+        for (sum, value) in sums.iter_mut().zip(polynomials(sample.direction.as_dvec3())) {
+            *sum += light * value;
+        }
+    }
+    // Squares of the harmonics' factors times 4π, times what is left of each order after the cosine: 1, 2/3, 1/4.
+    const FACTORS: [f64; 9] = [1.0, 2.0, 2.0, 2.0, 3.75, 3.75, 0.3125, 3.75, 0.9375];
+    std::array::from_fn(|i| (sums[i] * (FACTORS[i] / sphere)).as_vec3().extend(0.0))
+}
+
+fn polynomials(DVec3 { x, y, z }: DVec3) -> [f64; 9] {
+    [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y]
+}
+
+#[cfg(test)]
+pub(super) fn by_normal(harmonics: &[Vec4; 9], normal: Vec3) -> Vec3 {
+    let values = polynomials(normal.as_dvec3());
+    harmonics.iter().zip(values).map(|(factor, value)| factor.truncate() * value as f32).sum()
+}

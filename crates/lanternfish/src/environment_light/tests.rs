@@ -1,0 +1,94 @@
+mod host;
+mod pictures;
+
+use std::f32::consts::TAU;
+
+use glam::{Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{Bounds, Camera, Environment, Projection};
+
+use super::EnvironmentLight;
+use crate::{
+    sky::EnvironmentImage,
+    testing::{Random, ask_about},
+    view::View,
+};
+
+/// An image of what arrives from each direction.
+fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> Vec3) -> Environment {
+    let blank = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
+    let part = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
+    let at = |i: usize| radiance(blank.direction(part(i % width, width), part(i / width, height)));
+    Environment { pixels: (0..width * height).map(at).collect(), rotation, ..blank.clone() }
+}
+
+/// White from above, black from below.
+fn half_white() -> Environment {
+    image(512, 256, 0.0, |direction| if direction.y > 0.0 { Vec3::ONE } else { Vec3::ZERO })
+}
+
+fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
+    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.05 })
+}
+
+/// What surfaces mirror from each direction, with the roughness as fourth number.
+fn mirrored(gpu: &Gpu, environment: &Environment, queries: &[Vec4]) -> Vec<Vec3> {
+    let uploaded = EnvironmentImage::new(&gpu.device, &gpu.queue, environment).unwrap();
+    let light = EnvironmentLight::new(&gpu.device, &gpu.queue, Some((environment, &uploaded))).unwrap();
+    let bounds = Bounds { min: -Vec3::ONE, max: Vec3::ONE };
+    let camera = looking([0.0, 0.0, 3.0], [0.0; 3]);
+    let view = View::new(&camera, glam::UVec2::ONE, 1.0, Vec3::ZERO, &bounds).upload(&gpu.device);
+    let (view, light) = (view.bindings(), light.bindings());
+    let answers = ask_about(gpu, "mirrored_radiances", &view.with(&light), queries, 1);
+    answers.into_iter().map(Vec4::truncate).collect()
+}
+
+fn directions(count: usize, roughness: f32) -> Vec<Vec4> {
+    let mut random = Random::new(5);
+    (0..count).map(|_| random.direction().extend(roughness)).collect()
+}
+
+fn greatest_distance(found: &[Vec3], queries: &[Vec4], expected: impl Fn(Vec3) -> Vec3) -> f32 {
+    let off = found.iter().zip(queries).map(|(found, query)| (*found - expected(query.truncate())).abs().max_element());
+    off.fold(0.0, f32::max)
+}
+
+#[test]
+fn gpu_what_is_smooth_mirrors_the_image_itself() {
+    let Some(gpu) = testing::gpu("gpu_what_is_smooth_mirrors_the_image_itself") else { return };
+    let environment = image(512, 256, 0.7, |d| Vec3::new(1.0 + d.x, 2.0 + d.y * d.z, 1.5 + (3.0 * d.x).sin()));
+    let queries = directions(2000, 0.0);
+    let found = mirrored(gpu, &environment, &queries);
+    let off = greatest_distance(&found, &queries, |direction| environment.radiance(direction));
+    // Half floats, up to 2.5, are off by 0.001; texels of 0.7° hold means of what bends by up to 9 a square radian.
+    assert!(off < 4e-3, "{off}");
+    // It can fail: one turned by three degrees is another.
+    let turned = Environment { rotation: 0.75, ..environment.clone() };
+    assert!(greatest_distance(&found, &queries, |direction| turned.radiance(direction)) > 0.05);
+}
+
+#[test]
+fn gpu_rougher_levels_blur_and_keep_the_energy() {
+    let Some(gpu) = testing::gpu("gpu_rougher_levels_blur_and_keep_the_energy") else { return };
+    let even = image(64, 32, 0.0, |_| Vec3::new(0.5, 3.0, 20.0));
+    for roughness in [0.0, 0.1, 0.25, 0.5, 0.8, 1.0] {
+        let queries = directions(500, roughness);
+        let found = mirrored(gpu, &even, &queries);
+        let off = greatest_distance(&found, &queries, |_| Vec3::new(0.5, 3.0, 20.0));
+        // Half floats: 2⁻¹¹ of 20, at each of a few levels.
+        assert!(off < 0.03, "{roughness}: {off}");
+
+        // White above the horizon: half of it at the horizon, whatever the roughness, and all of it far enough from there.
+        let around = |i: u8| TAU * f32::from(i) / 100.0;
+        let edge = (0..100).map(|i| Vec3::new(around(i).sin(), 0.0, around(i).cos()).extend(roughness));
+        let edge: Vec<Vec4> = edge.collect();
+        let found = mirrored(gpu, &half_white(), &edge);
+        let mean = found.iter().map(|radiance| radiance.x).sum::<f32>() / found.len() as f32;
+        assert!((mean - 0.5).abs() < 0.03, "{roughness}: {mean} at the horizon");
+    }
+    // The blur reaches as far as the lobe. 30° above the horizon what a mirror shows of below is half of GGX's half vectors that lean by
+    // more than 15°: 1 % for alpha = 0.04, 23 % for 0.25 and more for 1, less what leaves below the surface.
+    let at = |roughness: f32| Vec3::new(0.75f32.sqrt(), 0.5, 0.0).extend(roughness);
+    let found = mirrored(gpu, &half_white(), &[at(0.2), at(0.5), at(1.0)]).iter().map(|f| f.x).collect::<Vec<_>>();
+    assert!(found[0] > 0.97 && (0.8..0.95).contains(&found[1]) && (0.6..0.8).contains(&found[2]), "{found:?}");
+}

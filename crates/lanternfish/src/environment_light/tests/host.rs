@@ -1,0 +1,130 @@
+use glam::{Quat, Vec3, Vec4};
+use lanternfish_gpu::testing;
+
+use super::{half_white, image};
+use crate::{
+    deep_images::directions::{Directions, rotation_of_frame},
+    environment_light::{
+        brdf_shares::{LEAST_ROUGHNESS, shares},
+        samples::{by_normal, cell_radiances, harmonics, samples_of, sun_of},
+    },
+    settings::DirectionSet,
+    shaders::constant,
+    testing::{Random, ask},
+};
+
+#[test]
+fn pieces_are_the_whole_sphere() {
+    let colour = |d: Vec3| Vec3::new(1.0 + d.x, 2.0 - d.y, 1.0 + d.z * d.z);
+    // As many pixels, more that do not divide evenly, and fewer.
+    for (width, height) in [(256, 128), (700, 301), (64, 32), (1, 1)] {
+        let environment = image(width, height, 0.4, colour);
+        let samples = samples_of(&environment);
+        let sum: f32 = samples.iter().map(|sample| sample.solid_angle).sum();
+        assert!((sum / (2.0 * std::f32::consts::TAU) - 1.0).abs() < 1e-4, "{width}: {sum}");
+        let off = samples.iter().map(|s| (s.radiance - environment.radiance(s.direction)).abs().max_element());
+        let worst = off.fold(0.0, f32::max);
+        // A piece is 1.4° wide, and the colour changes by up to 2 a radian.
+        assert!(worst < 0.02, "{width}: {worst}");
+    }
+}
+
+#[test]
+fn every_direction_has_the_mean_of_what_is_near_it() {
+    let set = Directions::new(DirectionSet::ZonalEqualArea { count: 169 }).unwrap();
+    let even = samples_of(&image(32, 16, 0.0, |_| Vec3::new(0.3, 1.0, 7.0)));
+    let half = samples_of(&half_white());
+    for frame in [None, Some(0), Some(7)] {
+        let turned = set.rotated(frame.map_or(Quat::IDENTITY, rotation_of_frame));
+        let cells = cell_radiances(&even, &turned);
+        let off = cells.iter().map(|cell| (*cell - Vec4::new(0.3, 1.0, 7.0, 0.0)).length());
+        assert!(off.fold(0.0, f32::max) < 1e-6);
+        // A cell is less than 10° wide.
+        let wrong = |directions: &Directions| {
+            let cells = cell_radiances(&half, directions);
+            let axes = turned.axes().iter().flat_map(|axis| [*axis, -*axis]);
+            let is_wrong = |(axis, cell): &(Vec3, &Vec4)| axis.y.abs() > 0.2 && cell.x != f32::from(axis.y > 0.0);
+            axes.zip(&cells).filter(is_wrong).count()
+        };
+        assert_eq!(wrong(&turned), 0);
+        // It can fail: cells of a set that is turned otherwise.
+        assert!(wrong(&set.rotated(rotation_of_frame(3))) > 50);
+    }
+    // The largest set has cells smaller than the pieces at the equator: none is black for it.
+    let largest = Directions::new(DirectionSet::ZonalEqualArea { count: Directions::MAX_COUNT }).unwrap();
+    assert!(cell_radiances(&even, &largest).iter().all(|cell| (cell.y - 1.0).abs() < 1e-6));
+}
+
+#[test]
+fn a_sun_is_a_spot_that_sends_much() {
+    let towards = Vec3::new(0.3, 0.5, -0.8).normalize();
+    let sky = |sun: f32| image(1024, 512, 0.3, |d| Vec3::splat(0.5 + if d.dot(towards) > 0.9996 { sun } else { 0.0 }));
+    // The image is turned, and the spot with it.
+    let found = sun_of(&samples_of(&sky(1e4))).unwrap();
+    let expected = Quat::from_rotation_y(0.3) * towards;
+    assert!(found.dot(expected) > 0.99995, "{found} {expected}");
+    assert_eq!(sun_of(&samples_of(&sky(10.0))), None);
+    assert_eq!(sun_of(&samples_of(&half_white())), None);
+    assert_eq!(sun_of(&samples_of(&image(4, 2, 0.0, |_| Vec3::ZERO))), None);
+}
+
+#[test]
+fn nine_numbers_are_the_irradiance() {
+    let mut random = Random::new(9);
+    let normals: Vec<Vec3> = (0..200).map(|_| random.direction()).collect();
+    // Of a white half: all orders above the first vanish in it or in the cosine.
+    let half = harmonics(&samples_of(&half_white()));
+    // Of a small patch: the cosine's first three orders [Ramamoorthi2001, eq. 8].
+    let towards = Vec3::new(0.6, 0.3, -0.7).normalize();
+    let patch = samples_of(&image(1024, 512, 0.0, |d| Vec3::splat(f32::from(d.dot(towards) > 0.999))));
+    let flux: f32 = patch.iter().map(|sample| sample.solid_angle * sample.radiance.x).sum();
+    let patch = harmonics(&patch);
+    for n in normals {
+        let found = by_normal(&half, n).x;
+        assert!((found - (0.5 + 0.5 * n.y)).abs() < 2e-3, "{n}: {found}");
+        let x = n.dot(towards);
+        let expected = 0.25 + 0.5 * x + (5.0 / 32.0) * (3.0 * x * x - 1.0);
+        let found = by_normal(&patch, n).x * std::f32::consts::PI / flux;
+        assert!((found - expected).abs() < 5e-3, "{n}: {found} {expected}");
+    }
+    // One radiance everywhere, exactly as far as numbers go.
+    let even = harmonics(&samples_of(&image(8, 4, 0.0, |_| Vec3::splat(3.0))));
+    assert!((by_normal(&even, Vec3::new(0.48, 0.6, 0.64)).x / 3.0 - 1.0).abs() < 1e-5);
+}
+
+/// The table against the shader's BRDF, summed over the hemisphere.
+#[test]
+fn gpu_shares_are_the_brdfs_under_even_light() {
+    let Some(gpu) = testing::gpu("gpu_shares_are_the_brdfs_under_even_light") else { return };
+    assert_eq!(constant("shading/brdf", "LEAST_ROUGHNESS"), LEAST_ROUGHNESS);
+    let n = Vec3::Y;
+    // A grazing lobe is 0.03 rad wide around, and 0.3 up.
+    const AROUND: u32 = 1024;
+    const UP: u32 = 96;
+    let reflected = |metallic: f32, n_dot_v: f32, roughness: f32| {
+        let wo = Vec3::new((1.0 - n_dot_v * n_dot_v).sqrt(), n_dot_v, 0.0);
+        let direction = |i: u32| {
+            let part = |i: u32, whole: u32| (i as f32 + 0.5) / whole as f32;
+            let (sin, cos) = (std::f32::consts::TAU * part(i % AROUND, AROUND)).sin_cos();
+            let y = part(i / AROUND, UP);
+            let across = (1.0 - y * y).sqrt();
+            Vec3::new(across * cos, y, across * sin)
+        };
+        let query = |i| [Vec3::ONE.extend(metallic), n.extend(roughness), direction(i).extend(0.0), wo.extend(0.0)];
+        let queries: Vec<Vec4> = (0..AROUND * UP).flat_map(query).collect();
+        let sum: f32 = ask(gpu, "reflections", &queries, 4).iter().map(|answer| answer.x).sum();
+        f64::from(sum * std::f32::consts::TAU / (AROUND * UP) as f32)
+    };
+    for roughness in [0.3f32, 0.6, 1.0] {
+        for n_dot_v in [0.15f32, 0.5, 0.95] {
+            let [near, grazing, let_in] = shares(n_dot_v.into(), roughness.into());
+            let metal = reflected(1.0, n_dot_v, roughness);
+            let dielectric = reflected(0.0, n_dot_v, roughness);
+            let expected = 1.0 - 0.04 * (1.0 - let_in) - let_in + 0.04 * near + grazing;
+            println!("{roughness} {n_dot_v}: {metal:.4} {:.4}, {dielectric:.4} {expected:.4}", near + grazing);
+            // Both are sums: of 512 and of 98,304 directions.
+            assert!((near + grazing - metal).abs() < 0.015, "{roughness} {n_dot_v}: {} {metal}", near + grazing);
+            assert!((expected - dielectric).abs() < 0.015, "{roughness} {n_dot_v}: {expected} {dielectric}");
+        }
+    }
+}
