@@ -116,8 +116,9 @@ impl GpuScene {
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
 
         let surroundings = scene.environment.as_ref().zip(environment.as_ref());
-        let environment_light =
-            FindOcclusion::is_found(settings).then(|| EnvironmentLight::new(device, queue, surroundings));
+        let sees_image = settings.indirect.shades_hits() && surroundings.is_some();
+        let asks_for_light = FindOcclusion::is_found(settings) || sees_image;
+        let environment_light = asks_for_light.then(|| EnvironmentLight::new(device, queue, surroundings));
 
         let mut counters = vec![
             ("scene/draws".to_owned(), geometry.draws.len() as u64),

@@ -107,6 +107,28 @@ fn gpu_the_surroundings_light_an_open_floor() {
     }
 }
 
+/// A small sun is neither missed nor found by all rays at once: each sees the mean of what it stands for.
+#[test]
+fn gpu_few_rays_find_a_small_sun() {
+    let Some(gpu) = testing::gpu("gpu_few_rays_find_a_small_sun") else { return };
+    let (width, height, row) = (64, 32, 8);
+    let mut pixels = vec![Vec3::ZERO; width * height];
+    pixels[row * width + 20] = Vec3::splat(1000.0);
+    let scene = Scene { environment: Some(Environment { width, height, pixels, rotation: 0.0 }), ..floor(matt(0.5)) };
+    // Bilinear between pixels: of twice their width across and down, and half as bright in the mean.
+    let step = std::f64::consts::PI / height as f64;
+    let colatitude = (row as f64 + 0.5) * step;
+    let expected = 0.5 / std::f64::consts::PI * 1000.0 * step * step * colatitude.sin() * colatitude.cos();
+    let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+    for diffuse_rays in [4, 8, 32] {
+        let few = Sampled { diffuse_rays, ..sampled(IndirectTracer::Bvh) };
+        let found = picture(gpu, settings(few), &scene, &camera);
+        let energy = mean(&found) / expected;
+        println!("{diffuse_rays} rays: {energy:.3} of the light");
+        assert!((energy - 1.0).abs() < 0.25, "{diffuse_rays} rays: {energy}");
+    }
+}
+
 /// The radiance of a mirror is that of what it shows, but for what a grazing view reflects.
 #[test]
 fn gpu_a_mirror_shows_what_is_above_it() {

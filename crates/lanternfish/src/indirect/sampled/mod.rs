@@ -29,6 +29,10 @@ gpu_struct! {
         radius: u32,
         /// Along which axis: 0 is x.
         axis: u32,
+        /// Roughness of the surface that would see as much of the surroundings at once as a diffuse ray stands for.
+        diffuse_blur: f32,
+        /// The same of a glossy ray, over its surface's roughness.
+        glossy_blur: f32,
     }
 }
 
@@ -138,11 +142,13 @@ impl SampledLight {
             diffuse_rays: settings.diffuse_rays,
             glossy_rays: settings.glossy_rays,
             radius,
+            diffuse_blur: diffuse_blur(settings.diffuse_rays, frames),
+            glossy_blur: ((settings.glossy_rays.max(1) as f32) * frames as f32).powf(-0.25),
             ..Default::default()
         };
         let shared = view.bindings().with(&surface.bindings());
         let seen = scene.bindings().with(&shared);
-        let environment = scene.environment.as_ref().map(|environment| environment.bindings());
+        let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
         let images = images.filter(|_| settings.tracer != IndirectTracer::Bvh);
@@ -212,6 +218,14 @@ impl SampledLight {
         });
         Ok(())
     }
+}
+
+/// Roughness whose lobe about the mirror direction is as wide as the part of the hemisphere that one of so many rays, in each of so
+/// many frames, stands for: 2π over their number, a cone of whose directions half are within tan α of the half vector.
+fn diffuse_blur(rays: u32, frames: u32) -> f32 {
+    let cosine = 1.0 - 1.0 / (rays as f32 * frames as f32).max(1.0);
+    let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
+    alpha.sqrt()
 }
 
 /// An error where the numbers make no sense.
