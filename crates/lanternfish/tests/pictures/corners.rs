@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish::{
     RenderError, Renderer, Settings,
-    settings::{Culling, DebugView, RayCulling, Shadows},
+    settings::{Culling, DebugView, Occlusion, RayCulling, Shadows},
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Light, Scene, generate};
@@ -80,7 +80,13 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
     let plain = render(gpu, &scene, &camera, (40, 30), Settings::default());
     let mut seen = vec![plain.display.clone()];
     for view in DebugView::ALL.iter().copied() {
-        let picture = render(gpu, &scene, &camera, (40, 30), Settings { debug_view: Some(view), ..Default::default() });
+        // One shows what is otherwise not asked for; under a black sky it lights nothing.
+        let occlusion = match view {
+            DebugView::Occlusion => Occlusion::Deep { max_distance: None },
+            _ => Occlusion::None,
+        };
+        let settings = Settings { debug_view: Some(view), occlusion, ..Default::default() };
+        let picture = render(gpu, &scene, &camera, (40, 30), settings);
         if view == DebugView::BaseColor {
             assert_ne!(bits(&picture), bits(&plain));
         } else {
