@@ -10,6 +10,7 @@
 mod build;
 pub mod directions;
 mod kept;
+pub mod settings;
 mod store;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,87 @@
+//! What can be chosen of deep images.
+
+use lanternfish_scene::named_enum;
+
+use super::directions::DirectionSet;
+
+/// How the scene is kept as deep images [Archer2019; Niessner2010].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeepImageSettings {
+    /// Which directions there are images of. More: rays closer to an image's axis, more memory.
+    pub directions: DirectionSet,
+    /// Texels across and down an image. More: finer, more memory (by the square).
+    pub resolution: u32,
+    /// How they are built.
+    pub builder: DeepBuilder,
+    /// How many times finer than an image the single pass draws. More: fewer holes, slower by the square.
+    pub supersampling: u32,
+    /// Fragments of a texel nearer to each other than so many texels are one surface. More: fewer fragments; thin walls lose
+    /// their thickness. Linked lists are not merged.
+    pub merge_texels: f32,
+    /// Fragments expected of a texel, by which images are divided into chunks.
+    pub fragments_a_texel: u64,
+    /// How lists lie in memory.
+    pub store: DeepStore,
+    /// How a depth lies in memory.
+    pub depth: DeepDepth,
+    /// Whether a fragment knows its triangle: 4 bytes each. Without, rays find distances alone.
+    pub payload: bool,
+}
+
+impl Default for DeepImageSettings {
+    fn default() -> Self {
+        Self {
+            directions: DirectionSet::ZonalEqualArea { count: 169 },
+            resolution: 64,
+            builder: DeepBuilder::SinglePass,
+            supersampling: 1,
+            merge_texels: 0.5,
+            fragments_a_texel: 32,
+            store: DeepStore::LinearArray,
+            depth: DeepDepth::Bits32,
+            payload: true,
+        }
+    }
+}
+
+named_enum! {
+    /// How deep images are built.
+    DeepBuilder {
+        /// All from one draw of the scene [Archer2019, §3.1].
+        SinglePass = "single_pass",
+        /// A draw for each direction: the yardstick.
+        PerDirection = "per_direction",
+        /// A draw for each layer of surfaces [Niessner2010, §3.1]: the yardstick of both.
+        DepthPeeling = "depth_peeling",
+    }
+}
+
+named_enum! {
+    /// How the lists of deep images lie in memory. Bytes a fragment are with 32 bits of depth and a triangle; 4 fewer without.
+    DeepStore {
+        /// Behind each other in one array, sorted, surfaces merged: 8 bytes a fragment, 4 a texel [Archer2019, fig. 5].
+        LinearArray = "linear_array",
+        /// Each fragment names another, in no order: one turn of the builder and nothing after it, 12 bytes a fragment.
+        LinkedList = "linked_list",
+        /// Each fragment names the next by depth: put there while the lists are built, in time of the square of their
+        /// lengths; 12 bytes a fragment [Aalund2015, §3].
+        SortedLinkedList = "sorted_linked_list",
+    }
+}
+
+impl DeepStore {
+    /// Whether it can hold such depths: linked lists are built where they stay, and two builders cannot write halves of a word.
+    pub const fn holds(self, depth: DeepDepth) -> bool {
+        matches!((self, depth), (Self::LinearArray, _) | (_, DeepDepth::Bits32))
+    }
+}
+
+named_enum! {
+    /// How a depth of deep images lies in memory.
+    DeepDepth {
+        /// As a float.
+        Bits32 = "32",
+        /// In 65,534 steps of the diameter of the sphere around the scene: 2 bytes less a fragment. Linear arrays only.
+        Bits16 = "16",
+    }
+}
