@@ -10,7 +10,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use glam::{Mat3, Quat, Vec3, Vec4};
+use glam::{Mat3, Quat, Vec3};
 
 pub use self::rotations::rotation_of_frame;
 
@@ -73,8 +73,8 @@ pub enum DirectionError {
 
 /// The axes of deep images, world space, and a table that finds the nearest.
 ///
-/// On the GPU a set lies in its own space, where it is not turned, so [`Self::gpu_axes`] and [`Self::cells`] are uploaded
-/// once; a shader turns its directions into that space ([`Self::rotation`]) before it asks `nearest_direction`.
+/// On the GPU the table lies in the set's own space, where it is not turned, so [`Self::cells`] is uploaded once; a shader
+/// (`nearest_image.wesl`) turns its directions into that space ([`Self::rotation`]).
 #[derive(Clone, Debug)]
 pub struct Directions {
     set: DirectionSet,
@@ -148,8 +148,7 @@ impl Directions {
         Mat3::from_quat(self.rotation) * Mat3::from_cols(x, y, z)
     }
 
-    /// The set turned as a whole from where it is now. Images keep their numbers, and [`Self::cells`] and
-    /// [`Self::gpu_axes`] do not change. `rotation` is unit.
+    /// The set turned as a whole from where it is now. Images keep their numbers, and [`Self::cells`] do not change. `rotation` is unit.
     pub fn rotated(&self, rotation: Quat) -> Self {
         let rotation = (rotation * self.rotation).normalize();
         let axes = self.axes_in_set.iter().map(|axis| (rotation * *axis).normalize()).collect();
@@ -161,12 +160,7 @@ impl Directions {
         self.rotation
     }
 
-    /// `direction_axes` of `directions.wesl`: axis and 0, the set's own space.
-    pub fn gpu_axes(&self) -> Vec<Vec4> {
-        self.axes_in_set.iter().map(|axis| axis.extend(0.0)).collect()
-    }
-
-    /// `direction_cells` of `directions.wesl`, the set's own space: cells along an edge of a cube's face, where the
+    /// `direction_cells` of `nearest_image.wesl`, the set's own space: cells along an edge of a cube's face, where the
     /// candidates of each start, and the candidates.
     pub fn cells(&self) -> &[u32] {
         &self.cells

@@ -95,8 +95,6 @@ pub struct DeepImages {
     pub settings: DeepImageSettings,
     /// Their directions.
     pub directions: Directions,
-    /// Their axes in the set's own space, bound as `direction_axes`.
-    pub direction_axes: wgpu::Buffer,
     /// The table that finds the nearest, bound as `direction_cells`.
     pub direction_cells: wgpu::Buffer,
     /// Axes of all images on the device, bound as `deep_frames`.
@@ -154,7 +152,7 @@ impl DeepImageSettings {
 impl DeepImages {
     /// What `nearest_image.wesl` needs beside the grid of any chunk.
     pub fn direction_bindings(&self) -> Bindings<'_> {
-        Bindings::new().buffer("direction_axes", &self.direction_axes).buffer("direction_cells", &self.direction_cells)
+        Bindings::new().buffer("direction_cells", &self.direction_cells)
     }
 }
 

@@ -91,7 +91,6 @@ pub struct DeepImageBuilder {
     /// Not turned.
     directions: Directions,
     rotation: Quat,
-    direction_axes: wgpu::Buffer,
     direction_cells: wgpu::Buffer,
 }
 
@@ -107,7 +106,6 @@ impl DeepImageBuilder {
             settings,
             builder,
             store,
-            direction_axes: storage_buffer_of(device, "deep_images/direction_axes", &directions.gpu_axes(), none)?,
             direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
             directions,
             rotation: Quat::IDENTITY,
@@ -173,7 +171,6 @@ impl DeepImageBuilder {
         Ok(DeepImages {
             settings: self.settings,
             directions,
-            direction_axes: self.direction_axes.clone(),
             direction_cells: self.direction_cells.clone(),
             frames,
             chunks,

@@ -1,7 +1,7 @@
 //! Which axes can be nearest to a direction: a table over the cube's faces.
 //!
 //! A direction and its opposite go through the same cell: the face is the axis of its largest component, and u and v are
-//! the other two divided by it. The table is one array of words, as `directions.wesl` walks it:
+//! the other two divided by it. The table is one array of words, as `nearest_image.wesl` walks it:
 //!
 //! | words | |
 //! |---|---|
@@ -47,7 +47,7 @@ pub(super) fn build(axes: &[Vec3]) -> Vec<u32> {
     std::iter::once(edge).chain((0..=cells).map(start)).chain(candidates).collect()
 }
 
-/// The cell of a direction of any length; twin of `direction_cell` in `directions.wesl`.
+/// The cell of a direction of any length; twin of `direction_cell` in `nearest_image.wesl`.
 pub(super) fn cell_of(direction: Vec3, edge: u32) -> u32 {
     let size = direction.abs();
     let (face, p) = if size.x >= size.y.max(size.z) {

@@ -196,7 +196,7 @@ fn a_set_turns_with_its_frames() {
         let directions = Directions::new(set).unwrap();
         let by = Quat::from_euler(EulerRot::XYZ, 6.0 * random.unit(), 3.0 * random.unit(), 6.0 * random.unit());
         let turned = directions.rotated(by);
-        assert!(Arc::ptr_eq(&turned.cells, &directions.cells) && turned.gpu_axes() == directions.gpu_axes());
+        assert!(Arc::ptr_eq(&turned.cells, &directions.cells));
         // A quarter turn four times over is none.
         let quarter = Quat::from_rotation_y(0.25 * TAU);
         let again = (0..4).fold(turned.clone(), |set, _| set.rotated(quarter));

@@ -52,7 +52,6 @@ fn images_of(gpu: &Gpu, settings: DeepImageSettings, counted: &[Vec4], put: &[Ve
     frame.submit();
     let mut images = DeepImages {
         settings,
-        direction_axes: buffer("direction_axes", &directions.gpu_axes()),
         direction_cells: storage_buffer_of(&gpu.device, "direction_cells", directions.cells(), none).unwrap(),
         directions,
         frames: storage_buffer(&gpu.device, "frames", 16).unwrap(),

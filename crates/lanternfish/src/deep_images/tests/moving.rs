@@ -44,7 +44,7 @@ fn gpu_deep_images_follow_what_moves() {
 fn gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned() {
     let Some(gpu) = testing::gpu("gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned") else { return };
     let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
-    let kernel = probe(gpu, "testing/directions", &[], "nearest_turned");
+    let kernel = probe(gpu, "testing/directions", &[], "nearest");
     let mut random = Random::new(12);
     let queries: Vec<Vec4> = (0..20_000).map(|_| random.direction().extend(0.0)).collect();
     for (set, frame_index) in [

@@ -1,10 +1,15 @@
 //! The nearest direction, on the device.
 
 use glam::Vec4;
-use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
+use lanternfish_gpu::{
+    Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing, uniform_buffer_of,
+};
 
 use crate::{
-    deep_images::directions::{DirectionSet, Directions},
+    deep_images::{
+        DeepFrame, DeepGrid,
+        directions::{DirectionSet, Directions},
+    },
     testing::{Random, probe},
 };
 
@@ -22,7 +27,15 @@ fn gpu_the_nearest_direction_is_the_hosts() {
     ] {
         let directions = Directions::new(set).unwrap();
         let none = wgpu::BufferUsages::empty();
-        let axes = storage_buffer_of(&gpu.device, "axes", &directions.gpu_axes(), none).unwrap();
+        let frames: Vec<DeepFrame> = (0..directions.len() as u32)
+            .map(|image| {
+                let axes = directions.frame(image);
+                DeepFrame { x: axes.x_axis, y: axes.y_axis, z: axes.z_axis, ..DeepFrame::default() }
+            })
+            .collect();
+        let frames = storage_buffer_of(&gpu.device, "frames", &frames, none).unwrap();
+        let grid = DeepGrid { set_from_world: Vec4::W, ..DeepGrid::default() };
+        let grid = uniform_buffer_of(&gpu.device, "grid", &grid);
         let cells = storage_buffer_of(&gpu.device, "cells", directions.cells(), none).unwrap();
         let asked = storage_buffer_of(&gpu.device, "queries", &queries, none).unwrap();
         let answers = storage_buffer(&gpu.device, "answers", 16 * queries.len() as u64).unwrap();
@@ -31,7 +44,8 @@ fn gpu_the_nearest_direction_is_the_hosts() {
         let bindings = Bindings::new()
             .buffer("queries", &asked)
             .buffer("answers", &answers)
-            .buffer("direction_axes", &axes)
+            .buffer("deep_frames", &frames)
+            .buffer("deep_grid", &grid)
             .buffer("direction_cells", &cells);
         frame.dispatch(&kernel, &bindings, [queries.len().div_ceil(64) as u32, 1, 1]);
         frame.submit();
