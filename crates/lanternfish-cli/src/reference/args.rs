@@ -159,7 +159,7 @@ impl Args for SharedArgs {
                 // There is no light that a path does not find.
                 "sky" | "environment" => {
                     let help = flag.get_help().map(ToString::to_string).unwrap_or_default();
-                    flag.help(help.replace("It is seen, but lights nothing yet", "It is seen, and gives light"))
+                    flag.help(help.replace("and lights by --indirect sampled or --occlusion", "and lights"))
                 }
                 _ => flag,
             });
@@ -260,7 +260,10 @@ mod tests {
             assert!(render.contains(&flag.to_owned()) && !reference.contains(&flag.to_owned()), "{flag}");
         }
         let help = command.find_subcommand_mut("reference").unwrap().render_long_help().to_string();
-        assert!(!help.contains("lights nothing") && help.contains("--rain-seed") && help.contains("--seed"), "{help}");
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(help.matches("It is seen, and lights").count(), 2, "{help}");
+        assert!(!help.contains("--occlusion") && !help.contains("--indirect"), "{help}");
+        assert!(help.contains("--rain-seed") && help.contains("--seed"), "{help}");
     }
 
     #[test]
