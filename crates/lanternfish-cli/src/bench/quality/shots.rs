@@ -55,6 +55,20 @@ const SPONZA_TEN: &[([f32; 3], [f32; 3])] = &[
     ([-5.0, 1.0, 6.0], [25.0, 10.0, 40.0]),
 ];
 
+/// The view, the light and the attenuation of the reference cornell-point-direct.
+const CORNELL_BLOCKS: Shot = Shot {
+    name: "cornell-blocks",
+    scene: "cornell/CornellBox-Blocks.glb",
+    view: View::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
+    size: size(128, 128),
+    factor: 4,
+    points: &[([0.0, 1.7, 0.1], [2.5, 2.3, 2.0])],
+    rain: 0,
+    attenuation: Attenuation::Physical,
+    range_threshold: 0.02,
+    exposure: 1.0,
+};
+
 /// The smallest first. Another scene, camera or size is another entry: rows of one shot are compared over time.
 pub const SHOTS: &[Shot] = &[
     Shot {
@@ -69,44 +83,16 @@ pub const SHOTS: &[Shot] = &[
         range_threshold: 0.02,
         exposure: 1.0,
     },
-    // The view, the light and the attenuation of the reference cornell-point-direct.
-    Shot {
-        name: "cornell-blocks",
-        scene: "cornell/CornellBox-Blocks.glb",
-        view: View::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
-        size: size(128, 128),
-        factor: 4,
-        points: &[([0.0, 1.7, 0.1], [2.5, 2.3, 2.0])],
-        rain: 0,
-        attenuation: Attenuation::Physical,
-        range_threshold: 0.02,
-        exposure: 1.0,
-    },
-    // The same view and light.
-    Shot {
-        name: "cornell-mirror",
-        scene: "cornell/CornellBox-Mirror.glb",
-        view: View::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
-        size: size(128, 128),
-        factor: 4,
-        points: &[([0.0, 1.7, 0.1], [2.5, 2.3, 2.0])],
-        rain: 0,
-        attenuation: Attenuation::Physical,
-        range_threshold: 0.02,
-        exposure: 1.0,
-    },
-    // The same view and light.
+    CORNELL_BLOCKS,
+    // A mirror in the place of a block.
+    Shot { name: "cornell-mirror", scene: "cornell/CornellBox-Mirror.glb", ..CORNELL_BLOCKS },
+    // A sphere of mirror and one of glass, in a lower box.
     Shot {
         name: "cornell-sphere",
         scene: "cornell/CornellBox-Sphere.glb",
         view: View::At([0.0, 0.8, 3.6], [0.0, 0.8, 0.0], 34.0),
-        size: size(128, 128),
-        factor: 4,
         points: &[([0.0, 1.4, 0.1], [2.5, 2.3, 2.0])],
-        rain: 0,
-        attenuation: Attenuation::Physical,
-        range_threshold: 0.02,
-        exposure: 1.0,
+        ..CORNELL_BLOCKS
     },
     // Its own lanterns and sun, and coloured lights of short range.
     Shot {
