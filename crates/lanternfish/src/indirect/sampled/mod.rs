@@ -50,10 +50,8 @@ gpu_struct! {
 
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;
-/// `NORMAL`, `GRAZING` of both kinds.
+/// Of the sums: diffuse and glossy, each at normal and at grazing incidence.
 const LAYERS: u32 = 4;
-/// Edge of a workgroup.
-const EDGE: u32 = 8;
 /// Largest reach of the filter, pixels.
 const MOST_RADIUS: u32 = 64;
 
@@ -135,8 +133,13 @@ impl SampledLight {
         let radius = (self.settings.filter_radius as f32 / (frames as f32).sqrt()) as u32;
         let Self { settings, targets, .. } = self;
         let targets = &targets[surface.slot];
-        let samples = surface.size.map(|side| side.div_ceil(scale * EDGE)).extend(1).to_array();
-        let pixels = surface.size.map(|side| side.div_ceil(EDGE)).extend(1).to_array();
+        let groups = |kernel: &ComputeKernel, size: UVec2| {
+            let [width, height, _] = kernel.workgroup_size();
+            [size.x.div_ceil(width), size.y.div_ceil(height), 1]
+        };
+        let sample_size = surface.size.map(|side| side.div_ceil(scale));
+        let samples = groups(&self.trace, sample_size);
+        let pixels = groups(&self.filter, surface.size);
         let parameters = SampledParameters {
             scale,
             diffuse_rays: settings.diffuse_rays,
