@@ -51,7 +51,7 @@ impl Case {
     }
 
     fn all() -> Vec<Self> {
-        let cases: Vec<_> = include_str!("pairs/expected.csv").lines().skip(1).map(Self::parse).collect();
+        let cases: Vec<_> = include_str!("../pairs/expected.csv").lines().skip(1).map(Self::parse).collect();
         assert_eq!(cases.len(), 26);
         cases
     }

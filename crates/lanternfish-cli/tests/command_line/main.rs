@@ -1,0 +1,12 @@
+//! The command line, from words to files: one program, so that it is linked once.
+
+mod bench_clustered;
+mod bench_deep_images;
+mod bench_indirect;
+mod bench_quality;
+mod compare;
+mod deep_images;
+mod mistakes;
+mod reference;
+mod render;
+mod shot;
