@@ -1,119 +1,104 @@
-//! A graphics driver, where there is none: Mesa's software one.
+//! A graphics driver where there is none, or none that is fit: Mesa's software one.
 //!
-//! Only Linux can be without: on macOS and Windows the system brings Metal and Direct3D.
+//! Only Linux can be without: on macOS and Windows the system brings Metal and Direct3D. Drivers of a graphics card are
+//! never touched.
 
-use std::{
-    env,
-    path::{Path, PathBuf},
-    process::Command,
-};
+mod debian;
+mod sources;
 
-use crate::command::{find_program, run, succeeds};
+use std::{path::Path, process::Command};
 
-/// Debian's and Ubuntu's packages: the loader that wgpu opens, and Mesa's drivers, the software one among them.
-const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
+use crate::command::find_program;
 
-/// Installs a software driver unless this machine has a loader and any driver.
-///
-/// Quick, and no proof: a driver whose hardware is not there counts. [`ensure_adapter`] is sure.
-pub fn ensure_driver() -> Result<(), String> {
-    if !cfg!(target_os = "linux") || (has_loader() && has_driver()) {
-        return Ok(());
-    }
-    eprintln!("No Vulkan driver found; installing Mesa's software driver.");
-    install()
+/// The flag against installing anything.
+pub const NO_INSTALL: &str = "--no-driver-install";
+
+/// What a driver is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Purpose {
+    /// Pictures: any adapter will do.
+    Pictures,
+    /// Tests, which run on a software adapter even where there is a graphics card.
+    Tests,
 }
 
-/// Installs a software driver unless `list_adapters` (a built `lanternfish info --adapters`) finds an adapter.
-pub fn ensure_adapter(mut list_adapters: impl FnMut() -> Command) -> Result<(), String> {
-    if succeeds(&mut list_adapters()) {
-        return Ok(());
+/// The set-up of the driver, which may install one, once.
+#[derive(Debug)]
+pub struct Driver {
+    purpose: Purpose,
+    may_install: bool,
+}
+
+impl Driver {
+    pub fn new(purpose: Purpose, may_install: bool) -> Self {
+        Self { purpose, may_install: may_install && cfg!(target_os = "linux") }
     }
-    if cfg!(target_os = "linux") {
-        eprintln!("The drivers of this machine offer no adapter; installing Mesa's software driver.");
-        install()?;
-        if succeeds(&mut list_adapters()) {
+
+    /// Installs what is missing where it is sure that this machine has no graphics card: before anything is built, so that
+    /// whoever must be asked for a password is there.
+    pub fn before_build(&mut self) -> Result<(), String> {
+        if may_have_graphics_card() { Ok(()) } else { self.install(false) }
+    }
+
+    /// The rest, now that `list_adapters` (a built `lanternfish info --adapters`) can tell; an error where there is no adapter.
+    pub fn after_build(&mut self, mut list_adapters: impl FnMut() -> Command) -> Result<(), String> {
+        let mut list = || list_adapters().output().ok().filter(|output| output.status.success());
+        let hardware = list().is_some_and(|output| has_graphics_card(&String::from_utf8_lossy(&output.stdout)));
+        self.install(hardware)?;
+        if list().is_some() { Ok(()) } else { Err(self.no_adapter()) }
+    }
+
+    fn install(&mut self, hardware: bool) -> Result<(), String> {
+        if !self.may_install || find_program("apt-get").is_none() {
             return Ok(());
         }
+        let step = debian::plan(&debian::Machine::look(hardware), self.purpose);
+        // What failed once is not tried again after the build.
+        self.may_install &= step == debian::Step::Nothing;
+        debian::install(step)
     }
-    Err("no graphics adapter found, and installing a driver did not help: `lanternfish info --adapters` and \
-         `vulkaninfo --summary` may say why"
-        .to_owned())
-}
 
-fn install() -> Result<(), String> {
-    let packages = PACKAGES.join(" ");
-    if find_program("apt-get").is_none() {
-        return Err(format!(
-            "no Vulkan driver, and this is not Debian or Ubuntu: install Mesa's software driver and the Vulkan loader \
-             by your system's own means (Fedora: mesa-vulkan-drivers vulkan-loader; Arch: vulkan-swrast \
-             vulkan-icd-loader; Alpine: mesa-vulkan-swrast vulkan-loader; Debian: {packages}), then try again"
-        ));
+    fn no_adapter(&self) -> String {
+        let packages = debian::PACKAGES.join(" ");
+        format!(
+            "no graphics adapter found. Mesa's software driver and the Vulkan loader are enough, by your system's own means \
+             (Debian, Ubuntu: {packages}; Fedora: mesa-vulkan-drivers vulkan-loader; Arch: vulkan-swrast vulkan-icd-loader; \
+             Alpine: mesa-vulkan-swrast vulkan-loader); then try again. `vulkaninfo --summary` may say more"
+        )
     }
-    // Standing sources may be partly out of reach: whether the install works is what counts.
-    if let Err(error) = run(&mut apt_get(&["update"])?) {
-        eprintln!("{error}; trying all the same");
+}
+
+/// Whether the kernel shows a device that a graphics card's driver may use. A virtual machine may show one and have no driver.
+fn may_have_graphics_card() -> bool {
+    let render_nodes = std::fs::read_dir("/dev/dri").into_iter().flatten().flatten();
+    let mut render_nodes = render_nodes.filter(|entry| entry.file_name().to_string_lossy().starts_with("renderD"));
+    // NVIDIA's own driver, and Windows' cards in its subsystem for Linux.
+    render_nodes.next().is_some() || ["/dev/nvidiactl", "/dev/dxg"].iter().any(|path| Path::new(path).exists())
+}
+
+/// Whether `lanternfish info --adapters` lists anything but software.
+fn has_graphics_card(adapters: &str) -> bool {
+    let mut kinds = adapters.lines().filter_map(|line| line.trim_start().strip_prefix("kind"));
+    kinds.any(|kind| !kind.trim_start().starts_with("Cpu,"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_graphics_card_is_told_from_software() {
+        let software =
+            "adapter      llvmpipe (LLVM 15.0.6, 256 bits)\n  kind       Cpu, through vulkan\n  driver     llvmpipe\n";
+        let card = "adapter      Some card\n  kind       DiscreteGpu, through vulkan\n";
+        assert!(!has_graphics_card(software) && !has_graphics_card(""));
+        assert!(has_graphics_card(card) && has_graphics_card(&format!("{software}{card}")));
     }
-    let words: Vec<&str> = ["install", "--yes", "--no-install-recommends"].into_iter().chain(PACKAGES).collect();
-    run(&mut apt_get(&words)?).map_err(|error| format!("{error}\n\nInstall {packages} by hand, then try again"))
-}
 
-/// `apt-get` as root, directly or through sudo.
-fn apt_get(words: &[&str]) -> Result<Command, String> {
-    let root = Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout.trim_ascii() == b"0");
-    let mut command = if root {
-        Command::new("env")
-    } else if let Some(sudo) = find_program("sudo") {
-        let mut command = Command::new(sudo);
-        command.arg("env");
-        command
-    } else {
-        return Err(format!(
-            "no Vulkan driver, and no right to install one: run `apt-get install {}` as root, then try again",
-            PACKAGES.join(" ")
-        ));
-    };
-    command.args(["DEBIAN_FRONTEND=noninteractive", "apt-get"]).args(words);
-    Ok(command)
-}
-
-/// Whether the dynamic linker will find the Vulkan loader.
-fn has_loader() -> bool {
-    let mut folders: Vec<PathBuf> =
-        ["/usr/lib", "/usr/lib64", "/lib", "/lib64", "/usr/local/lib"].iter().map(PathBuf::from).collect();
-    // Debian's and Ubuntu's folders by architecture, e.g. x86_64-linux-gnu.
-    folders.extend(subfolders("/usr/lib"));
-    folders.extend(subfolders("/lib"));
-    folders.extend(env::split_paths(&env::var_os("LD_LIBRARY_PATH").unwrap_or_default()));
-    folders.iter().any(|folder| folder.join("libvulkan.so.1").exists())
-}
-
-fn subfolders(folder: &str) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect()
-}
-
-/// Whether the loader will find a driver's manifest, by its own rules.
-fn has_driver() -> bool {
-    // These variables replace the search.
-    for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
-        if let Some(files) = env::var_os(variable) {
-            return env::split_paths(&files).any(|path| path.is_file() || has_manifest(&path));
-        }
+    #[test]
+    fn without_an_adapter_the_error_says_what_to_install() {
+        let mut driver = Driver::new(Purpose::Tests, false);
+        let nothing = || Command::new("no-such-program-at-all");
+        assert!(driver.after_build(nothing).unwrap_err().contains("mesa-vulkan-drivers libvulkan1"));
     }
-    let home = env::var_os("HOME").map(PathBuf::from);
-    let in_home = |folder: &str| home.as_ref().map(|home| home.join(folder));
-    let mut roots: Vec<PathBuf> =
-        ["/etc", "/etc/xdg", "/usr/local/etc", "/usr/local/share", "/usr/share"].iter().map(PathBuf::from).collect();
-    roots.extend(in_home(".config"));
-    roots.extend(in_home(".local/share"));
-    for variable in ["XDG_CONFIG_HOME", "XDG_CONFIG_DIRS", "XDG_DATA_HOME", "XDG_DATA_DIRS"] {
-        roots.extend(env::split_paths(&env::var_os(variable).unwrap_or_default()));
-    }
-    roots.iter().any(|root| has_manifest(&root.join("vulkan/icd.d")))
-}
-
-fn has_manifest(folder: &Path) -> bool {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "json"))
 }

@@ -1,5 +1,6 @@
 //! The project's chores, on a machine that has Rust and nothing else.
 
+mod check;
 #[cfg(test)]
 mod citations;
 mod command;
@@ -17,20 +18,30 @@ cargo xtask demo [FLAGS]   sets up what is missing, builds, renders a built-in s
 cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
                            of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish bench quality`
-cargo xtask test           sets up what is missing, then everything the project checks itself with
+cargo xtask test           sets up what is missing, then runs every test
+cargo xtask check          format, lints and documentation
+
+What is missing may be a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one is installed, as
+root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
 ";
 
 fn main() -> ExitCode {
-    let mut words = std::env::args().skip(1);
-    let result = match words.next().as_deref() {
-        Some("demo") => demo::run(words.collect()),
-        Some("quality") => quality::run(words.collect()),
-        Some("test") => test::run(),
-        None | Some("help" | "--help" | "-h") => {
+    let mut words: Vec<String> = std::env::args().skip(1).collect();
+    let count = words.len();
+    words.retain(|word| word != driver::NO_INSTALL);
+    let may_install = words.len() == count;
+    let task = if words.is_empty() { "help".to_owned() } else { words.remove(0) };
+    let result = match task.as_str() {
+        "demo" => demo::run(words, may_install),
+        "quality" => quality::run(words, may_install),
+        "test" | "check" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
+        "test" => test::run(may_install),
+        "check" => check::run(),
+        "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())
         }
-        Some(unknown) => Err(format!("unknown task {unknown:?}\n\n{HELP}")),
+        unknown => Err(format!("unknown task {unknown:?}\n\n{HELP}")),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -8,8 +8,8 @@ use crate::{
 };
 
 /// Sets up, builds, and fills `target/quality`; `flags` go to `lanternfish bench quality`.
-pub fn run(flags: Vec<String>) -> Result<(), String> {
-    release::ready()?;
+pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
+    release::ready(may_install)?;
     let mut bench = lanternfish(&["bench", "quality", "--output", "target/quality"]);
     if let Some(commit) = commit() {
         bench.args(["--commit", &commit]);

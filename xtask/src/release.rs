@@ -4,14 +4,15 @@ use std::process::Command;
 
 use crate::{
     command::{self, cargo},
-    driver,
+    driver::{Driver, Purpose},
 };
 
 /// Sets up what is missing, and builds.
-pub fn ready() -> Result<(), String> {
-    driver::ensure_driver()?;
+pub fn ready(may_install: bool) -> Result<(), String> {
+    let mut driver = Driver::new(Purpose::Pictures, may_install);
+    driver.before_build()?;
     command::run(&mut cargo(["build", "--release", "--package", "lanternfish-cli"]))?;
-    driver::ensure_adapter(|| lanternfish(&["info", "--adapters"]))
+    driver.after_build(|| lanternfish(&["info", "--adapters"]))
 }
 
 /// A call of it, in the workspace's folder.

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: everything the project checks itself with.
+//! `cargo xtask test`: every test.
 //!
 //! A test that cannot run here (no ray query, no shared assets) passes, and says so by appending a line to the file
 //! that `LANTERNFISH_LEFT_OUT` names:
@@ -6,7 +6,8 @@
 //! - `LEFT OUT (shared): name: reason`: assets outside the repository are missing. Never a failure.
 
 use std::{
-    env, fs,
+    env::{self, consts::EXE_SUFFIX},
+    fs,
     path::{Path, PathBuf},
     process::Command,
     time::Instant,
@@ -14,19 +15,28 @@ use std::{
 
 use crate::{
     command::{cargo, run as step, succeeds},
-    driver,
+    driver::{Driver, Purpose},
 };
 
 /// How a line starts that says an adapter could not.
 const LEFT_OUT: &str = "LEFT OUT: ";
 
-pub fn run() -> Result<(), String> {
+/// Everything that is built for tests but the tests in documentation. Each call names the same, so that nothing is built twice.
+const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
+
+pub fn run(may_install: bool) -> Result<(), String> {
     let started = Instant::now();
-    driver::ensure_driver()?;
-    step(&mut cargo(["fmt", "--all", "--check"]))?;
-    step(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
-    step(cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
-    driver::ensure_adapter(|| cargo(["run", "--quiet", "--package", "lanternfish-cli", "--", "info", "--adapters"]))?;
+    let mut driver = Driver::new(Purpose::Tests, may_install);
+    driver.before_build()?;
+    step(cargo(TARGETS).arg("--no-run"))?;
+    // The tests of the command line have it built, beside this program.
+    let here = env::current_exe().map_err(|error| format!("where this program lies: {error}"))?;
+    let lanternfish = here.with_file_name(format!("lanternfish{EXE_SUFFIX}"));
+    driver.after_build(|| {
+        let mut command = Command::new(&lanternfish);
+        command.args(["info", "--adapters"]);
+        command
+    })?;
 
     let list = List::new();
     let mut result = Ok(());
@@ -41,21 +51,23 @@ pub fn run() -> Result<(), String> {
     }
     result?;
     check_left_out(&left_out, env::var_os("LANTERNFISH_REQUIRE_ALL").is_some_and(|value| value == "1"))?;
-    eprintln!("all checks passed in {:.0} s", started.elapsed().as_secs_f64());
+    eprintln!("all tests passed in {:.0} s", started.elapsed().as_secs_f64());
     Ok(())
 }
 
 /// Every test once. Those that use the adapter (their names start with `gpu_`) one at a time: nextest is configured
 /// so, the plain harness is told so.
 fn test_commands() -> Vec<Command> {
+    let documentation = cargo(["test", "--workspace", "--doc"]);
     if succeeds(&mut cargo(["nextest", "--version"])) {
-        return vec![cargo(["test", "--workspace", "--doc"]), cargo(["nextest", "run", "--workspace"])];
+        return vec![documentation, cargo(["nextest", "run", "--workspace"])];
     }
-    eprintln!("cargo-nextest is not installed: using cargo test, which is slower");
-    vec![
-        cargo(["test", "--workspace", "--no-fail-fast", "--", "--skip", "gpu_"]),
-        cargo(["test", "--workspace", "--no-fail-fast", "gpu_", "--", "--test-threads=1"]),
-    ]
+    let plain = |words: &[&str]| {
+        let mut command = cargo(TARGETS);
+        command.arg("--no-fail-fast").args(words);
+        command
+    };
+    vec![documentation, plain(&["--", "--skip", "gpu_"]), plain(&["gpu_", "--", "--test-threads=1"])]
 }
 
 /// An error if something had to run and did not.
