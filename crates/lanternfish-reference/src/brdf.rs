@@ -107,6 +107,22 @@ fn visibility_term(n_dot_l: f64, n_dot_v: f64, alpha: f64) -> f64 {
     0.25 / ((n_dot_l * (1.0 - k) + k) * (n_dot_v * (1.0 - k) + k))
 }
 
+/// Share of even light that a specular layer reflects at this cosine to the normal which reflects nothing at normal and
+/// everything at grazing incidence: a fit.
+pub fn grazing_share(cosine: f64, alpha: f64) -> f64 {
+    (1.0 - cosine).max(0.0).powf(grazing_power(alpha)) / (1.0 + (20.0 + 32.0 * alpha) * alpha)
+}
+
+/// The mean of [`grazing_share`] over the hemisphere, by the cosine.
+fn mean_grazing_share(alpha: f64) -> f64 {
+    let power = grazing_power(alpha);
+    2.0 / ((power + 1.0) * (power + 2.0) * (1.0 + (20.0 + 32.0 * alpha) * alpha))
+}
+
+fn grazing_power(alpha: f64) -> f64 {
+    2.85 + 2.15 * (-38.0 * alpha).exp()
+}
+
 impl Reflector {
     /// GGX's alpha.
     pub fn alpha(&self) -> f64 {
@@ -137,10 +153,21 @@ impl Reflector {
             * (normal_distribution(n, h, self.alpha()) * visibility_term(n_dot_l, n_dot_v, self.alpha()))
     }
 
-    /// The diffuse BRDF, 1/sr: what the specular part lets in and transmission leaves.
+    /// Share of even light that the specular layer lets in at an angle of this [`grazing_share`].
+    pub fn lets_in(&self, grazing: f64) -> DVec3 {
+        // What would be reflected if everything were, at every angle: no less than it is.
+        let all = 1.0 - 0.39 * self.alpha() * self.alpha();
+        1.0 - self.f0 * all - (self.f90 - self.f0) * grazing
+    }
+
+    /// The diffuse BRDF, 1/sr: what the specular layer lets in and out again [Kelemen2001], and transmission leaves.
+    ///
+    /// With even light from all sides, it sends towards `wo` what the specular layer does not.
     pub fn diffuse(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
-        let lets_in = 1.0 - self.fresnel(wo.dot(half_vector(n, wi, wo)));
-        lets_in * self.albedo * ((1.0 - self.transmission) / PI)
+        let [at_light, at_viewer] =
+            [n.dot(wi), n.dot(wo).max(LEAST_COSINE)].map(|cosine| self.lets_in(grazing_share(cosine, self.alpha())));
+        let mean = self.lets_in(mean_grazing_share(self.alpha())).max(DVec3::splat(1e-4));
+        at_light * at_viewer / mean * self.albedo * ((1.0 - self.transmission) / PI)
     }
 
     /// The BRDF times n·wi, 1/sr; zero for light from behind.

@@ -73,6 +73,17 @@ fn metals_lose_only_what_single_scattering_loses() {
 }
 
 #[test]
+fn white_dielectrics_give_back_what_they_get() {
+    // What the specular layer does not reflect is scattered: at every angle, as far as its share is a fit.
+    for roughness in [0.0, 0.2, 0.5, 1.0] {
+        let scene = in_furnace(vec![sphere(0, 1.0, 64)], vec![material(Vec3::ONE, 0.0, roughness)]);
+        let camera = front(4.0, 0.99);
+        let (mean, error) = mean_and_error(&render(&scene, &camera, 16, 128, Settings::default()));
+        assert!((0.975..1.004).contains(&mean) && error < 3e-3, "roughness {roughness}: {mean} ± {error}");
+    }
+}
+
+#[test]
 fn glass_lets_through_what_it_does_not_reflect() {
     let glass = |roughness, thickness, alpha_mode| Material {
         transmission: 1.0,

@@ -15,9 +15,8 @@ const COUNT: u32 = 512;
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// With m = (1 − v·h)⁵: the integrals over the hemisphere of the specular BRDF without Fresnel's term times n·l (1 − m), and times
-/// n·l m; and of n·l m / π. A surface reflects f0 times the first and f90 times the second [Karis2013], and lets in
-/// 1 − f0 (1 − third) − f90 third.
-pub(super) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 3] {
+/// n·l m. A surface reflects f0 times the first and f90 times the second [Karis2013].
+pub(super) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     let roughness = perceptual_roughness.max(LEAST_ROUGHNESS);
     let alpha = roughness * roughness;
     let n_dot_v = n_dot_v.max(1e-4);
@@ -26,7 +25,7 @@ pub(super) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 3] {
     // Smith's term of each side: `visibility_term` of `shading/brdf.wesl` times 4 (n·l) (n·v).
     let k = 0.5 * alpha;
     let smith = |cosine: f64| cosine / (cosine * (1.0 - k) + k);
-    let mut sums = [0.0; 3];
+    let mut sums = [0.0; 2];
     for i in 0..COUNT {
         let u = (f64::from(i) + 0.5) / f64::from(COUNT);
         // Van der Corput's sequence.
@@ -45,20 +44,14 @@ pub(super) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 3] {
             sums[0] += weight * (1.0 - grazing);
             sums[1] += weight * grazing;
         }
-        // Directions by the cosine.
-        let both = v + unit(1.0 - u);
-        sums[2] += fifth(v.dot(both.normalize()));
     }
     sums.map(|sum| sum / f64::from(COUNT))
 }
 
-/// Rows from roughness 0 on; half floats: the three of [`shares`], and 0.
-static TABLE: LazyLock<Vec<[f16; 4]>> = LazyLock::new(|| {
+/// Rows from roughness 0 on; half floats: the two of [`shares`].
+static TABLE: LazyLock<Vec<[f16; 2]>> = LazyLock::new(|| {
     let part = |i: u32| f64::from(i) / f64::from(SIDE - 1);
-    let entry = |row: u32, column: u32| {
-        let [a, b, c] = shares(part(column), part(row)).map(f16::from_f64);
-        [a, b, c, f16::ZERO]
-    };
+    let entry = |row: u32, column: u32| shares(part(column), part(row)).map(f16::from_f64);
     (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| entry(row, column))).collect()
 });
 
@@ -71,12 +64,12 @@ pub(super) fn upload(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::Textur
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
+        format: wgpu::TextureFormat::Rg16Float,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let bits: Vec<[u16; 4]> = TABLE.iter().map(|entry| entry.map(f16::to_bits)).collect();
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * SIDE), rows_per_image: None };
+    let bits: Vec<[u16; 2]> = TABLE.iter().map(|entry| entry.map(f16::to_bits)).collect();
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * SIDE), rows_per_image: None };
     queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&bits), layout, size);
     texture.create_view(&Default::default())
 }
