@@ -19,6 +19,7 @@ use crate::{
     deep_images::{self, DeepImagesArgs},
     parse::{self, LightSet, Size},
     reference::{self, ReferenceArgs},
+    scene::SceneName,
     shot,
     stereo::{Eyes, StereoLayout},
 };
@@ -56,6 +57,22 @@ The last line of standard output is the picture's path.";
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
+    #[command(flatten)]
+    pub trust: TrustArgs,
+}
+
+/// What a run may read and take. For every subcommand, and for the command line alone: no shot decides it.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Files from strangers")]
+pub struct TrustArgs {
+    /// Reads nothing outside the scene's folder, whatever the scene names and wherever links lead. (Without it a scene may
+    /// name any file that you can read.) What the command line and a shot name is read all the same.
+    #[arg(long, global = true)]
+    pub confine: bool,
+    /// Most memory to take, in bytes or as 500M, 4G: what needs more ends with an error that says how much. Without it: what
+    /// the machine has free.
+    #[arg(long, global = true, value_name = "BYTES", value_parser = parse::bytes, allow_hyphen_values = true)]
+    pub memory_limit: Option<u64>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -97,8 +114,8 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, or a built-in scene: {}", demos()))]
-    #[arg(required_unless_present = "adapters", value_parser = NonEmptyStringValueParser::new())]
-    pub scene: Option<String>,
+    #[arg(required_unless_present = "adapters")]
+    pub scene: Option<SceneName>,
     #[command(flatten)]
     pub part: PartArgs,
     /// Lists the adapters of this machine: name, driver, and which optional features they have.
@@ -109,8 +126,7 @@ pub struct InfoArgs {
 #[derive(Debug, Args)]
 pub struct RenderArgs {
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
-    #[arg(value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    pub scene: SceneName,
 
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,

@@ -12,7 +12,7 @@ use lanternfish::RenderError;
 use lanternfish_gpu::GpuError;
 use lanternfish_metrics::MetricsError;
 use lanternfish_reference::ReferenceError;
-use lanternfish_scene::SceneError;
+use lanternfish_scene::{SceneError, memory::TooMuch};
 
 /// Why the program stops.
 #[derive(Debug)]
@@ -59,6 +59,8 @@ impl From<SceneError> for CliError {
                 "check the path, or render a built-in scene: lanternfish render demo:atrium"
             }
             SceneError::Io { .. } => "check that the file can be read",
+            SceneError::TooMuch { need, .. } => memory_hint(need),
+            SceneError::Outside { .. } => "put the file into the scene's folder, or leave --confine out",
             SceneError::UnknownFormat { .. } => {
                 "export the scene as glTF 2.0 (.glb), which every modelling program can"
             }
@@ -67,6 +69,9 @@ impl From<SceneError> for CliError {
             }
             SceneError::Invalid { path, .. } if is_environment(path) => {
                 "save it again, or choose another --environment"
+            }
+            SceneError::Invalid { path, .. } if has_ending(path, "obj") => {
+                "correct that line, or export the scene again, as OBJ or as glTF 2.0 (.glb)"
             }
             SceneError::Invalid { .. } => "export the file again; the Khronos glTF validator shows every fault it has",
             SceneError::Unsupported { .. } => "export the file again without it",
@@ -78,9 +83,21 @@ impl From<SceneError> for CliError {
     }
 }
 
+/// What to do where memory is short.
+pub fn memory_hint(need: &TooMuch) -> &'static str {
+    match need.limit {
+        Some(_) => "allow more with a larger --memory-limit, or choose a smaller file",
+        None => "free memory, or choose a smaller file; --memory-limit sets another limit than what is free",
+    }
+}
+
 /// Whether it is a file that only [`lanternfish_scene::Environment`] is read from.
 fn is_environment(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr") || ending.eq_ignore_ascii_case("exr"))
+    has_ending(path, "hdr") || has_ending(path, "exr")
+}
+
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }
 
 impl From<GpuError> for CliError {
@@ -105,6 +122,7 @@ impl From<RenderError> for CliError {
     fn from(error: RenderError) -> Self {
         let hint = match error {
             RenderError::Gpu(error) => return error.into(),
+            RenderError::TooMuch(need) => return Self::new(&need, memory_hint(&need)),
             RenderError::Size { .. } => "choose a smaller --size",
             RenderError::MissingFeature { .. } => "`lanternfish info --adapters` lists what each adapter has",
             // Its message says how to shrink the list.
@@ -117,6 +135,7 @@ impl From<RenderError> for CliError {
 impl From<ReferenceError> for CliError {
     fn from(error: ReferenceError) -> Self {
         let hint = match &error {
+            ReferenceError::TooMuch(need) => memory_hint(need),
             ReferenceError::InvalidScene { .. } => "this is a bug of Lanternfish; please report it with the scene",
             // The others say what may be given.
             _ => "",

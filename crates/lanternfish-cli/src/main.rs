@@ -29,7 +29,9 @@ fn main() -> ExitCode {
     let started = Instant::now();
     error::install_panic_message();
     quieten_mesa();
-    let result = match Cli::parse().command {
+    let cli = Cli::parse();
+    scene::trust(cli.trust);
+    let result = match cli.command {
         Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)),
         Command::Shot(args) => shot::write(&args.scene),
         Command::Reference(args) => match reference::run(&args, started) {

@@ -9,7 +9,7 @@ use std::{
 use lanternfish::Picture;
 use lanternfish_metrics::{ColorType, RgbImage, write_aside, write_exr, write_exr_layers, write_png};
 
-use crate::error::CliError;
+use crate::{error::CliError, scene::SceneName};
 
 /// A picture's file, in a format that is known and a folder that can be written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ enum Format {
 
 impl Output {
     /// The file `-o` names, or the scene's name with `.png`.
-    pub fn choose(path: Option<&Path>, scene: &str) -> Result<Self, CliError> {
+    pub fn choose(path: Option<&Path>, scene: &SceneName) -> Result<Self, CliError> {
         let path = path.map_or_else(|| default_path(scene), Path::to_owned);
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
         let format = if ending.eq_ignore_ascii_case("png") {
@@ -91,10 +91,10 @@ fn radiance(picture: &Picture) -> Result<RgbImage, CliError> {
 }
 
 /// The scene's name with `.png`, in the current folder: never beside the scene, which may not be ours to write to.
-pub fn default_path(scene: &str) -> PathBuf {
-    let name = match scene.strip_prefix("demo:") {
+pub fn default_path(scene: &SceneName) -> PathBuf {
+    let name = match scene.demo() {
         Some(name) => name.as_ref(),
-        None => Path::new(scene).file_stem().unwrap_or("picture".as_ref()),
+        None => scene.path().file_stem().unwrap_or("picture".as_ref()),
     };
     let mut file = name.to_owned();
     file.push(".png");
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     fn chosen(path: &Path) -> Result<Output, String> {
-        Output::choose(Some(path), "scene.glb").map_err(|error| error.to_string())
+        Output::choose(Some(path), &"scene.glb".into()).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -157,7 +157,7 @@ mod tests {
             ("some/folder/a.b.gltf", "a.b.png"),
             ("..", "picture.png"),
         ] {
-            assert_eq!(default_path(scene), Path::new(path), "{scene}");
+            assert_eq!(default_path(&scene.into()), Path::new(path), "{scene}");
         }
     }
 

@@ -5,7 +5,7 @@ use lanternfish::{
     deep_images::directions::{DirectionSet, Directions},
     settings::ClusterShape,
 };
-use lanternfish_scene::{Bounds, Light};
+use lanternfish_scene::{Bounds, Light, Scene};
 
 /// Pixels a side that are accepted.
 pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
@@ -13,11 +13,20 @@ pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 /// Most lights made by rule: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
 const MOST_LIGHTS: u32 = (128 << 20) / 64;
 
-/// Farthest that anything may be or reach, m. In squares and products of squares of metres, a float still has room.
-const FARTHEST: f32 = 1e12;
+/// Farthest that anything may be or reach, m.
+const FARTHEST: f32 = Scene::FARTHEST;
 
 /// Greatest number that a half float holds, in which pictures are kept.
 const BRIGHTEST: f32 = 65504.0;
+
+/// A number of bytes: `500000000`, `500M`, `0.5G`.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let units = [("k", 1e3), ("K", 1e3), ("M", 1e6), ("G", 1e9), ("T", 1e12)];
+    let unit = units.into_iter().find_map(|(name, factor)| Some((text.strip_suffix(name)?, factor)));
+    let (text, factor) = unit.unwrap_or((text, 1.0));
+    let bytes = text.parse::<f64>().ok().map(|number| number * factor).filter(|bytes| *bytes >= 1e6 && *bytes <= 1e18);
+    bytes.map(|bytes| bytes as u64).ok_or_else(|| "expected a number of bytes from 1M on, e.g. 500M or 4G".to_owned())
+}
 
 /// Width and height, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -415,6 +424,16 @@ mod tests {
         }
         assert!(direction_set("cube:99999999999").unwrap_err().contains("1 to 4096"));
         assert!(direction_set("stacks:2x257").unwrap_err().contains("at most 256"));
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        assert_eq!(bytes("500M"), Ok(500_000_000));
+        assert_eq!((bytes("4G"), bytes("0.5G"), bytes("1000k")), (Ok(4_000_000_000), Ok(500_000_000), Ok(1_000_000)));
+        assert_eq!(bytes("2000000"), Ok(2_000_000));
+        for bad in ["", "M", "4", "999999", "-4G", "4GB", "nan", "infG", "1e30"] {
+            assert!(bytes(bad).unwrap_err().contains("e.g. 500M or 4G"), "{bad}");
+        }
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         output::check_writable(path)?;
         let pictures = outputs.iter().map(|output| (output.path.as_path(), "picture"));
         let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
-        for (other, name) in pictures.chain([(args.scene.as_ref(), "scene")]).chain(environment) {
+        for (other, name) in pictures.chain([(args.scene.path(), "scene")]).chain(environment) {
             if output::same_file(path, other) {
                 let what = format!("{}: both the {name} and --report", path.display());
                 return Err(CliError::new(what, "give them different names"));

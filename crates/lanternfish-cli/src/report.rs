@@ -9,14 +9,17 @@ use lanternfish::{
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
 
-use crate::parse::{Size, cluster_shape_text, direction_set_text};
+use crate::{
+    parse::{Size, cluster_shape_text, direction_set_text},
+    scene::SceneName,
+};
 
 /// Everything worth knowing about a run.
 #[derive(Debug, Serialize)]
 struct RunReport<'r> {
     /// Lanternfish's version.
     version: &'static str,
-    scene: &'r str,
+    scene: &'r SceneName,
     /// The picture's path.
     output: String,
     adapter: &'r str,
@@ -48,7 +51,7 @@ struct Pass<'r> {
 /// What there is to say about a run.
 #[derive(Debug)]
 pub struct Run<'r> {
-    pub scene: &'r str,
+    pub scene: &'r SceneName,
     pub output: &'r Path,
     pub adapter: &'r AdapterDescription,
     pub size: Size,

@@ -1,17 +1,91 @@
 //! From the name of a scene to the scene.
 
-use std::{fs, path::Path};
+use std::{
+    ffi::{OsStr, OsString},
+    fmt, fs,
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering::Relaxed},
+};
 
-use lanternfish_scene::Scene;
+use clap::builder::{OsStringValueParser, TryMapValueParser, TypedValueParser, ValueParserFactory};
+use lanternfish_scene::{LoadOptions, Scene, memory};
+use serde::{Serialize, Serializer};
 
-use crate::error::CliError;
+use crate::{args::TrustArgs, error::CliError};
+
+/// A scene as it is named: a path, in any spelling that the system has, or `demo:NAME`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneName(OsString);
+
+impl SceneName {
+    /// The name of a built-in scene.
+    pub fn demo(&self) -> Option<&str> {
+        self.0.to_str()?.strip_prefix("demo:")
+    }
+
+    pub fn path(&self) -> &Path {
+        Path::new(&self.0)
+    }
+
+    /// As it was spelt.
+    pub fn spelling(&self) -> &OsStr {
+        &self.0
+    }
+}
+
+impl<T: Into<OsString>> From<T> for SceneName {
+    fn from(name: T) -> Self {
+        Self(name.into())
+    }
+}
+
+/// For people: what is not UTF-8 is replaced.
+impl fmt::Display for SceneName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.display().fmt(f)
+    }
+}
+
+impl Serialize for SceneName {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// What a word of the command line says.
+type Read = fn(OsString) -> Result<SceneName, &'static str>;
+
+impl ValueParserFactory for SceneName {
+    type Parser = TryMapValueParser<OsStringValueParser, Read>;
+
+    fn value_parser() -> Self::Parser {
+        let read: Read = |name| match name.is_empty() {
+            true => Err("expected a scene: a file, or demo:NAME"),
+            false => Ok(Self(name)),
+        };
+        OsStringValueParser::new().try_map(read)
+    }
+}
+
+/// Whether scenes are read from their folders alone, as the command line says.
+static CONFINES: AtomicBool = AtomicBool::new(false);
+
+/// Says once, before anything is read, what this process may read and take.
+pub fn trust(args: TrustArgs) {
+    CONFINES.store(args.confine, Relaxed);
+    if let Some(bytes) = args.memory_limit {
+        memory::set_limit(bytes);
+    }
+}
 
 /// Reads a scene of a file, by name or by number, or makes a built-in one.
 ///
 /// Devices and pipes are refused: they may have no end, and reading them may never return.
-pub fn load_part(source: &str, scene: Option<&str>) -> Result<Scene, CliError> {
-    if !source.starts_with("demo:") && fs::metadata(Path::new(source)).is_ok_and(|m| !m.is_file()) {
+pub fn load_part(source: &SceneName, scene: Option<&str>) -> Result<Scene, CliError> {
+    if source.demo().is_none() && fs::metadata(source.path()).is_ok_and(|m| !m.is_file()) {
         return Err(CliError::new(format_args!("{source}: this is no file"), "name a .gltf, .glb or .obj file"));
     }
-    Ok(lanternfish_scene::load_scene(source, scene)?)
+    let confine = CONFINES.load(Relaxed);
+    let options = LoadOptions { scene: scene.map(str::to_owned), confine, ..LoadOptions::default() };
+    Ok(lanternfish_scene::load_with(source.spelling(), &options)?)
 }

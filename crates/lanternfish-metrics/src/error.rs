@@ -14,6 +14,14 @@ pub enum MetricsError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// More memory is needed than there is, or than may be used.
+    #[error("{path}: {need}", path = path.display())]
+    TooMuch {
+        /// The file.
+        path: PathBuf,
+        /// What needs how much.
+        need: lanternfish_limits::memory::TooMuch,
+    },
     /// The file's content is not an image that can be read.
     #[error("{path}: {what}", path = path.display())]
     Invalid {

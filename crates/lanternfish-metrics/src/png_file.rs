@@ -7,8 +7,10 @@ use std::{
 };
 
 use image::{
-    DynamicImage, ExtendedColorType, ImageEncoder, ImageError, codecs::png::PngDecoder, codecs::png::PngEncoder,
+    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, codecs::png::PngDecoder,
+    codecs::png::PngEncoder,
 };
+use lanternfish_limits::{caught, memory::Budget};
 
 use crate::{MetricsError, RgbImage, write_aside};
 
@@ -64,9 +66,19 @@ pub fn read_png(path: &Path) -> Result<RgbImage, MetricsError> {
         }
     };
     let file = File::open(path).map_err(|error| failed(error.into()))?;
-    let image = PngDecoder::new(BufReader::new(file)).and_then(DynamicImage::from_decoder).map_err(failed)?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    RgbImage::new(width, height, image.into_rgb32f().pixels().map(|pixel| pixel.0).collect())
+    let decode = || {
+        let decoder = PngDecoder::new(BufReader::new(file)).map_err(failed)?;
+        let (width, height) = decoder.dimensions();
+        // As it is stored, as floats, and as pixels.
+        let bytes = decoder.total_bytes().saturating_add(24 * u64::from(width) * u64::from(height));
+        Budget::of_process()
+            .check(bytes, || format!("{width} × {height} pixels need"))
+            .map_err(|need| MetricsError::TooMuch { path: path.to_owned(), need })?;
+        let image = DynamicImage::from_decoder(decoder).map_err(failed)?;
+        let pixels = image.into_rgb32f().pixels().map(|pixel| pixel.0).collect();
+        RgbImage::new(width as usize, height as usize, pixels)
+    };
+    caught(decode).unwrap_or_else(|what| Err(MetricsError::Invalid { path: path.to_owned(), what }))
 }
 
 #[cfg(test)]

@@ -10,6 +10,9 @@ pub enum ReferenceError {
         /// The first fault.
         what: String,
     },
+    /// More memory is needed than there is, or than may be used.
+    #[error(transparent)]
+    TooMuch(#[from] lanternfish_limits::memory::TooMuch),
     /// A setting is out of range.
     #[error("{setting}: {got}; {remedy}")]
     InvalidSetting {

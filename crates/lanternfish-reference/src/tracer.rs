@@ -1,6 +1,7 @@
 //! A scene made ready, and images of it.
 
 use glam::Vec3A;
+use lanternfish_limits::memory::Budget;
 use lanternfish_scene::{Camera, Scene, shading::Materials};
 use rayon::prelude::*;
 
@@ -39,6 +40,8 @@ impl<'a> Tracer<'a> {
         {
             return Err(refused("distance of obscurance", max_distance.to_string(), "it must be above 0"));
         }
+        let placed = scene.triangle_counts().1 as u64;
+        Budget::of_process().check(World::BYTES_PER_TRIANGLE * placed, || format!("{placed} placed triangles need"))?;
         let world = World::new(scene, settings.mask_rule, settings.materials == Materials::Lambert);
         let lights = Lights::new(&world, &settings);
         Ok(Self { world, lights, settings })

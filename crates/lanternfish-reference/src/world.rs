@@ -1,13 +1,13 @@
 //! The scene as rays meet it.
 
-use std::time::Duration;
-
 use glam::{Affine3A, DVec2, Vec3, Vec3A};
-use lanternfish_scene::{AlphaMode, Material, Primitive, Scene};
+use lanternfish_scene::{
+    AlphaMode, Material, Primitive, Scene,
+    bvh::{self, Effort},
+};
 use obvhs::{
-    BvhBuildParams,
     aabb::Aabb,
-    cwbvh::{CwBvh, builder::build_cwbvh},
+    cwbvh::CwBvh,
     ray::{Ray, RayHit},
     triangle::Triangle,
 };
@@ -76,6 +76,9 @@ pub(crate) struct World<'a> {
 }
 
 impl<'a> World<'a> {
+    /// Memory that gathering and sorting takes, at most: a triangle and its source twice, and the tree.
+    pub const BYTES_PER_TRIANGLE: u64 = bvh::BYTES_PER_BOX + 2 * (size_of::<Triangle>() + size_of::<Source>()) as u64;
+
     /// Gathers and sorts. Triangles without three distinct finite corners are left out.
     pub fn new(scene: &'a Scene, mask_rule: MaskRule, lambert: bool) -> Self {
         let parts: Vec<(Vec<Triangle>, Vec<Source>)> =
@@ -88,8 +91,7 @@ impl<'a> World<'a> {
         let mut tree = CwBvh::default();
         if !triangles.is_empty() {
             // Large triangles stay whole: a ray meets each triangle once, as half-covered ones need.
-            let parameters = BvhBuildParams { pre_split: false, ..BvhBuildParams::medium_build() };
-            tree = build_cwbvh(&padded_boxes(&triangles), parameters, &mut Duration::default());
+            tree = bvh::build(&padded_boxes(&triangles), Effort::Medium);
             triangles = tree.primitive_indices.par_iter().map(|i| triangles[*i as usize]).collect();
             sources = tree.primitive_indices.par_iter().map(|i| sources[*i as usize]).collect();
         }

@@ -14,6 +14,20 @@ pub enum SceneError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// More memory is needed than there is, or than may be used.
+    #[error("{path}: {need}", path = path.display())]
+    TooMuch {
+        /// The file.
+        path: PathBuf,
+        /// What needs how much.
+        need: lanternfish_limits::memory::TooMuch,
+    },
+    /// The file is to be read from its scene's folder alone, and is elsewhere ([`crate::LoadOptions::confine`]).
+    #[error("{path}: not within the scene's folder, and no other is read", path = path.display())]
+    Outside {
+        /// The file, as the scene names it.
+        path: PathBuf,
+    },
     /// The file's ending names no format that is read.
     #[error("{path}: not a scene file (expected .gltf, .glb or .obj, or demo:NAME)", path = path.display())]
     UnknownFormat {

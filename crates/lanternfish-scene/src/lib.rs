@@ -4,6 +4,7 @@
 //! directional ones, nits for emission. Everything in a [`Scene`] is placed in world space: the node tree of a file
 //! is resolved when it is read.
 
+pub mod bvh;
 mod camera;
 mod environment;
 mod error;
@@ -22,7 +23,8 @@ mod validate;
 pub use camera::{Camera, Projection, near_plane};
 pub use environment::Environment;
 pub use error::SceneError;
-pub use import::{load, load_scene};
+pub use import::{LoadOptions, load, load_with};
+pub use lanternfish_limits::memory;
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};

@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, Vec3};
 
-use crate::{Bounds, Camera, Environment, Image, Light, Material, Mesh, Sampler, Texture};
+use crate::{Bounds, Camera, Environment, Image, Light, Material, Mesh, Primitive, Sampler, Texture};
 
 /// Everything a frame needs. Indices refer into the lists of the same scene.
 #[derive(Clone, Debug, Default)]
@@ -53,20 +53,26 @@ impl Scene {
     /// World-space box of all instances; [`Bounds::EMPTY`] for a scene without geometry. Conservative: the boxes of
     /// the primitives are transformed, not their vertices.
     pub fn bounds(&self) -> Bounds {
+        let boxes = self.boxes();
         let mut bounds = Bounds::EMPTY;
         for instance in &self.instances {
-            for primitive in &self.meshes[instance.mesh].primitives {
-                bounds.add_bounds(&primitive.bounds().transformed(&instance.world_from_object));
+            for of_primitive in &boxes[instance.mesh] {
+                bounds.add_bounds(&of_primitive.transformed(&instance.world_from_object));
             }
         }
         bounds
     }
 
+    /// Object-space boxes of every mesh's primitives.
+    pub(crate) fn boxes(&self) -> Vec<Vec<Bounds>> {
+        self.meshes.iter().map(|mesh| mesh.primitives.iter().map(Primitive::bounds).collect()).collect()
+    }
+
     /// Triangles stored, and triangles placed in the world (each instance counted).
     pub fn triangle_counts(&self) -> (usize, usize) {
         let count = |mesh: &Mesh| mesh.primitives.iter().map(|p| p.indices.len() / 3).sum::<usize>();
-        let stored = self.meshes.iter().map(count).sum();
-        let placed = self.instances.iter().map(|i| count(&self.meshes[i.mesh])).sum();
-        (stored, placed)
+        let counts: Vec<usize> = self.meshes.iter().map(count).collect();
+        let placed = self.instances.iter().map(|i| counts[i.mesh]).sum();
+        (counts.into_iter().sum(), placed)
     }
 }

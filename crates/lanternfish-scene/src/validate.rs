@@ -8,6 +8,35 @@ use crate::{LightKind, Material, Primitive, Projection, Scene};
 const UNIT_TOLERANCE: f32 = 1e-3;
 
 impl Scene {
+    /// Farthest from the origin that surfaces, lights and cameras may be, along each axis, m. Volumes of such sizes, and
+    /// products of three such lengths, are floats still.
+    pub const FARTHEST: f32 = 1e12;
+
+    /// Whether everything is within [`Scene::FARTHEST`]; if not, what is not. Indices must be in range.
+    pub(crate) fn check_reach(&self) -> Result<(), String> {
+        let within = |p: glam::Vec3| p.abs().max_element() <= Self::FARTHEST && !p.is_nan();
+        let fault = |what: &str, i: usize, name: &str, p: glam::Vec3| {
+            let farthest = p.abs().max_element();
+            Err(format!("{what} {i} ({name}): {farthest:e} m from the origin, farther than {:e} m", Self::FARTHEST))
+        };
+        let boxes = self.boxes();
+        for (i, instance) in self.instances.iter().enumerate() {
+            for bounds in &boxes[instance.mesh] {
+                let placed = bounds.transformed(&instance.world_from_object);
+                if !placed.is_empty() && !(within(placed.min) && within(placed.max)) {
+                    return fault("instance", i, &instance.name, placed.min.abs().max(placed.max.abs()));
+                }
+            }
+        }
+        for (i, light) in self.lights.iter().enumerate().filter(|(_, light)| !within(light.position)) {
+            return fault("light", i, &light.name, light.position);
+        }
+        for (i, camera) in self.cameras.iter().enumerate().filter(|(_, camera)| !within(camera.eye())) {
+            return fault("camera", i, &camera.name, camera.eye());
+        }
+        Ok(())
+    }
+
     /// Whether every index, length and unit vector is as the types' documentation promises; if not, the first fault
     /// and where it is. Takes time linear in the scene. Not checked: that surfaces are closed, that triangles turn
     /// the way of their normals (see [`Primitive::winding_faults`]).
@@ -32,6 +61,7 @@ impl Scene {
                 .validate(self.textures.len())
                 .map_err(|what| format!("material {i} ({}): {what}", material.name))?;
         }
+        self.check_reach()?;
         self.validate_textures()?;
         self.validate_lights()?;
         self.validate_cameras()?;

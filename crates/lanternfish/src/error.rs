@@ -11,6 +11,9 @@ pub enum RenderError {
     /// The device cannot do or hold what was asked.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// More memory is needed than there is, or than may be used.
+    #[error(transparent)]
+    TooMuch(#[from] lanternfish_limits::memory::TooMuch),
     /// The image has no pixels, or more than the device can draw.
     #[error("image of {width} x {height} pixels: each side must be from 1 to {limit}")]
     Size {

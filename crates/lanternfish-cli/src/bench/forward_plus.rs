@@ -22,7 +22,7 @@ use crate::{
     error::CliError,
     output,
     render::apply_lights,
-    scene,
+    scene::{self, SceneName},
     shot::{self, Shot},
 };
 
@@ -62,7 +62,7 @@ pub struct Row {
 #[derive(Debug, Serialize)]
 pub struct Results {
     pub version: &'static str,
-    pub scene: String,
+    pub scene: SceneName,
     pub adapter: String,
     pub driver: String,
     pub width: u32,
@@ -223,7 +223,7 @@ pub fn differing(a: &Picture, b: &Picture) -> usize {
 }
 
 pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(Path::new(&args.scene), Vec::new())).transpose()?;
+    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
     let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
     let (source, part, lights, view, seed) = match (&shot, &shot_view) {
         (Some(Shot { args: shot, .. }), Some(view)) => {

@@ -16,7 +16,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{Args, Subcommand, builder::NonEmptyStringValueParser};
+use clap::{Args, Subcommand};
 use lanternfish::settings::{Settings, Shadows};
 use lanternfish_gpu::AdapterChoice;
 
@@ -26,6 +26,7 @@ use crate::{
     choices::choice,
     error::CliError,
     parse::{self, Size},
+    scene::SceneName,
 };
 
 #[derive(Debug, Args)]
@@ -82,8 +83,8 @@ pub enum Paper {
 #[derive(Debug, Args)]
 pub struct ForwardPlusArgs {
     /// A shot (.toml), which then says the view and the lights; a glTF or OBJ file, or demo:NAME.
-    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    #[arg(default_value = "demo:atrium")]
+    pub scene: SceneName,
     /// The folder for report.md, report.json and the pictures. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-forward-plus")]
     pub output: PathBuf,

@@ -3,7 +3,7 @@
 
 use std::{fmt::Write, path::PathBuf, time::Instant};
 
-use clap::{Args, builder::NonEmptyStringValueParser};
+use clap::Args;
 use glam::{Affine3A, Vec3};
 use lanternfish::{
     GpuScene, Renderer,
@@ -16,13 +16,13 @@ use lanternfish_scene::{Bounds, Instance, Mesh, Scene};
 use serde::Serialize;
 
 use super::make_folder;
-use crate::{args::adapter, error::CliError, output::write_text, progress::Progress, scene};
+use crate::{args::adapter, error::CliError, output::write_text, progress::Progress, scene, scene::SceneName};
 
 #[derive(Debug, Args)]
 pub struct MovingArgs {
     /// A glTF or OBJ file, or demo:NAME.
-    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    #[arg(default_value = "demo:atrium")]
+    pub scene: SceneName,
     /// The folder for report.md and report.json. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-moving")]
     pub output: PathBuf,
@@ -64,7 +64,7 @@ struct Refit {
 
 #[derive(Debug, Serialize)]
 struct Report {
-    scene: String,
+    scene: SceneName,
     adapter: String,
     driver: String,
     parts: usize,

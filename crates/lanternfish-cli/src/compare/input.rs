@@ -3,12 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use lanternfish_metrics::{MetricsError, Pair, RgbImage, exr_layers, read_exr, read_exr_layer, read_png};
+use lanternfish_scene::memory::Budget;
 
 use super::CompareArgs;
-use crate::error::CliError;
+use crate::error::{CliError, memory_hint};
 
 /// The layer of an EXR file that holds the variances of its pixel values.
 pub const VARIANCE: &str = "variance";
+
+/// Memory that all measures take at one time, at most: FLIP's maps of both pictures.
+const BYTES_PER_PIXEL: u64 = 160;
 
 /// What the numbers of a file stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +52,9 @@ impl Inputs {
         }
         let image = read(&args.image, kind)?;
         let reference = read(&args.reference, kind)?;
+        Budget::of_process()
+            .check(BYTES_PER_PIXEL * image.pixels.len() as u64, || "comparing the pictures needs".to_owned())
+            .map_err(|need| CliError::new(&need, memory_hint(&need)))?;
         let variances = match kind {
             Kind::Linear => [
                 Variance::read(&args.image, args.variance_a.as_ref(), &image)?,
@@ -144,6 +151,7 @@ pub fn failed(error: MetricsError) -> CliError {
     let hint = match &error {
         MetricsError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => "check the path",
         MetricsError::Io { .. } => "check that the file can be read",
+        MetricsError::TooMuch { need, .. } => memory_hint(need),
         MetricsError::Invalid { .. } => "write the file again; `lanternfish render` writes both formats",
         MetricsError::MissingChannels { .. } => "write the picture as R, G and B, or as Y",
         MetricsError::NothingFinite => "render the pictures again, or look at them: no pixel is left",

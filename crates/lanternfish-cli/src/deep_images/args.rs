@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum, builder::NonEmptyStringValueParser};
+use clap::{Args, ValueEnum};
 use lanternfish::{
     deep_images::directions::DirectionSet,
     settings::{DeepBuilder, DeepImageSettings},
@@ -14,6 +14,7 @@ use crate::{
     choices::choice,
     error::CliError,
     parse::{self, Size},
+    scene::SceneName,
 };
 
 /// Texels of all images that are accepted: without any fragment they fill 8 GiB.
@@ -39,8 +40,7 @@ The last line of standard output is the picture's path.";
 #[derive(Debug, Args)]
 pub struct DeepImagesArgs {
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
-    #[arg(value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    pub scene: SceneName,
 
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum, builder::NonEmptyStringValueParser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use lanternfish_reference::{
     Settings,
     settings::{Integrator, LightChoice, UNLIMITED},
@@ -13,6 +13,7 @@ use crate::{
     choices::choice,
     error::CliError,
     parse,
+    scene::SceneName,
 };
 
 pub const HELP: &str = "\
@@ -42,8 +43,7 @@ pub const SPP: u64 = 256;
 #[derive(Debug, Args)]
 pub struct ReferenceArgs {
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
-    #[arg(value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    pub scene: SceneName,
 
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,

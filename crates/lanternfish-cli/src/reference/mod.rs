@@ -48,7 +48,7 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<ExitCode, CliError>
     let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension("reference.exr"));
     let target = Target::choose(path, args.output.variance.clone(), args.output.resume)?;
     let environment = flags.lights.environment.as_deref();
-    let read = [args.scene.as_ref(), flags.scene.as_ref()].into_iter().chain(environment);
+    let read = [args.scene.path(), flags.scene.path()].into_iter().chain(environment);
     if let Some(other) = target.overlap(read) {
         let what = format!("{}: both read and written", other.display());
         return Err(CliError::new(what, "give the picture another name"));
@@ -178,7 +178,7 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
     };
     let mut facts = vec![
         ("lanternfish.version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("lanternfish.scene", flags.scene.clone()),
+        ("lanternfish.scene", flags.scene.to_string()),
         ("lanternfish.size", format!("{}x{}", size.width, size.height)),
         ("lanternfish.eye", point(eye)),
         ("lanternfish.forward", point(forward)),

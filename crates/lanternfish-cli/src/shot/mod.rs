@@ -26,6 +26,7 @@ use crate::{
     args::{Cli, Command, RenderArgs, ViewArgs},
     error::CliError,
     output,
+    scene::SceneName,
 };
 use keys::Key;
 use track::Track;
@@ -72,12 +73,12 @@ pub struct Shot {
 
 /// What this process's arguments ask for, whose scene is `scene`: that, or the shot that it names, under its flags. For every
 /// subcommand that has flags of `render`, or some of them, by the same ids.
-pub fn resolve(scene: &str) -> Result<Shot, CliError> {
+pub fn resolve(scene: &SceneName) -> Result<Shot, CliError> {
     // The arguments of this process, once more: which were said, and which are defaults.
     let matches = Cli::command().get_matches();
     let flags = matches.subcommand().map(|(_, matches)| said(matches)).unwrap_or_default();
     let shot = match is_shot(scene) {
-        true => read(Path::new(scene), flags)?,
+        true => read(scene.path(), flags)?,
         false => Shot { args: parsed(scene, &flags, &keys::keys()), track: None, words: flags },
     };
     shot.check()?;
@@ -85,9 +86,9 @@ pub fn resolve(scene: &str) -> Result<Shot, CliError> {
 }
 
 /// Whether a source is a shot, not a scene.
-pub fn is_shot(source: &str) -> bool {
-    let ending = Path::new(source).extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    !source.starts_with("demo:") && ending.eq_ignore_ascii_case("toml")
+pub fn is_shot(source: &SceneName) -> bool {
+    let is_toml = source.path().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    source.demo().is_none() && is_toml
 }
 
 /// Reads a shot; `flags` (id and value) go before its keys.
@@ -134,13 +135,13 @@ fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
 }
 
 /// The arguments of `render` for words that were each let through before.
-fn parsed(scene: &str, words: &[(String, OsString)], keys: &[Key]) -> RenderArgs {
+fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> RenderArgs {
     let mut line: Vec<OsString> = vec!["lanternfish".into(), "render".into()];
     for (id, value) in words {
         let key = keys.iter().find(|key| key.id == *id).expect("words are made from keys");
         line.extend(key.word(value));
     }
-    line.extend(["--".into(), scene.into()]);
+    line.extend(["--".into(), scene.spelling().to_owned()]);
     match Cli::try_parse_from(line).unwrap_or_else(|error| error.exit()).command {
         Command::Render(args) => *args,
         _ => unreachable!("the words start with render"),

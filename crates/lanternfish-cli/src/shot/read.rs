@@ -15,13 +15,13 @@ use super::{
     keys::{Key, Kind, nearest},
     track::{Interpolation, Moment, Track},
 };
-use crate::{error::CliError, parse};
+use crate::{error::CliError, parse, scene::SceneName};
 
 /// What a shot says.
 #[derive(Debug)]
 pub struct File {
     /// A file, relative to the current folder, or `demo:NAME`.
-    pub scene: String,
+    pub scene: SceneName,
     /// Its keys as flags: id and value, each of which the flag's parser has let through.
     pub words: Vec<(String, OsString)>,
     pub track: Option<Track>,
@@ -46,7 +46,7 @@ impl Reader<'_> {
             let place = error.span().map_or(self.text.len(), |span| span.start);
             self.error(place, error.message(), "the file is TOML: name = value, and [table]")
         })?;
-        let mut file = File { scene: String::new(), words: Vec::new(), track: None };
+        let mut file = File { scene: "".into(), words: Vec::new(), track: None };
         let mut scene = None;
         for (name, place, value) in entries(root.get_ref()) {
             let table = value.get_ref();
@@ -72,18 +72,15 @@ impl Reader<'_> {
         Ok(file)
     }
 
-    fn scene(&self, value: &Spanned<DeValue<'_>>) -> Result<String, CliError> {
+    fn scene(&self, value: &Spanned<DeValue<'_>>) -> Result<SceneName, CliError> {
         let DeValue::String(scene) = value.get_ref() else {
             return Err(self.wrong("scene", value, "expected a string, \"FILE\" or \"demo:NAME\""));
         };
-        if scene.is_empty() || super::is_shot(scene) {
+        let named = SceneName::from(scene.as_ref());
+        if scene.is_empty() || super::is_shot(&named) {
             return Err(self.wrong("scene", value, "expected a scene, not nothing and not a shot"));
         }
-        match scene.starts_with("demo:") {
-            true => Ok(scene.to_string()),
-            // Its folder was given as text, and the file has text only.
-            false => Ok(self.beside(scene).to_string_lossy().into_owned()),
-        }
+        Ok(if named.demo().is_some() { named } else { self.beside(scene).into() })
     }
 
     fn table(&self, table: &str, content: &DeTable<'_>, file: &mut File) -> Result<(), CliError> {

@@ -83,7 +83,7 @@ fn every_kind_of_value_reaches_its_flag() {
         quiet = false
     "#;
     let args = shot(text, "").unwrap().args;
-    assert_eq!(args.scene, "demo:atrium");
+    assert_eq!(args.scene, "demo:atrium".into());
     assert_eq!((args.output.size.width, args.output.size.height), (64, 48));
     assert_eq!((args.view.eye, args.view.target), (Some(Vec3::new(1.0, -2.5, 3.0)), Some(Vec3::Y)));
     assert_eq!((args.view.camera.as_deref(), args.part.scene_of_file.as_deref()), (Some("court"), Some("1")));
@@ -170,7 +170,7 @@ fn names_are_relative_to_the_shot() {
     let folder = Path::new("some/folder");
     let text = "scene = \"../court.glb\"\n[output]\noutput = \"a.png\"\n[run]\nreport = \"/r.json\"\nadapter = \"cpu\"";
     let file = read::file(&folder.join("shot.toml"), text, &keys()).unwrap();
-    assert_eq!(Path::new(&file.scene), folder.join("../court.glb"));
+    assert_eq!(file.scene.path(), folder.join("../court.glb"));
     let word = |id: &str| &file.words.iter().find(|(known, _)| known == id).unwrap().1;
     assert_eq!(Path::new(word("output")), folder.join("a.png"));
     assert_eq!((word("report"), word("adapter")), (&"/r.json".into(), &"cpu".into()));

@@ -13,7 +13,11 @@ use super::{
     keys::{Key, Kind, keys},
     track::{Interpolation, Track},
 };
-use crate::{camera, error::CliError, scene};
+use crate::{
+    camera,
+    error::CliError,
+    scene::{self, SceneName},
+};
 
 const HEADER: &str = "\
 # A shot of Lanternfish: lanternfish render THIS.toml
@@ -36,7 +40,7 @@ const WIDTH: usize = 118;
 
 /// Prints the shot that renders what `lanternfish render` renders with the same arguments, of which `scene` is one. The
 /// scene is read, so that what cannot be rendered is told now.
-pub fn write(scene: &str) -> Result<(), CliError> {
+pub fn write(scene: &SceneName) -> Result<(), CliError> {
     let shot = super::resolve(scene)?;
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, args.part.scene_of_file.as_deref())?;
@@ -47,7 +51,11 @@ pub fn write(scene: &str) -> Result<(), CliError> {
 
 /// The shot as TOML.
 pub fn text(shot: &Shot, camera: Option<&Camera>) -> Result<String, CliError> {
-    let mut text = format!("{HEADER}\n# The scene: a file, or demo:NAME.\nscene = {}\n", quoted(&shot.args.scene));
+    let scene = &shot.args.scene;
+    let named = scene.spelling().to_str().ok_or_else(|| {
+        CliError::new(format_args!("{scene}: its name is not UTF-8"), "a shot is text: give the scene another name")
+    })?;
+    let mut text = format!("{HEADER}\n# The scene: a file, or demo:NAME.\nscene = {}\n", quoted(named));
     let mut table = "";
     let keys = keys();
     for key in &keys {

@@ -13,6 +13,8 @@ use exr::{
     prelude::{Error, ReadLayers, Text, Vec2},
 };
 
+use lanternfish_limits::{caught, memory::Budget};
+
 use crate::{MetricsError, RgbImage};
 
 /// Reads the channels R, G and B of the first part that has them, stored as half, float or 32-bit integer. Others are
@@ -34,10 +36,16 @@ pub fn read_exr_layer(path: &Path, name: &str) -> Result<RgbImage, MetricsError>
             found: channel_names(&headers).join(", "),
         });
     };
+    let pixels = (layer.size.width() as u64).saturating_mul(layer.size.height() as u64);
+    // As they are read, and as they are kept.
+    Budget::of_process()
+        .check(pixels.saturating_mul(24), || format!("{} × {} pixels need", layer.size.width(), layer.size.height()))
+        .map_err(|need| MetricsError::TooMuch { path: path.to_owned(), need })?;
     if let Some(why) = layer.unreadable {
         return Err(invalid(path, why));
     }
-    read_pixels(path, &layer).map_err(|error| file_error(path, error))
+    let pixels = caught(|| read_pixels(path, &layer)).map_err(|what| invalid(path, &what))?;
+    pixels.map_err(|error| file_error(path, error))
 }
 
 /// The names of the layers that [`read_exr_layer`] could be asked for, sorted: everything that stands before the last
@@ -74,6 +82,8 @@ pub fn read_exr_attributes(path: &Path) -> Result<BTreeMap<String, String>, Metr
 /// Which channels of which part make an image.
 struct Selection {
     part: Option<Text>,
+    /// Of the part, pixels.
+    size: Vec2<usize>,
     channels: Channels,
     /// What the exr crate would read wrongly.
     unreadable: Option<&'static str>,
@@ -123,7 +133,7 @@ impl Selection {
         } else {
             None
         };
-        Self { part: header.own_attributes.layer_name.clone(), channels, unreadable }
+        Self { part: header.own_attributes.layer_name.clone(), size: header.layer_size, channels, unreadable }
     }
 }
 
@@ -147,7 +157,8 @@ fn utf8(text: &Text) -> String {
 fn headers(path: &Path) -> Result<Vec<Header>, MetricsError> {
     let failed = |error| file_error(path, error);
     let file = File::open(path).map_err(|error| failed(error.into()))?;
-    let meta = MetaData::read_from_buffered(BufReader::new(file), false).map_err(failed)?;
+    let meta = caught(|| MetaData::read_from_buffered(BufReader::new(file), false));
+    let meta = meta.map_err(|what| invalid(path, &what))?.map_err(failed)?;
     Ok(meta.headers.into_iter().collect())
 }
 

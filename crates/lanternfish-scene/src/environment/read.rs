@@ -9,6 +9,8 @@ use exr::prelude::{ReadChannels, ReadLayers};
 use glam::Vec3;
 use image::ImageDecoder;
 use image::codecs::hdr::{HdrDecoder, SIGNATURE};
+use lanternfish_limits::caught;
+use lanternfish_limits::memory::{Budget, TooMuch};
 
 use super::Environment;
 use crate::{SceneError, import};
@@ -33,25 +35,50 @@ pub(super) fn load(path: &Path) -> Result<Environment, SceneError> {
     if !is("hdr") && !is("exr") {
         return Err(SceneError::UnknownEnvironmentFormat { path: path.to_owned() });
     }
-    let bytes = import::read_file(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
-    let stored = if is("hdr") { read_radiance(&bytes) } else { read_open_exr(&bytes) };
+    let budget = Budget::of_process();
+    let bytes = import::read_file(path, &budget)?;
+    let stored = caught(|| if is("hdr") { read_radiance(&bytes, &budget) } else { read_open_exr(&bytes, &budget) });
     let (environment, notes) =
-        stored.and_then(checked).map_err(|what| SceneError::Invalid { path: path.to_owned(), what })?;
+        stored.unwrap_or_else(|panic| Err(panic.into())).and_then(checked).map_err(|fault| fault.at(path))?;
     for note in notes {
         tracing::warn!("{}: {note}", path.display());
     }
     Ok(environment)
 }
 
+/// Why an environment is not read.
+enum Fault {
+    Invalid(String),
+    TooMuch(TooMuch),
+}
+
+impl From<String> for Fault {
+    fn from(what: String) -> Self {
+        Self::Invalid(what)
+    }
+}
+
+impl Fault {
+    fn at(self, path: &Path) -> SceneError {
+        let path = path.to_owned();
+        match self {
+            Self::Invalid(what) => SceneError::Invalid { path, what },
+            Self::TooMuch(need) => SceneError::TooMuch { path, need },
+        }
+    }
+}
+
 /// Refuses what is no number, and cuts what is negative.
-fn checked(stored: Stored) -> Result<(Environment, Vec<String>), String> {
+fn checked(stored: Stored) -> Result<(Environment, Vec<String>), Fault> {
     let Stored { width, height, pixels, note } = stored;
     let mut notes: Vec<_> = note.into_iter().collect();
     let count = |is: fn(&f32) -> bool| pixels.iter().filter(|pixel| pixel.iter().any(is)).count();
     let (unusable, negative) = (count(|value| !value.is_finite()), count(|value| *value < 0.0));
     if unusable > 0 {
         let all = pixels.len();
-        return Err(format!("{unusable} of {all} pixels are infinite or not a number (replace them by finite values)"));
+        return Err(
+            format!("{unusable} of {all} pixels are infinite or not a number (replace them by finite values)").into()
+        );
     }
     if negative > 0 {
         notes.push(format!("{negative} of {} pixels have negative values, which are taken for 0", pixels.len()));
@@ -60,16 +87,20 @@ fn checked(stored: Stored) -> Result<(Environment, Vec<String>), String> {
     Ok((Environment { width, height, pixels, rotation: 0.0 }, notes))
 }
 
-fn check_size(width: usize, height: usize) -> Result<(), String> {
+fn check_size(width: usize, height: usize, budget: &Budget) -> Result<(), Fault> {
     let sides = 1..=Environment::MAX_SIDE;
     if !sides.contains(&width) || !sides.contains(&height) || width * height > MAX_PIXELS {
         let most = Environment::MAX_SIDE;
-        return Err(format!("{width} × {height} pixels: expected 1 to {most} a side, and at most {MAX_PIXELS} in all"));
+        return Err(
+            format!("{width} × {height} pixels: expected 1 to {most} a side, and at most {MAX_PIXELS} in all").into()
+        );
     }
-    Ok(())
+    // As it is read, and as it is kept.
+    let bytes = 2 * width as u64 * height as u64 * size_of::<Vec3>() as u64;
+    budget.check(bytes, || format!("{width} × {height} pixels need")).map_err(Fault::TooMuch)
 }
 
-fn read_radiance(bytes: &[u8]) -> Result<Stored, String> {
+fn read_radiance(bytes: &[u8], budget: &Budget) -> Result<Stored, Fault> {
     let fault = |error: image::ImageError| format!("not a Radiance image that can be read ({error})");
     // The decoder knows one of the two signatures.
     let rest = bytes.strip_prefix(RGBE_SIGNATURE);
@@ -77,15 +108,15 @@ fn read_radiance(bytes: &[u8]) -> Result<Stored, String> {
     let decoder = HdrDecoder::new(signature.chain(rest)).map_err(fault)?;
     let header = decoder.metadata();
     let (width, height) = (header.width as usize, header.height as usize);
-    check_size(width, height)?;
+    check_size(width, height, budget)?;
     // A row takes at least the four bytes of its first pixel.
     if bytes.len() < 4 * height {
-        return Err(format!("{} bytes hold no {height} rows", bytes.len()));
+        return Err(format!("{} bytes hold no {height} rows", bytes.len()).into());
     }
     if let Some((_, format)) = header.custom_attributes.iter().find(|(key, _)| key == "FORMAT")
         && format != "32-bit_rle_rgbe"
     {
-        return Err(format!("its format is {format} (expected 32-bit_rle_rgbe)"));
+        return Err(format!("its format is {format} (expected 32-bit_rle_rgbe)").into());
     }
     let exposure = header.exposure.filter(|exposure| *exposure != 1.0);
     // Zeros that are never written cost no memory: a broken file ends the reading before they are.
@@ -95,11 +126,11 @@ fn read_radiance(bytes: &[u8]) -> Result<Stored, String> {
     Ok(Stored { width, height, pixels, note })
 }
 
-fn read_open_exr(bytes: &[u8]) -> Result<Stored, String> {
+fn read_open_exr(bytes: &[u8], budget: &Budget) -> Result<Stored, Fault> {
     let fault = |error: exr::error::Error| format!("not an OpenEXR image that can be read ({error})");
     // Before the reader makes room for them.
     for header in MetaData::read_from_buffered(bytes, false).map_err(fault)?.headers {
-        check_size(header.layer_size.width(), header.layer_size.height())?;
+        check_size(header.layer_size.width(), header.layer_size.height(), budget)?;
     }
     let image = read()
         .no_deep_data()

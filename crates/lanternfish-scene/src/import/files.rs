@@ -1,13 +1,138 @@
 //! Reading files whose names come from outside.
 
-use std::io;
-use std::path::Path;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
 
-/// The content of a regular file. Devices, pipes and folders are refused: they may have no end, or never answer.
-pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
-    // Asked before it is opened: opening a pipe waits for who writes to it.
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
+use lanternfish_limits::memory::{Budget, TooMuch};
+
+use super::LoadOptions;
+use crate::SceneError;
+
+/// Why a file is not read.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum FileError {
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
+    /// It is not in the scene's folder, and nothing else is to be read.
+    #[error("not within the scene's folder, and no other is read")]
+    Outside,
+}
+
+impl FileError {
+    /// The error for the file at `path`.
+    pub fn at(self, path: &Path) -> SceneError {
+        let path = path.to_owned();
+        match self {
+            Self::Io(source) => SceneError::Io { path, source },
+            Self::TooMuch(need) => SceneError::TooMuch { path, need },
+            Self::Outside => SceneError::Outside { path },
+        }
     }
-    std::fs::read(path)
+}
+
+/// The scene's folder, and what may be read from there.
+pub(crate) struct Files<'a> {
+    pub budget: &'a Budget,
+    folder: PathBuf,
+    /// Where every file must be, without links; `None`: anywhere.
+    confined_to: Option<PathBuf>,
+}
+
+impl<'a> Files<'a> {
+    /// Of the scene at `path`.
+    pub fn beside(path: &Path, options: &LoadOptions, budget: &'a Budget) -> Result<Self, SceneError> {
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let real = || if folder.as_os_str().is_empty() { Path::new(".") } else { &folder }.canonicalize();
+        let confined_to = options.confine.then(real).transpose().map_err(|error| FileError::Io(error).at(path))?;
+        Ok(Self { budget, folder, confined_to })
+    }
+
+    /// The scene file itself.
+    pub fn scene(&self, path: &Path) -> Result<Vec<u8>, SceneError> {
+        self.open(path).map_err(|error| error.at(path))
+    }
+
+    /// Where a name that the scene says leads to.
+    pub fn path(&self, name: &Path) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The content of a file that the scene names. Absolute paths are refused.
+    pub fn named(&self, name: &Path) -> Result<Vec<u8>, FileError> {
+        let mut depth = 0i64;
+        for component in name.components() {
+            match component {
+                Component::Prefix(_) | Component::RootDir => {
+                    let what = "not a path relative to the scene's";
+                    return Err(io::Error::new(io::ErrorKind::InvalidInput, what).into());
+                }
+                Component::Normal(_) => depth += 1,
+                Component::ParentDir => depth -= 1,
+                Component::CurDir => {}
+            }
+            // Told before anything is asked of the disk: not even whether it is there.
+            if depth < 0 && self.confined_to.is_some() {
+                return Err(FileError::Outside);
+            }
+        }
+        self.open(&self.path(name))
+    }
+
+    /// The content of a regular file. Devices, pipes and folders are refused: they may have no end, or never answer.
+    fn open(&self, path: &Path) -> Result<Vec<u8>, FileError> {
+        let file = match &self.confined_to {
+            None => open_regular(path)?,
+            Some(folder) => {
+                let real = path.canonicalize()?;
+                if !real.starts_with(folder) {
+                    return Err(FileError::Outside);
+                }
+                let file = open_regular(&real)?;
+                // A folder may have become a link meanwhile.
+                if opened_path(&file).unwrap_or(real).starts_with(folder) {
+                    file
+                } else {
+                    return Err(FileError::Outside);
+                }
+            }
+        };
+        let length = file.metadata()?.len();
+        let name = || format!("{} needs", path.file_name().unwrap_or(path.as_os_str()).display());
+        self.budget.take(length, name)?;
+        let mut bytes = Vec::with_capacity(length as usize);
+        file.take(length).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// The content of a file that the program's user names, of at most so many bytes.
+pub(crate) fn read(path: &Path, budget: &Budget) -> Result<Vec<u8>, SceneError> {
+    Files { budget, folder: PathBuf::new(), confined_to: None }.scene(path)
+}
+
+fn open_regular(path: &Path) -> io::Result<File> {
+    let refused = || io::Error::new(io::ErrorKind::InvalidInput, "not a regular file");
+    // Asked before it is opened: opening a pipe waits for who writes to it.
+    if !fs::metadata(path)?.is_file() {
+        return Err(refused());
+    }
+    let file = File::open(path)?;
+    if file.metadata()?.is_file() { Ok(file) } else { Err(refused()) }
+}
+
+/// Where an open file is, on systems that say so.
+fn opened_path(file: &File) -> Option<PathBuf> {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::fd::AsRawFd;
+        fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd())).ok()
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        let _ = file;
+        None
+    }
 }

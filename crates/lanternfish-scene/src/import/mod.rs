@@ -3,10 +3,16 @@
 mod files;
 mod gltf;
 mod obj;
+mod options;
+mod pixels;
+#[cfg(test)]
+mod tests;
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 pub(crate) use files::read as read_file;
+pub use options::LoadOptions;
 
 use crate::{Scene, SceneError};
 
@@ -18,6 +24,7 @@ use crate::{Scene, SceneError};
 ///   Meshes, materials, textures and images that this scene does not use are left out.
 /// * Triangle lists, strips and fans; all accessor forms. Points and lines are left out with a warning. Missing
 ///   normals become flat ones, and missing tangents are generated (MikkTSpace) where the material has a normal map.
+///   Instances that stand in the place of a copy are left out with a warning, unless they blend.
 /// * Textures as PNG, JPEG or WebP, up to 16,384 pixels a side and 1 GiB of pixels each, 16 bits a channel reduced to 8.
 /// * In full: `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_lights_punctual`,
 ///   `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_unlit`, `KHR_mesh_quantization`,
@@ -37,37 +44,42 @@ use crate::{Scene, SceneError};
 /// texture is a warning. Not read: smoothing groups, vertex colours, points, lines, curves.
 ///
 /// Files are checked while they are read: offsets, counts and indices out of range, node cycles, and attributes of
-/// unequal length are [`SceneError::Invalid`], and so are more than 256 Mi vertices and indices together, or 4 Mi
-/// instances. Devices and pipes are not read. Rules of the format that do no harm when broken are not checked.
-pub fn load(source: &str) -> Result<Scene, SceneError> {
-    load_scene(source, None)
+/// unequal length are [`SceneError::Invalid`], and so are more than 4 Mi instances, and whatever is farther than
+/// [`Scene::FARTHEST`] from the origin. What would need more memory than there is is refused before it is allocated
+/// ([`SceneError::TooMuch`]). Devices and pipes are not read. Rules of the format that do no harm when broken are not checked.
+///
+/// Every file that the scene names is read, wherever it is: [`LoadOptions::confine`] is for files from strangers.
+pub fn load(source: impl AsRef<OsStr>) -> Result<Scene, SceneError> {
+    load_with(source, &LoadOptions::default())
 }
 
-/// Reads one of a file's scenes: that of the name `scene`, else that of the index that it spells; without one the
-/// default scene. Otherwise as [`load`]. [`SceneError::NoSuchScene`] lists the scenes that there are.
-pub fn load_scene(source: &str, scene: Option<&str>) -> Result<Scene, SceneError> {
-    if let Some(name) = source.strip_prefix("demo:") {
-        only_scene(source, scene)?;
+/// Reads a scene as these options say, otherwise as [`load`].
+pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let source = source.as_ref();
+    let path = Path::new(source);
+    if let Some(name) = source.to_str().and_then(|source| source.strip_prefix("demo:")) {
+        only_scene(path, options)?;
         return crate::generate::demo(name);
     }
-    let path = Path::new(source);
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    if ending.eq_ignore_ascii_case("gltf") || ending.eq_ignore_ascii_case("glb") {
-        return gltf::load(path, scene);
-    }
-    if ending.eq_ignore_ascii_case("obj") {
-        only_scene(source, scene)?;
-        return obj::load(path);
-    }
-    Err(SceneError::UnknownFormat { path: path.to_owned() })
+    let is = |ending: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+    let scene = if is("gltf") || is("glb") {
+        gltf::load(path, options)?
+    } else if is("obj") {
+        only_scene(path, options)?;
+        obj::load(path, options)?
+    } else {
+        return Err(SceneError::UnknownFormat { path: path.to_owned() });
+    };
+    scene.check_reach().map_err(|what| SceneError::Invalid { path: path.to_owned(), what })?;
+    Ok(scene)
 }
 
 /// Refuses any other scene than the first for a source that holds only one.
-fn only_scene(source: &str, scene: Option<&str>) -> Result<(), SceneError> {
-    match scene {
+fn only_scene(path: &Path, options: &LoadOptions) -> Result<(), SceneError> {
+    match options.scene.as_deref() {
         None | Some("0") => Ok(()),
         Some(scene) => Err(SceneError::NoSuchScene {
-            path: source.into(),
+            path: path.to_owned(),
             scene: scene.to_owned(),
             known: "only one, 0".to_owned(),
         }),

@@ -1,14 +1,9 @@
 //! The compressed wide BVH: built on the CPU with all cores, walked by `shadows/bvh/trace.wesl`.
 
-use std::time::Duration;
-
 use glam::{Vec3, Vec3A};
 use lanternfish_gpu::{gpu_struct, storage_buffer_of};
-use obvhs::{
-    BvhBuildParams,
-    cwbvh::{builder::build_cwbvh_from_tris, node::CwBvhNode},
-    triangle::Triangle,
-};
+use lanternfish_scene::bvh::{self, Effort};
+use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
@@ -16,9 +11,6 @@ use super::{
     tracing::{TracedTriangle, Tracing},
 };
 use crate::error::RenderError;
-
-/// Levels that the shader's stack has room for; its `STACK_SIZE`.
-const STACK_SIZE: usize = 32;
 
 gpu_struct! {
     /// A triangle as the walk tests it; world space, m.
@@ -54,15 +46,12 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
     if tracing.triangles.is_empty() {
         return vec![CwBvhNode::default()];
     }
-    let corner = |c: glam::Vec3| Vec3A::from(c);
-    let triangles: Vec<Triangle> = tracing
-        .triangles
-        .par_iter()
-        .map(|t| Triangle { v0: corner(t.corners[0]), v1: corner(t.corners[1]), v2: corner(t.corners[2]) })
-        .collect();
-    // Splitting large triangles would put some into several leaves, and so out of one leaf order.
-    let parameters = BvhBuildParams { pre_split: false, ..BvhBuildParams::slow_build() };
-    let bvh = build_cwbvh_from_tris(&triangles, parameters, &mut Duration::default());
+    let bounds = |t: &TracedTriangle| {
+        let [a, b, c] = t.corners.map(Vec3A::from);
+        Aabb::new(a.min(b).min(c), a.max(b).max(c))
+    };
+    let boxes: Vec<Aabb> = tracing.triangles.par_iter().map(bounds).collect();
+    let bvh = bvh::build(&boxes, Effort::High);
     tracing.reorder(&bvh.primitive_indices);
     bvh.nodes
 }
@@ -70,15 +59,6 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
 impl Bvh {
     /// Uploads a tree and its triangles, in its leaf order.
     pub fn new(device: &wgpu::Device, tree: Vec<CwBvhNode>, triangles: &[TracedTriangle]) -> Result<Self, RenderError> {
-        let depth = depth(&tree);
-        if depth > STACK_SIZE {
-            return Err(RenderError::Overflow {
-                list: "BVH levels",
-                needed: depth as u64,
-                limit: STACK_SIZE as u64,
-                remedy: "the scene has thousands of triangles in one place; remove copies",
-            });
-        }
         let none = wgpu::BufferUsages::empty();
         let words: &[u32] = bytemuck::cast_slice(&tree);
         Ok(Self {
@@ -104,28 +84,13 @@ fn packed(triangles: &[TracedTriangle]) -> Vec<BvhTriangle> {
     triangles.par_iter().map(pack).collect()
 }
 
-/// Levels of the tree.
-fn depth(nodes: &[CwBvhNode]) -> usize {
-    let mut depth = 0;
-    let mut level = vec![0u32];
-    while !level.is_empty() && depth <= STACK_SIZE {
-        depth += 1;
-        let children = |n: &u32| {
-            let node = &nodes[*n as usize];
-            node.child_base_idx..node.child_base_idx + node.imask.count_ones()
-        };
-        level = level.iter().flat_map(children).collect();
-    }
-    depth
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_stack_is_as_deep_as_the_shaders() {
-        assert_eq!(crate::shaders::constant("shadows/bvh/trace", "STACK_SIZE"), STACK_SIZE as f64);
+    fn the_shaders_stack_holds_the_deepest_tree() {
+        assert_eq!(crate::shaders::constant("shadows/bvh/trace", "STACK_SIZE"), bvh::MAX_DEPTH as f64);
         assert_eq!(crate::shaders::constant("shadows/bvh/trace", "NODE_VECTORS"), size_of::<CwBvhNode>() as f64 / 16.0);
     }
 }

@@ -12,6 +12,7 @@
 //! `update.rs` brings what has moved in the caller's scene to the device.
 
 mod bvh;
+mod cost;
 mod geometry;
 mod hits;
 mod materials;
@@ -90,6 +91,12 @@ impl GpuScene {
         tracer: Tracer,
         texture_arrays: bool,
     ) -> Result<Self, RenderError> {
+        // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
+        let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
+        let wants_bvh = tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
+        let traces = wants_bvh || tracer != Tracer::None;
+        cost::check(scene, traces)?;
+
         let shading = Shading::of(settings);
         let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
         let textures = Textures::new(device, queue, scene, shading, texture_arrays, anisotropy)?;
@@ -99,10 +106,6 @@ impl GpuScene {
         let lights = packed_lights(scene, settings);
         let none = wgpu::BufferUsages::empty();
 
-        // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
-        let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
-        let wants_bvh = tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
-        let traces = wants_bvh || tracer != Tracer::None;
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);

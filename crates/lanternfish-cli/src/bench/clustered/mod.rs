@@ -9,7 +9,7 @@ mod steps;
 
 use std::{io::Write, path::PathBuf};
 
-use clap::{Args, ValueEnum, builder::NonEmptyStringValueParser};
+use clap::{Args, ValueEnum};
 use lanternfish_gpu::{AdapterChoice, Gpu};
 use lanternfish_scene::{
     Camera, Light, Scene, StereoRig,
@@ -29,7 +29,8 @@ use crate::{
     error::CliError,
     output, parse,
     parse::Size,
-    scene, shot,
+    scene::{self, SceneName},
+    shot,
 };
 
 /// Width over height of the Vive's frusta: square pixels.
@@ -38,8 +39,8 @@ const EYE_ASPECT: f32 = 0.9;
 #[derive(Debug, Args)]
 pub struct ClusteredArgs {
     /// A shot (.toml), which then says the view; a glTF or OBJ file, or demo:NAME. Its own lights are left out.
-    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    #[arg(default_value = "demo:atrium")]
+    pub scene: SceneName,
     /// The folder for report.md, report.json and the plots. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-clustered")]
     pub output: PathBuf,
@@ -81,7 +82,7 @@ pub enum Places {
 #[derive(Debug, Serialize)]
 pub struct Results {
     pub version: &'static str,
-    pub scene: String,
+    pub scene: SceneName,
     pub adapter: String,
     pub driver: String,
     pub width: u32,
@@ -109,7 +110,7 @@ fn lit(scene: &Scene, places: Places, count: u32, seed: u32) -> Scene {
 }
 
 pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.as_ref(), Vec::new())).transpose()?;
+    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
     let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
     let (source, part, view) = match (&shot, &shot_view) {
         (Some(shot), Some(view)) => (&shot.args.scene, &shot.args.part, view),

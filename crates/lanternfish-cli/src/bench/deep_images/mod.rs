@@ -9,7 +9,7 @@ mod trace;
 
 use std::{io::Write, path::PathBuf};
 
-use clap::{Args, builder::NonEmptyStringValueParser};
+use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
     deep_images::DeepImages,
@@ -31,14 +31,15 @@ use crate::{
     error::CliError,
     output::write_text,
     progress::Progress,
-    scene, shot,
+    scene::{self, SceneName},
+    shot,
 };
 
 #[derive(Debug, Args)]
 pub struct DeepImagesArgs {
     /// A shot (.toml), of which only the scene counts; a glTF or OBJ file, or demo:NAME.
-    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    #[arg(default_value = "demo:atrium")]
+    pub scene: SceneName,
     /// The folder for report.md and report.json. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-deep-images")]
     pub output: PathBuf,
@@ -72,7 +73,7 @@ pub struct LeftOut {
 #[derive(Debug, Serialize)]
 pub struct Report {
     version: &'static str,
-    scene: String,
+    scene: SceneName,
     adapter: String,
     driver: String,
     triangles: usize,
@@ -95,7 +96,7 @@ struct Bench {
 
 pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     make_folder(&args.output)?;
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.as_ref(), Vec::new())).transpose()?;
+    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
     let (source, part) = match &shot {
         Some(shot) => (&shot.args.scene, &shot.args.part),
         None => (&args.scene, &args.part),

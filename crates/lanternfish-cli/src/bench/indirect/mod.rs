@@ -10,7 +10,7 @@ mod times;
 
 use std::{io::Write, path::PathBuf};
 
-use clap::{Args, builder::NonEmptyStringValueParser};
+use clap::Args;
 use lanternfish::{
     Renderer,
     settings::{Settings, Shadows},
@@ -34,14 +34,15 @@ use crate::{
     parse::{self, Size},
     progress::Progress,
     render::apply_lights,
-    scene, shot,
+    scene::{self, SceneName},
+    shot,
 };
 
 #[derive(Debug, Args)]
 pub struct IndirectArgs {
     /// A shot (.toml), which then says the view, the lights and the look; a glTF or OBJ file, or demo:NAME.
-    #[arg(default_value = "demo:atrium", value_parser = NonEmptyStringValueParser::new())]
-    pub scene: String,
+    #[arg(default_value = "demo:atrium")]
+    pub scene: SceneName,
     /// The folder for report.md, report.json and a picture of each BRDF. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-indirect")]
     pub output: PathBuf,
@@ -77,7 +78,7 @@ pub struct IndirectArgs {
 #[derive(Debug, Serialize)]
 pub struct Report {
     version: &'static str,
-    scene: String,
+    scene: SceneName,
     adapter: String,
     driver: String,
     triangles: usize,
@@ -92,7 +93,7 @@ pub struct Report {
 }
 
 pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.as_ref(), Vec::new())).transpose()?;
+    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
     let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
     let (source, part, lights, view, seed) = match (&shot, &shot_view) {
         (Some(shot), Some(view)) => (&shot.args.scene, &shot.args.part, &shot.args.lights, view, shot.args.run.seed),

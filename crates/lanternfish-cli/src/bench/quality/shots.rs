@@ -6,7 +6,11 @@ use glam::Vec3;
 use lanternfish::settings::{Attenuation, Settings};
 use lanternfish_scene::{Camera, Environment, Light, Projection, Scene, generate::light_rain, near_plane};
 
-use crate::{error::CliError, parse::Size, scene};
+use crate::{
+    error::CliError,
+    parse::Size,
+    scene::{self, SceneName},
+};
 
 /// One view of one scene.
 #[derive(Clone, Copy)]
@@ -149,7 +153,7 @@ impl Shot {
     /// The scene with all lights, and the camera.
     pub fn load(&self, assets: &Path) -> Result<(Scene, Camera), CliError> {
         let file = assets.join(self.scene);
-        let source = if self.is_built_in() { self.scene.into() } else { file.to_string_lossy() };
+        let source: SceneName = if self.is_built_in() { self.scene.into() } else { file.into() };
         let mut scene = scene::load_part(&source, None)?;
         let bounds = scene.bounds();
         scene.lights.extend(light_rain(&bounds, self.rain, None, 0, 0.0));

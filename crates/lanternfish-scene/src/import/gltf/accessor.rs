@@ -9,10 +9,7 @@ use super::schema::{Accessor, Root};
 
 /// Most elements without data (all zero), which cost nothing in the file, of all accessors as often as they are
 /// read: 16 Mi.
-const MAX_ZERO_COUNT: usize = 1 << 24;
-
-/// Most vertices and indices of a scene together: 256 Mi, about 6 GB. Many primitives may use the same few accessors.
-const MAX_KEPT_COUNT: usize = 1 << 28;
+pub(super) const MAX_ZERO_COUNT: usize = 1 << 24;
 
 /// Reads accessors.
 pub(super) struct Accessors<'a> {
@@ -20,8 +17,6 @@ pub(super) struct Accessors<'a> {
     pub buffers: &'a Buffers<'a>,
     /// Elements without data that have been read.
     zero_count: AtomicUsize,
-    /// Vertices and indices that the scene has.
-    kept_count: AtomicUsize,
 }
 
 /// How one number is stored.
@@ -70,15 +65,7 @@ struct Elements<'a> {
 
 impl<'a> Accessors<'a> {
     pub fn new(root: &'a Root<'a>, buffers: &'a Buffers<'a>) -> Self {
-        Self { root, buffers, zero_count: AtomicUsize::new(0), kept_count: AtomicUsize::new(0) }
-    }
-
-    /// Counts so many vertices and indices as the scene's; an error when there are too many.
-    pub fn keep(&self, count: usize) -> Result<()> {
-        if self.kept_count.fetch_add(count, Relaxed).saturating_add(count) <= MAX_KEPT_COUNT {
-            return Ok(());
-        }
-        Err(invalid(format!("with it there are more than {MAX_KEPT_COUNT} vertices and indices")))
+        Self { root, buffers, zero_count: AtomicUsize::new(0) }
     }
 
     /// Elements of `N` numbers as floats; integers are scaled to 0..=1 or -1..=1 where the accessor is normalised.

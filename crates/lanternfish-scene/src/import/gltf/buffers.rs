@@ -1,16 +1,17 @@
 //! The bytes of buffers and buffer views.
 
 use std::borrow::Cow;
-use std::path::Path;
 use std::sync::OnceLock;
 
 use super::fault::{Place, Result, invalid, item};
 use super::schema::{Buffer, BufferView, CompressedView, Root};
 use super::{meshopt, uri};
+use crate::import::files::Files;
 
 /// The bytes of all buffers. The BIN chunk is borrowed from the file.
 pub(super) struct Buffers<'a> {
     root: &'a Root<'a>,
+    files: &'a Files<'a>,
     /// As long as `root.buffers`; `None` for a buffer without content, whose views are compressed elsewhere.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
     /// As long as `root.buffer_views`: what compressed ones hold, decoded when first asked for.
@@ -19,12 +20,12 @@ pub(super) struct Buffers<'a> {
 
 impl<'a> Buffers<'a> {
     /// Reads every buffer of the file.
-    pub fn load(root: &'a Root<'a>, bin: Option<&'a [u8]>, folder: &Path) -> Result<Self> {
+    pub fn load(root: &'a Root<'a>, bin: Option<&'a [u8]>, files: &'a Files<'a>) -> Result<Self> {
         let load_one = |index: usize| -> Result<Option<Cow<'a, [u8]>>> {
             let buffer = &root.buffers[index];
             let bytes: Cow<'a, [u8]> = match (&buffer.uri, bin) {
                 _ if is_fallback(buffer) => return Ok(None),
-                (Some(uri), _) => uri::read(&uri.0, folder)?.into(),
+                (Some(uri), _) => uri::read(&uri.0, files)?.into(),
                 (None, Some(bin)) if index == 0 => bin.into(),
                 (None, _) => return Ok(None),
             };
@@ -35,7 +36,7 @@ impl<'a> Buffers<'a> {
         };
         let buffers = (0..root.buffers.len()).map(|i| load_one(i).place(|| format!("buffers[{i}]")));
         let buffers = buffers.collect::<Result<_>>()?;
-        Ok(Self { root, buffers, decoded: root.buffer_views.iter().map(|_| OnceLock::new()).collect() })
+        Ok(Self { root, files, buffers, decoded: root.buffer_views.iter().map(|_| OnceLock::new()).collect() })
     }
 
     /// A buffer view and its bytes.
@@ -52,7 +53,7 @@ impl<'a> Buffers<'a> {
     fn decoded(&self, index: usize, view: &BufferView, compressed: &CompressedView) -> Result<&[u8]> {
         let decode = || {
             let stored = self.stored(compressed.buffer, compressed.byte_offset, compressed.byte_length)?;
-            meshopt::decode(compressed, stored)
+            meshopt::decode(compressed, stored, self.files.budget)
         };
         let (length, have) = (view.byte_length, compressed.count.saturating_mul(compressed.byte_stride));
         if length > have {

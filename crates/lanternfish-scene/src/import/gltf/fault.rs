@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use lanternfish_limits::memory::TooMuch;
+
 use crate::SceneError;
+use crate::import::files::FileError;
 
 /// [`SceneError`] without the scene's path, which [`Fault::at`] adds once, at the top.
 #[derive(Debug)]
@@ -15,6 +18,16 @@ pub(super) enum Fault {
     NoSuchScene { scene: String, known: String },
     /// A file that it refers to cannot be read.
     Io { path: PathBuf, source: std::io::Error },
+    /// Such a file is not where it may be read.
+    Outside { path: PathBuf },
+    /// More memory is needed than there is.
+    TooMuch(TooMuch),
+}
+
+impl From<TooMuch> for Fault {
+    fn from(need: TooMuch) -> Self {
+        Self::TooMuch(need)
+    }
 }
 
 pub(super) type Result<T> = std::result::Result<T, Fault>;
@@ -25,6 +38,15 @@ pub(super) fn invalid(what: impl Into<String>) -> Fault {
 }
 
 impl Fault {
+    /// Why the file at `path`, which the scene names, cannot be read.
+    pub fn of_file(error: FileError, path: PathBuf) -> Self {
+        match error {
+            FileError::Io(source) => Self::Io { path, source },
+            FileError::TooMuch(need) => Self::TooMuch(need),
+            FileError::Outside => Self::Outside { path },
+        }
+    }
+
     /// The same again; a reason of the system's by its kind and words.
     pub fn copy(&self) -> Self {
         match self {
@@ -34,6 +56,8 @@ impl Fault {
             Self::Io { path, source } => {
                 Self::Io { path: path.clone(), source: std::io::Error::new(source.kind(), source.to_string()) }
             }
+            Self::Outside { path } => Self::Outside { path: path.clone() },
+            Self::TooMuch(need) => Self::TooMuch(need.clone()),
         }
     }
 
@@ -44,6 +68,8 @@ impl Fault {
             Self::Unsupported(what) => SceneError::Unsupported { path: path.to_owned(), what },
             Self::NoSuchScene { scene, known } => SceneError::NoSuchScene { path: path.to_owned(), scene, known },
             Self::Io { path, source } => SceneError::Io { path, source },
+            Self::Outside { path } => SceneError::Outside { path },
+            Self::TooMuch(need) => SceneError::TooMuch { path: path.to_owned(), need },
         }
     }
 }

@@ -1,10 +1,7 @@
-//! Images: PNG, JPEG and WebP, told apart by their content.
+//! Images: PNG, JPEG and WebP.
 
 use std::borrow::Cow;
-use std::io::Cursor;
-use std::path::Path;
 
-use image::{ImageReader, Limits};
 use rayon::prelude::*;
 
 use super::buffers::Buffers;
@@ -12,42 +9,35 @@ use super::fault::{Place, Result, invalid};
 use super::schema::{self, Root};
 use super::uri;
 use crate::Image;
+use crate::import::files::Files;
+use crate::import::pixels;
 
-/// Most pixels a side.
-const MAX_SIDE: u32 = 16_384;
-/// Most bytes that decoding one image may take: RGBA of 8 bits and the largest sides is just within.
-const MAX_BYTES: u64 = 1 << 30;
-
-/// Decodes those of the file's images, on all cores.
-pub(super) fn decode_all(root: &Root, indices: &[usize], buffers: &Buffers, folder: &Path) -> Result<Vec<Image>> {
-    let decode = |index: &usize| {
-        let image = &root.images[*index];
-        decode(image, buffers, folder).place(|| match image.name.as_str() {
-            "" => format!("images[{index}]"),
-            name => format!("images[{index}] ({name})"),
-        })
+/// Decodes those of the file's images, on all cores; an error before that, if memory does not hold them.
+pub(super) fn decode_all(root: &Root, indices: &[usize], buffers: &Buffers, files: &Files) -> Result<Vec<Image>> {
+    let name = |index: usize| match root.images[index].name.as_str() {
+        "" => format!("images[{index}]"),
+        name => format!("images[{index}] ({name})"),
+    };
+    let encoded = |index: &usize| encoded(&root.images[*index], buffers, files).place(|| name(*index));
+    let encoded: Vec<Cow<[u8]>> = indices.iter().map(encoded).collect::<Result<_>>()?;
+    let size = |(index, bytes): (&usize, &Cow<[u8]>)| {
+        let size = pixels::size(bytes).map_err(invalid).place(|| name(*index))?;
+        Ok((name(*index), size))
+    };
+    let sizes: Vec<_> = indices.iter().zip(&encoded).map(size).collect::<Result<_>>()?;
+    pixels::reserve(&sizes, files.budget)?;
+    let decode = |(index, bytes): (&usize, &Cow<[u8]>)| {
+        pixels::decode(&root.images[*index].name, bytes).map_err(invalid).place(|| name(*index))
     };
     // Gather all results first, so that of several faults always the same one is reported.
-    let images: Vec<_> = indices.par_iter().map(decode).collect();
+    let images: Vec<_> = indices.par_iter().zip(&encoded).map(decode).collect();
     images.into_iter().collect()
 }
 
-fn decode(image: &schema::Image, buffers: &Buffers, folder: &Path) -> Result<Image> {
-    let encoded: Cow<[u8]> = match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => uri::read(&uri.0, folder)?.into(),
-        (None, Some(view)) => buffers.view(view)?.1.into(),
-        (None, None) => return Err(invalid("neither uri nor bufferView")),
-    };
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_BYTES);
-    let mut reader = ImageReader::new(Cursor::new(&encoded));
-    reader.limits(limits);
-    let reader = reader.with_guessed_format().expect("a cursor can be read");
-    if reader.format().is_none() {
-        return Err(invalid("neither PNG, JPEG nor WebP"));
+fn encoded<'a>(image: &schema::Image, buffers: &'a Buffers, files: &Files) -> Result<Cow<'a, [u8]>> {
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => Ok(uri::read(&uri.0, files)?.into()),
+        (None, Some(view)) => Ok(buffers.view(view)?.1.into()),
+        (None, None) => Err(invalid("neither uri nor bufferView")),
     }
-    let pixels = reader.decode().map_err(|error| invalid(error.to_string()))?.into_rgba8();
-    Ok(Image { name: image.name.clone(), width: pixels.width(), height: pixels.height(), rgba: pixels.into_raw() })
 }

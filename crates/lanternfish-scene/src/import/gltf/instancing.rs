@@ -1,17 +1,29 @@
 //! `EXT_mesh_gpu_instancing`: one node that places its mesh many times.
 
 use glam::{Affine3A, Quat, Vec3};
+use lanternfish_limits::memory::Budget;
 
 use super::accessor::Accessors;
 use super::fault::{Place, Result, invalid};
 use super::schema::Instancing;
+use crate::Instance;
 
 /// Most instances of a scene: 4 Mi, which is about 500 MB. A few bytes of a file can ask for any number of them.
 pub(super) const MAX_INSTANCES: usize = 1 << 22;
 
 /// Where the node's mesh stands, relative to the node: translation, rotation, scale of each instance. Attributes of
-/// an application's own are not read; a node that has only such places its mesh once.
-pub(super) fn read(accessors: &Accessors, instancing: &Instancing) -> Result<Vec<Affine3A>> {
+/// an application's own are not read; a node that has only such places its mesh once. Takes the memory of as many instances,
+/// with names of `name_length` bytes.
+pub(super) fn read(
+    accessors: &Accessors,
+    instancing: &Instancing,
+    name_length: usize,
+    budget: &Budget,
+) -> Result<Vec<Affine3A>> {
+    let stated = instancing.attributes.values().filter_map(|index| accessors.root.accessors.get(*index));
+    let count = stated.map(|accessor| accessor.count).max().unwrap_or(0) as u64;
+    let each = (size_of::<Instance>() + size_of::<Affine3A>() + 120 + name_length) as u64;
+    budget.take(count.saturating_mul(each), || format!("{count} instances need"))?;
     let translations = read_attribute::<3>(accessors, instancing, "TRANSLATION")?;
     let rotations = read_attribute::<4>(accessors, instancing, "ROTATION")?;
     let scales = read_attribute::<3>(accessors, instancing, "SCALE")?;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use lanternfish_limits::memory::Budget;
 use rayon::prelude::*;
 
 use super::accessor::Accessors;
@@ -57,11 +58,12 @@ fn material_key(material: &Option<usize>) -> usize {
     material.unwrap_or(usize::MAX)
 }
 
-/// Reads the used meshes. `materials` are the scene's.
+/// Reads the used meshes; an error before that, if memory does not hold them. `materials` are the scene's.
 pub(super) fn read_all(
     accessors: &Accessors,
     used: &Used,
     materials: &[Material],
+    budget: &Budget,
     notes: &mut Notes,
 ) -> Result<Vec<Mesh>> {
     let root = accessors.root;
@@ -70,6 +72,12 @@ pub(super) fn read_all(
         .keys()
         .flat_map(|mesh| root.meshes[*mesh].primitives.iter().enumerate().map(|(i, primitive)| (*mesh, i, primitive)))
         .collect();
+    let need = |(_, _, source): &(usize, usize, &schema::Primitive)| {
+        let has_normal_map = materials[used.material(source.material)].normal_texture.is_some();
+        primitive::need(root, source, has_normal_map)
+    };
+    let needs: Vec<primitive::Need> = primitives.iter().map(need).collect();
+    reserve(&needs, budget)?;
     let read_one = |(mesh, i, source): &(usize, usize, &schema::Primitive)| {
         let material = used.material(source.material);
         let uv_set = materials[material].normal_texture.map(|texture| texture.uv_set);
@@ -90,6 +98,20 @@ pub(super) fn read_all(
         }
     }
     Ok(meshes)
+}
+
+/// Takes from the budget what all primitives keep; there must be as much more as those need that are read at one time.
+fn reserve(needs: &[primitive::Need], budget: &Budget) -> Result<()> {
+    let sum = |list: &mut dyn Iterator<Item = u64>| list.fold(0, u64::saturating_add);
+    let kept = sum(&mut needs.iter().map(|need| need.kept));
+    let mut passing: Vec<u64> = needs.iter().map(|need| need.passing).collect();
+    passing.sort_unstable_by(|a, b| b.cmp(a));
+    let passing = sum(&mut passing.into_iter().take(rayon::current_num_threads()));
+    budget.check(kept.saturating_add(passing), || {
+        let corners = sum(&mut needs.iter().map(|need| need.corners));
+        format!("{} primitives of {corners} corners need", needs.len())
+    })?;
+    Ok(budget.take(kept, String::new)?)
 }
 
 fn place(mesh: usize, primitive: usize) -> String {

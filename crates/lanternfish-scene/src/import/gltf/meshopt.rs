@@ -1,5 +1,7 @@
 //! `EXT_meshopt_compression` and its successor `KHR_meshopt_compression`: buffer views that are stored compressed.
 
+use lanternfish_limits::memory::Budget;
+
 use super::fault::{Result, invalid};
 use super::schema::CompressedView;
 
@@ -9,7 +11,7 @@ const MAX_RATIO: usize = 1024;
 
 /// Decodes a view: its first `count * byte_stride` bytes are content. In words, so that it is aligned for every
 /// component type.
-pub(super) fn decode(view: &CompressedView, compressed: &[u8]) -> Result<Vec<u32>> {
+pub(super) fn decode(view: &CompressedView, compressed: &[u8], budget: &Budget) -> Result<Vec<u32>> {
     let (count, stride) = (view.count, view.byte_stride);
     let length = count.checked_mul(stride).filter(|length| length / MAX_RATIO <= compressed.len());
     let Some(length) = length else {
@@ -20,6 +22,7 @@ pub(super) fn decode(view: &CompressedView, compressed: &[u8]) -> Result<Vec<u32
         let (mode, filter) = (&view.mode, &view.filter);
         return Err(invalid(format!("mode {mode}, filter {filter}: {count} elements of {stride} bytes cannot be")));
     }
+    budget.take(length as u64, || "a compressed bufferView needs".to_owned())?;
     let mut words = vec![0u32; length.div_ceil(4)];
     let (to, from) = (words.as_mut_ptr().cast::<std::ffi::c_void>(), compressed.as_ptr());
     // SAFETY: `to` is valid for `count * stride` bytes, which is all that the decoders write, and `from` for as many

@@ -25,6 +25,7 @@ mod meshes;
 mod meshopt;
 mod normals;
 mod notes;
+mod objects;
 mod primitive;
 mod scenes;
 mod schema;
@@ -37,6 +38,7 @@ mod topology;
 mod uri;
 mod vertices;
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use accessor::Accessors;
@@ -45,28 +47,33 @@ use fault::{Fault, Place, Result, invalid};
 use glam::Affine3A;
 use hierarchy::Placed;
 use instancing::MAX_INSTANCES;
+use lanternfish_limits::memory::Budget;
 use meshes::Used;
 use notes::Notes;
+use objects::Objects;
 use schema::Root;
+use serde::Deserialize;
 use textures::Textures;
 
-use super::files;
-use crate::{Instance, Material, Scene, SceneError};
+use super::LoadOptions;
+use super::files::Files;
+use crate::{AlphaMode, Instance, Material, Mesh, Scene, SceneError};
 
-/// Reads the file at `path`; see [`crate::import::load_scene`] for what of it.
-pub(super) fn load(path: &Path, scene: Option<&str>) -> std::result::Result<Scene, SceneError> {
-    let file = files::read(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
-    read(&file, path, scene).map_err(|fault| fault.at(path))
+/// Reads the file at `path`; see [`crate::import::load_with`] for what of it.
+pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Scene, SceneError> {
+    let budget = options.budget();
+    let files = Files::beside(path, options, &budget)?;
+    let file = files.scene(path)?;
+    read(&file, path, options.scene.as_deref(), &files).map_err(|fault| fault.at(path))
 }
 
-/// Reads the content of a file. `path` is where other files are looked for, and names the scene.
-fn read(file: &[u8], path: &Path, scene: Option<&str>) -> Result<Scene> {
+/// Reads the content of a file; `path` names the scene.
+fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<Scene> {
     let parts = container::split(file)?;
     let root = parse(parts.json)?;
     extensions::check(&root, path)?;
     let scene = scenes::select(&root, scene)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let buffers = Buffers::load(&root, parts.bin, folder)?;
+    let buffers = Buffers::load(&root, parts.bin, files)?;
     let nodes = hierarchy::resolve(&root, scene)?;
     let used = Used::find(&root, &nodes)?;
 
@@ -81,8 +88,8 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>) -> Result<Scene> {
     }
     let accessors = Accessors::new(&root, &buffers);
     let (images, meshes) = rayon::join(
-        || images::decode_all(&root, &textures.images, &buffers, folder),
-        || meshes::read_all(&accessors, &used, &materials, &mut notes),
+        || images::decode_all(&root, &textures.images, &buffers, files),
+        || meshes::read_all(&accessors, &used, &materials, files.budget, &mut notes),
     );
     let mut scene = Scene {
         name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
@@ -94,25 +101,53 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>) -> Result<Scene> {
         ..Default::default()
     };
     for placed in &nodes {
-        place(&mut scene, &accessors, &used, placed, &mut notes).place(|| format!("nodes[{}]", placed.index))?;
+        place(&mut scene, &accessors, &used, placed, files.budget, &mut notes)
+            .place(|| format!("nodes[{}]", placed.index))?;
     }
+    drop_copies(&mut scene, &mut notes);
     notes.log(path);
     Ok(scene)
 }
 
 fn parse(json: &[u8]) -> Result<Root<'_>> {
-    let root: Root = serde_json::from_slice(json).map_err(|error| invalid(format!("JSON: {error}")))?;
+    let mut reader = serde_json::Deserializer::from_slice(json);
+    let root = Root::deserialize(Objects(&mut reader)).and_then(|root| reader.end().map(|()| root));
+    let root = root.map_err(|error| invalid(format!("JSON: {error}")))?;
     let required = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
     // Minor versions add to the format. There is none beyond 2.0 yet; one to come is tried, and warned about.
     if required.starts_with("2.") { Ok(root) } else { Err(Fault::Unsupported(format!("glTF {required}"))) }
 }
 
+/// Leaves out the instances that stand where another of the same mesh stands: of surfaces that are not blended nothing more is
+/// seen, and a ray would meet every one.
+fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
+    let blends =
+        |mesh: &Mesh| mesh.primitives.iter().any(|p| scene.materials[p.material].alpha_mode == AlphaMode::Blend);
+    let blends: Vec<bool> = scene.meshes.iter().map(blends).collect();
+    let mut known = HashSet::new();
+    scene.instances.retain(|instance| {
+        let place = instance.world_from_object.to_cols_array().map(f32::to_bits);
+        let stays = blends[instance.mesh] || known.insert((instance.mesh, place));
+        if !stays {
+            notes.add("instances that stand in the place of a copy");
+        }
+        stays
+    });
+}
+
 /// Adds what is at a node: an instance, a light, a camera.
-fn place(scene: &mut Scene, accessors: &Accessors, used: &Used, placed: &Placed, notes: &mut Notes) -> Result<()> {
+fn place(
+    scene: &mut Scene,
+    accessors: &Accessors,
+    used: &Used,
+    placed: &Placed,
+    budget: &Budget,
+    notes: &mut Notes,
+) -> Result<()> {
     let (root, node) = (accessors.root, placed.node);
     if let Some(mesh) = node.mesh {
         let nodes_from_objects = match &node.extensions.instancing {
-            Some(instancing) => instancing::read(accessors, instancing)?,
+            Some(instancing) => instancing::read(accessors, instancing, node.name.len(), budget)?,
             None => vec![Affine3A::IDENTITY],
         };
         if scene.instances.len() + nodes_from_objects.len() > MAX_INSTANCES {

@@ -2,8 +2,9 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::accessor::Accessors;
+use super::accessor::{Accessors, MAX_ZERO_COUNT};
 use super::fault::{Fault, Place, Result, invalid};
+use super::schema::Root;
 use super::topology::Topology;
 use super::{extensions, normals, schema, tangents, vertices};
 use crate::Primitive;
@@ -43,7 +44,6 @@ pub(super) fn read(
     }
     read_attributes(accessors, source, &mut primitive, normal_map_uv_set.is_some())?;
     vertices::drop_unused(&mut primitive);
-    accessors.keep(primitive.positions.len() + primitive.indices.len())?;
     if primitive.indices.is_empty() {
         return Ok(Outcome::LeftOut("primitives without triangles"));
     }
@@ -63,6 +63,49 @@ pub(super) fn read(
         }
     }
     Ok(Outcome::Read(primitive))
+}
+
+/// Memory that reading a primitive takes.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Need {
+    /// Bytes of what comes of it, at most.
+    pub kept: u64,
+    /// Bytes while it is read, at most.
+    pub passing: u64,
+    /// Corners of its triangles, each counted.
+    pub corners: u64,
+}
+
+/// What [`read`] will take, by the counts that the file states. Nothing for what will be refused or left out, such as counts
+/// beyond what the bytes can hold.
+pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool) -> Need {
+    let count = |index: usize| {
+        let Some(accessor) = root.accessors.get(index) else { return 0 };
+        let most = match accessor.buffer_view {
+            Some(view) => root.buffer_views.get(view).map_or(0, |view| match view.extensions.compressed() {
+                Some(compressed) => compressed.count.saturating_mul(compressed.byte_stride),
+                None => view.byte_length,
+            }),
+            None => MAX_ZERO_COUNT,
+        };
+        if accessor.count <= most { accessor.count as u64 } else { 0 }
+    };
+    let Some(vertices) = source.attributes.get("POSITION").map(|index| count(*index)) else { return Need::default() };
+    let has = |name: &str| source.attributes.contains_key(name);
+    let indices = source.indices.map_or(vertices, count);
+    let corners = if source.mode.unwrap_or(4) == 4 { indices } else { indices.saturating_mul(3) };
+    // Bytes: position and normal, tangent, texture coordinates, colour.
+    let attributes =
+        [(true, 24), (has_normal_map, 16), (has("TEXCOORD_0"), 8), (has("TEXCOORD_1"), 8), (has("COLOR_0"), 16)];
+    let vertex: u64 = attributes.iter().filter(|(has, _)| *has).map(|(_, bytes)| bytes).sum();
+    // Flat normals and tangents of their own divide vertices; what is not used is dropped.
+    let divided = !has("NORMAL") || has_normal_map;
+    let kept_vertices = if divided { corners } else { vertices.min(corners) };
+    let kept = kept_vertices.saturating_mul(vertex).saturating_add(corners.saturating_mul(4));
+    // Tangents take a hundred bytes a corner while they are found.
+    let found = corners.saturating_mul(if has_normal_map { 108 } else { 8 });
+    let passing = vertices.saturating_mul(vertex + 4).saturating_add(kept).saturating_add(found);
+    Need { kept, passing, corners }
 }
 
 /// A primitive that is compressed may have an uncompressed form beside it; without that there is nothing to read.

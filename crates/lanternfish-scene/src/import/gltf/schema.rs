@@ -340,7 +340,7 @@ pub(super) struct TextureInfo {
     pub index: usize,
     #[serde(default)]
     pub tex_coord: u32,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "super::objects::field")]
     pub extensions: TextureInfoExtensions,
 }
 

@@ -3,6 +3,7 @@
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{Vec2, Vec3, Vec4};
+use lanternfish_limits::caught;
 
 use super::fault::{Result, invalid};
 use super::{normals, vertices};
@@ -21,7 +22,9 @@ pub(super) fn generate(primitive: &mut Primitive, uv_set: u32) -> Result<()> {
         return Ok(());
     }
     let mut corners = Corners { primitive, uv, tangents: vec![Vec4::ZERO; primitive.indices.len()] };
-    generate_tangents(&mut corners).map_err(|error| invalid(format!("tangents cannot be generated: {error}")))?;
+    let cannot = |error: String| invalid(format!("tangents cannot be generated: {error}"));
+    let generated = caught(|| generate_tangents(&mut corners)).map_err(cannot)?;
+    generated.map_err(|error| cannot(error.to_string()))?;
     let tangents = corners.tangents;
     split(primitive, &tangents);
     Ok(())

@@ -7,7 +7,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
 use super::fault::{Fault, Result, invalid};
-use crate::import::files;
+use crate::import::files::Files;
 
 /// Padding is optional: exporters disagree.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -15,11 +15,12 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// The bytes that `uri` holds (`data:`) or names (a path relative to `folder`, percent-encoded).
+/// The bytes that `uri` holds (`data:`) or names (a path relative to the scene's folder, percent-encoded).
 ///
 /// Nothing is fetched from a network; absolute paths, and what is no regular file, are refused.
-pub(super) fn read(uri: &str, folder: &Path) -> Result<Vec<u8>> {
+pub(super) fn read(uri: &str, files: &Files) -> Result<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
+        files.budget.take(data.len() as u64, || "a data URI needs".to_owned())?;
         return read_data(data);
     }
     if has_scheme(uri) {
@@ -30,8 +31,7 @@ pub(super) fn read(uri: &str, folder: &Path) -> Result<Vec<u8>> {
     if name.has_root() || name.as_os_str().is_empty() {
         return Err(invalid(format!("uri {uri:?}: not a path relative to the scene's")));
     }
-    let path = folder.join(name);
-    files::read(&path).map_err(|source| Fault::Io { path, source })
+    files.named(name).map_err(|error| Fault::of_file(error, files.path(name)))
 }
 
 fn read_data(data: &str) -> Result<Vec<u8>> {

@@ -4,6 +4,7 @@
 //! vertices where only some corners have them, and names no lines. So every line is checked here, indices become
 //! absolute, and a shape ends where its corners' attributes change.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::Notes;
@@ -11,8 +12,31 @@ use super::Notes;
 /// Vertices, texture coordinates and normals so far.
 type Counts = [usize; 3];
 
+/// A file made plain.
+#[derive(Default)]
+pub(super) struct Plain {
+    /// The lines that are read.
+    pub text: String,
+    /// What `usemtl` names before a face.
+    pub materials: BTreeSet<String>,
+    /// That polygons fall into.
+    pub triangles: u64,
+    /// Vertices, texture coordinates and normals.
+    points: u64,
+}
+
+impl Plain {
+    /// Bytes that reading the text takes, at most: of each triangle the reader's corners, and three vertices of flat normals
+    /// before and after tangents.
+    pub fn bytes_needed(&self) -> u64 {
+        48 * self.points + 640 * self.triangles
+    }
+}
+
 /// The lines that are read, each in its plainest form; or what is wrong, with the line.
-pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<String, String> {
+pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
+    let mut plain = Plain::default();
+    let mut used = None;
     let mut out = String::with_capacity(text.len());
     let mut counts: Counts = [0; 3];
     let mut name = "unnamed".to_owned();
@@ -42,6 +66,8 @@ pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<String, String> {
                     notes.insert("faces of less than three corners are left out".to_owned());
                     continue;
                 }
+                plain.triangles += corners.len() as u64 - 2;
+                plain.materials.extend(used.take());
                 let has = [true, corners.iter().all(|c| c[1] > 0), corners.iter().all(|c| c[2] > 0)];
                 if last.replace(has).is_some_and(|last| last != has) {
                     let _ = writeln!(out, "g {name}");
@@ -53,6 +79,9 @@ pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<String, String> {
                 let _ = writeln!(out, "g {name}");
             }
             "mtllib" | "usemtl" if !rest.is_empty() => {
+                if key == "usemtl" {
+                    used = Some(rest.to_owned());
+                }
                 let _ = writeln!(out, "{key} {rest}");
             }
             "l" | "p" => drop(notes.insert("points and lines are left out".to_owned())),
@@ -60,7 +89,9 @@ pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<String, String> {
             _ => {}
         }
     }
-    Ok(out)
+    plain.points = counts.iter().sum::<usize>() as u64;
+    plain.text = out;
+    Ok(plain)
 }
 
 /// The first word of a line, and what follows, trimmed.

@@ -1,40 +1,59 @@
 //! MTL materials as metallic-roughness ones.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use glam::Vec3;
+use lanternfish_limits::memory::{Budget, TooMuch};
 
 use super::Notes;
 use super::clean::split_key;
 use super::textures::{Map, Textures};
+use crate::import::files::Files;
 use crate::{AlphaMode, Image, Material, Scene};
 
-/// The text of an MTL file without the lines that `tobj` 4 would panic or give up on. A colour of one number is grey.
-pub(super) fn clean(text: &str) -> String {
+/// The text of the MTL file `name` without the lines that `tobj` 4 would panic or give up on, which are noted. A colour of one
+/// number is grey.
+pub(super) fn clean(text: &str, name: &str, notes: &mut Notes) -> String {
     let mut out = String::with_capacity(text.len());
-    for line in text.lines() {
+    let mut dropped: Vec<(usize, &str)> = Vec::new();
+    for (number, line) in text.lines().enumerate() {
         let (key, rest) = split_key(line);
         let numbers = || rest.split_whitespace().map_while(|word| word.parse::<f32>().ok());
         let rest = match key {
             "newmtl" if rest.is_empty() => "unnamed".to_owned(),
             "Ka" | "Kd" | "Ks" | "Ke" => match numbers().collect::<Vec<_>>()[..] {
                 [grey] => format!("{grey} {grey} {grey}"),
-                [r, g, b, ..] => format!("{r} {g} {b}"),
-                _ => continue,
+                [r, g, b, ..] if [r, g, b].iter().all(|c: &f32| c.is_finite()) => format!("{r} {g} {b}"),
+                _ => {
+                    dropped.push((number, line));
+                    continue;
+                }
             },
-            "Ns" | "Ni" | "d" => match numbers().next() {
+            "Ns" | "Ni" | "d" | "Tr" | "Pr" | "Pm" => match numbers().next().filter(|number| number.is_finite()) {
                 Some(number) => number.to_string(),
-                None => continue,
+                None => {
+                    dropped.push((number, line));
+                    continue;
+                }
             },
             "illum" => match rest.split_whitespace().next().and_then(|word| word.parse::<u8>().ok()) {
                 Some(model) => model.to_string(),
-                None => continue,
+                None => {
+                    dropped.push((number, line));
+                    continue;
+                }
             },
             _ if rest.is_empty() || key.starts_with('#') => continue,
             _ => rest.to_owned(),
         };
         out.extend([key, " ", &rest, "\n"]);
+    }
+    if let Some((number, line)) = dropped.first() {
+        let (count, number, line) = (dropped.len(), number + 1, line.trim());
+        let line: String = line.chars().take(60).collect();
+        notes.insert(format!(
+            "{name}: {count} lines say no value that can be read and are left out; line {number}: {line}"
+        ));
     }
     out
 }
@@ -49,24 +68,33 @@ pub(super) struct Materials {
 
 impl Materials {
     /// Decodes the textures of all `used` materials.
-    pub fn new<'a>(used: impl Iterator<Item = &'a tobj::Material>, folder: &Path, notes: &mut Notes) -> Self {
-        let files: BTreeSet<String> = used.flat_map(|m| Maps::of(m).all().map(|map| map.file)).collect();
-        Self { list: Vec::new(), known: BTreeMap::new(), textures: Textures::decode(&files, folder, notes) }
+    pub fn new<'a>(
+        used: impl Iterator<Item = &'a tobj::Material>,
+        files: &Files,
+        notes: &mut Notes,
+    ) -> Result<Self, TooMuch> {
+        let names: BTreeSet<String> = used.flat_map(|m| Maps::of(m).all().map(|map| map.file)).collect();
+        Ok(Self { list: Vec::new(), known: BTreeMap::new(), textures: Textures::decode(&names, files, notes)? })
     }
 
     /// The index of a material; `None` is the default one.
-    pub fn index(&mut self, source: Option<&tobj::Material>, notes: &mut Notes) -> usize {
+    pub fn index(
+        &mut self,
+        source: Option<&tobj::Material>,
+        budget: &Budget,
+        notes: &mut Notes,
+    ) -> Result<usize, TooMuch> {
         let key = source.map(|material| material.name.clone());
         if let Some(index) = self.known.get(&key) {
-            return *index;
+            return Ok(*index);
         }
         let material = match source {
-            Some(source) => convert(source, &mut self.textures, notes),
+            Some(source) => convert(source, &mut self.textures, budget, notes)?,
             None => Material { base_color: Vec3::splat(0.8).extend(1.0), metallic: 0.0, ..Material::default() },
         };
         self.list.push(material);
         self.known.insert(key, self.list.len() - 1);
-        self.list.len() - 1
+        Ok(self.list.len() - 1)
     }
 
     /// Moves materials and textures into the scene.
@@ -111,7 +139,12 @@ impl Maps {
 /// - alpha: `d`, else 1 − `Tr`; less than 1 blends. `map_d` is a mask at 0.5, or blends where `d` does;
 /// - normal map: `norm`, else `map_Bump` or `bump` where its pixels are those of a tangent-space map; a height map is
 ///   left out with a warning.
-fn convert(source: &tobj::Material, textures: &mut Textures, notes: &mut Notes) -> Material {
+fn convert(
+    source: &tobj::Material,
+    textures: &mut Textures,
+    budget: &Budget,
+    notes: &mut Notes,
+) -> Result<Material, TooMuch> {
     let maps = Maps::of(source);
     let color = |value: Option<[f32; 3]>| value.map(Vec3::from).filter(|c| c.is_finite()).map(|c| c.max(Vec3::ZERO));
     let finite = |value: &f32| value.is_finite();
@@ -119,7 +152,9 @@ fn convert(source: &tobj::Material, textures: &mut Textures, notes: &mut Notes) 
     let unit = |value: f32| value.clamp(0.0, 1.0);
 
     let base_texture = match (&maps.color, &maps.opacity) {
-        (color, Some(opacity)) if textures.image(opacity).is_some() => textures.with_opacity(color.as_ref(), opacity),
+        (color, Some(opacity)) if textures.image(opacity).is_some() => {
+            textures.with_opacity(color.as_ref(), opacity, budget)?
+        }
         (Some(color), _) => textures.texture(color),
         (None, _) => None,
     };
@@ -147,7 +182,7 @@ fn convert(source: &tobj::Material, textures: &mut Textures, notes: &mut Notes) 
         }
         None => false,
     });
-    Material {
+    Ok(Material {
         name: source.name.clone(),
         base_color: diffuse.min(Vec3::ONE).extend(alpha),
         base_color_texture: base_texture,
@@ -159,7 +194,7 @@ fn convert(source: &tobj::Material, textures: &mut Textures, notes: &mut Notes) 
         emissive_texture,
         alpha_mode,
         ..Material::default()
-    }
+    })
 }
 
 /// Whether the pixels are tangent-space normals: on average they look out of the surface, and a height map is grey.

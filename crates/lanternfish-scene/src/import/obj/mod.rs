@@ -13,12 +13,13 @@ mod textures;
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::io;
 use std::path::Path;
 
 use glam::{Affine3A, Vec2, Vec3};
+use lanternfish_limits::caught;
 
-use super::files;
+use super::LoadOptions;
+use super::files::Files;
 use crate::generate::{Shape, Surface};
 use crate::{Instance, Mesh, Primitive, Scene, SceneError};
 use materials::Materials;
@@ -26,41 +27,60 @@ use materials::Materials;
 /// What is said once about a file, however often it is found.
 pub(super) type Notes = BTreeSet<String>;
 
+/// Most names of one kind that are said.
+const MOST_NAMES: usize = 8;
+
 /// Reads the file at `path`; see [`crate::import::load`] for what of it.
-pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
-    let file = files::read(path).map_err(|source| SceneError::Io { path: path.to_owned(), source })?;
-    read(&file, path)
+pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    let budget = options.budget();
+    let files = Files::beside(path, options, &budget)?;
+    read(&files.scene(path)?, path, &files)
 }
 
-/// Reads the content of a file. `path` is where other files are looked for, and names the scene.
-pub(super) fn read(file: &[u8], path: &Path) -> Result<Scene, SceneError> {
+/// Reads the content of a file; `path` names the scene.
+fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     let invalid = |what: String| SceneError::Invalid { path: path.to_owned(), what };
     let mut notes = Notes::new();
-    let text = clean::clean(&String::from_utf8_lossy(file), &mut notes).map_err(invalid)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
+    let too_much = |need| SceneError::TooMuch { path: path.to_owned(), need };
+    files.budget.take(3 * file.len() as u64, || "its text needs".to_owned()).map_err(too_much)?;
+    let plain = clean::clean(&String::from_utf8_lossy(file), &mut notes).map_err(invalid)?;
+    files.budget.take(plain.bytes_needed(), || format!("{} triangles need", plain.triangles)).map_err(too_much)?;
     let options = tobj::LoadOptions { single_index: true, triangulate: true, ..Default::default() };
-    let missing = RefCell::new(Notes::new());
-    let (models, library) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |name| {
+    let (missing, mut garbled) = (RefCell::new(Notes::new()), RefCell::new(Notes::new()));
+    let read_library = |name: &Path| {
         let name = name.to_string_lossy().replace('\\', "/");
-        match read_beside(folder, &name) {
-            Ok(bytes) => tobj::load_mtl_buf(&mut materials::clean(&String::from_utf8_lossy(&bytes)).as_bytes()),
+        match files.named(Path::new(&name)) {
+            Ok(bytes) => {
+                let text = materials::clean(&String::from_utf8_lossy(&bytes), &name, &mut garbled.borrow_mut());
+                tobj::load_mtl_buf(&mut text.as_bytes())
+            }
             Err(error) => {
                 missing.borrow_mut().insert(format!("{name}: {error}; its materials become grey"));
                 Err(tobj::LoadError::OpenFileFailed)
             }
         }
-    })
-    .map_err(|error| invalid(error.to_string()))?;
-    notes.append(&mut missing.into_inner());
+    };
+    let (models, library) = caught(|| tobj::load_obj_buf(&mut plain.text.as_bytes(), &options, read_library))
+        .map_err(invalid)?
+        .map_err(|error| invalid(error.to_string()))?;
+    let mut missing = missing.into_inner();
 
     let models: Vec<_> = models.into_iter().filter(|model| !model.mesh.indices.is_empty()).collect();
     let library = library.unwrap_or_default();
+    // Where a library is missing it has been said what becomes of its materials.
+    let is_unknown = |name: &&String| missing.is_empty() && !library.iter().any(|material| material.name == **name);
+    for name in plain.materials.iter().filter(is_unknown).take(MOST_NAMES) {
+        notes.insert(format!("usemtl {name}: there is no such material; what has it becomes grey"));
+    }
+    notes.append(&mut missing);
+    notes.append(garbled.get_mut());
     let used = models.iter().map(|model| model.mesh.material_id.and_then(|id| library.get(id)));
-    let mut materials = Materials::new(used.flatten(), folder, &mut notes);
+    let mut materials = Materials::new(used.flatten(), files, &mut notes).map_err(too_much)?;
     let mut scene =
         Scene { name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), ..Scene::default() };
     for model in models {
-        let material = materials.index(model.mesh.material_id.and_then(|id| library.get(id)), &mut notes);
+        let material = materials.index(model.mesh.material_id.and_then(|id| library.get(id)), files.budget, &mut notes);
+        let material = material.map_err(too_much)?;
         let normal_mapped = materials.list[material].normal_texture.is_some();
         let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped });
         // One object with several materials comes as several models of its name.
@@ -80,14 +100,6 @@ pub(super) fn read(file: &[u8], path: &Path) -> Result<Scene, SceneError> {
         tracing::warn!("{}: {note}", path.display());
     }
     Ok(scene)
-}
-
-/// The content of a file that the scene names. Absolute paths are refused.
-fn read_beside(folder: &Path, name: &str) -> io::Result<Vec<u8>> {
-    if Path::new(name).has_root() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a path relative to the scene's"));
-    }
-    files::read(&folder.join(name))
 }
 
 /// The mesh as a primitive: v turned, missing normals flat. Tangents are averaged over the triangles of each vertex.

@@ -173,3 +173,31 @@ fn broken_files_are_refused_with_the_line() {
         assert!(what.contains(part), "{text:?}: {what}");
     }
 }
+
+/// Whether `text` beside a library gives these notes, each a part of one.
+#[test]
+fn what_a_material_says_wrongly_is_noted() {
+    let mut notes = super::Notes::new();
+    let mtl = "newmtl a\nKd red green blue\nNs shiny\nillum\n# Kd x\nKs 0.1 0.2 0.3\nPr nan\nKe inf 0 0\n";
+    let text = super::materials::clean(mtl, "a.mtl", &mut notes);
+    assert_eq!(text, "newmtl a\nKs 0.1 0.2 0.3\n");
+    let noted = "a.mtl: 5 lines say no value that can be read and are left out; line 2: Kd red green blue";
+    assert_eq!(notes.into_iter().collect::<Vec<_>>(), [noted]);
+    let mut notes = super::Notes::new();
+    super::materials::clean(
+        "newmtl a\nKd 0.5 0.5 0.5\nNs 30\nTr 0.5 0.5 0.5\nillum 2\nmap_Kd a.png\n",
+        "a.mtl",
+        &mut notes,
+    );
+    assert!(notes.is_empty(), "{notes:?}");
+}
+
+#[test]
+fn materials_that_are_used_are_known() {
+    let plain = super::clean::clean(
+        &format!("{SQUARE}usemtl unused\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3 4\n"),
+        &mut super::Notes::new(),
+    );
+    let plain = plain.unwrap();
+    assert_eq!((plain.materials.into_iter().collect::<Vec<_>>(), plain.triangles), (vec!["a".into(), "b".into()], 3));
+}

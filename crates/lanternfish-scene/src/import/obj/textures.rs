@@ -1,19 +1,15 @@
 //! Texture maps of an MTL file.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Cursor;
 use std::path::Path;
 
-use image::{ImageReader, Limits};
+use lanternfish_limits::memory::{Budget, TooMuch};
 use rayon::prelude::*;
 
 use super::Notes;
+use crate::import::files::Files;
+use crate::import::pixels;
 use crate::{Image, Sampler, Scene, Texture, TextureRef, Wrap};
-
-/// Most pixels a side.
-const MAX_SIDE: u32 = 16_384;
-/// Most bytes that decoding one image may take.
-const MAX_BYTES: u64 = 1 << 30;
 
 /// A map as a material states it.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,13 +52,28 @@ pub(super) struct Textures {
     images: Vec<Image>,
     /// Indices into `images` by file; missing ones are not in it.
     by_file: BTreeMap<String, usize>,
+    /// Of colours (if there are any) with the opacity of another image: both, and what was made of them.
+    with_opacity: BTreeMap<(Option<usize>, usize), usize>,
     textures: Vec<Texture>,
 }
 
 impl Textures {
-    /// Decodes `files` on all cores. One that cannot be read is noted and left out.
-    pub fn decode(files: &BTreeSet<String>, folder: &Path, notes: &mut Notes) -> Self {
-        let decoded: Vec<_> = files.par_iter().map(|file| (file, decode(file, folder))).collect();
+    /// Decodes the files of these names on all cores. One that cannot be read is noted and left out; an error before that, if
+    /// memory does not hold them.
+    pub fn decode(names: &BTreeSet<String>, files: &Files, notes: &mut Notes) -> Result<Self, TooMuch> {
+        let (mut encoded, mut sizes) = (Vec::new(), Vec::new());
+        for name in names {
+            let bytes = files.named(Path::new(name)).map_err(|error| error.to_string());
+            match bytes.and_then(|bytes| Ok((pixels::size(&bytes)?, bytes))) {
+                Ok((size, bytes)) => {
+                    encoded.push((name, bytes));
+                    sizes.push((name.clone(), size));
+                }
+                Err(what) => drop(notes.insert(left_out(name, &what))),
+            }
+        }
+        pixels::reserve(&sizes, files.budget)?;
+        let decoded: Vec<_> = encoded.par_iter().map(|(name, bytes)| (*name, pixels::decode(name, bytes))).collect();
         let mut textures = Self::default();
         for (file, image) in decoded {
             match image {
@@ -70,10 +81,10 @@ impl Textures {
                     textures.by_file.insert(file.clone(), textures.images.len());
                     textures.images.push(image);
                 }
-                Err(what) => drop(notes.insert(format!("{file}: {what}; the texture is left out"))),
+                Err(what) => drop(notes.insert(left_out(file, &what))),
             }
         }
-        textures
+        Ok(textures)
     }
 
     /// The map's image, if it could be read.
@@ -89,12 +100,25 @@ impl Textures {
 
     /// A texture of colours with the opacity of another map: its alpha, or its red where it has none. White where
     /// there are no colours. Opacity is resampled to the colours' size (nearest texel).
-    pub fn with_opacity(&mut self, color: Option<&Map>, opacity: &Map) -> Option<TextureRef> {
+    pub fn with_opacity(
+        &mut self,
+        color: Option<&Map>,
+        opacity: &Map,
+        budget: &Budget,
+    ) -> Result<Option<TextureRef>, TooMuch> {
         let clamps = color.unwrap_or(opacity).clamps;
-        let source = self.image(opacity)?;
+        let index = |map: &Map| self.by_file.get(&map.file).copied();
+        let Some(opacity) = index(opacity) else { return Ok(None) };
+        let color = color.and_then(index);
+        if let Some(known) = self.with_opacity.get(&(color, opacity)).copied() {
+            return Ok(Some(self.add(known, clamps)));
+        }
+        let source = &self.images[opacity];
         let channel = if source.rgba.as_chunks::<4>().0.iter().any(|p| p[3] < 255) { 3 } else { 0 };
-        let mut image = match color.and_then(|map| self.image(map)) {
-            Some(image) => image.clone(),
+        let base = &self.images[color.unwrap_or(opacity)];
+        budget.take(base.rgba.len() as u64, || format!("{} with its opacity needs", base.name))?;
+        let mut image = match color {
+            Some(_) => base.clone(),
             None => Image { rgba: vec![255; source.rgba.len()], ..source.clone() },
         };
         let (width, height) = (image.width as usize, image.height as usize);
@@ -104,7 +128,8 @@ impl Textures {
             pixel[3] = source.rgba[4 * (y * source.width as usize + x) + channel];
         }
         self.images.push(image);
-        Some(self.add(self.images.len() - 1, clamps))
+        self.with_opacity.insert((color, opacity), self.images.len() - 1);
+        Ok(Some(self.add(self.images.len() - 1, clamps)))
     }
 
     fn add(&mut self, image: usize, clamps: bool) -> TextureRef {
@@ -134,19 +159,6 @@ impl Textures {
     }
 }
 
-fn decode(file: &str, folder: &Path) -> Result<Image, String> {
-    let bytes = super::read_beside(folder, file).map_err(|error| error.to_string())?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_BYTES);
-    let mut reader = ImageReader::new(Cursor::new(bytes));
-    reader.limits(limits);
-    let reader = reader.with_guessed_format().map_err(|error| error.to_string())?;
-    let pixels = reader.decode().map_err(|error| error.to_string())?.into_rgba8();
-    let (width, height) = pixels.dimensions();
-    if width == 0 || height == 0 {
-        return Err("no pixels".to_owned());
-    }
-    Ok(Image { name: file.to_owned(), width, height, rgba: pixels.into_raw() })
+fn left_out(name: &str, what: &str) -> String {
+    format!("{name}: {what}; the texture is left out")
 }

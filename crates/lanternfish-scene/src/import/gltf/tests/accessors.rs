@@ -3,8 +3,6 @@
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::json;
 
-use super::super::accessor::Accessors;
-use super::super::buffers::Buffers;
 use super::{F32, File, I16, U8, U16, U32, assert_contains, bytes_of};
 
 #[test]
@@ -182,13 +180,4 @@ fn zeros_that_cost_nothing_are_counted_over_all_primitives() {
     };
     assert_eq!(build(16).scene().triangle_counts().0, 16);
     assert_contains(&build(17).fault(), "more than 16777216 in all");
-}
-
-#[test]
-fn a_scene_has_a_largest_size() {
-    let root = serde_json::from_str(r#"{ "asset": { "version": "2.0" } }"#).expect("a file");
-    let buffers = Buffers::load(&root, None, std::path::Path::new("")).expect("no buffers");
-    let accessors = Accessors::new(&root, &buffers);
-    assert!(accessors.keep(1 << 27).is_ok() && accessors.keep(1 << 27).is_ok());
-    assert!(accessors.keep(1).is_err());
 }

@@ -5,6 +5,7 @@ mod compression;
 mod conformance;
 mod container;
 mod geometry;
+mod hostile;
 mod materials;
 mod nodes;
 mod samples;
@@ -16,7 +17,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::{Primitive, Scene, SceneError};
+use lanternfish_limits::memory::Budget;
+
+use crate::import::files::Files;
+use crate::{LoadOptions, Primitive, Scene, SceneError};
 
 pub const I8: u32 = 5120;
 pub const U8: u32 = 5121;
@@ -146,8 +150,15 @@ impl File {
 }
 
 pub fn load_bytes(bytes: &[u8]) -> Result<Scene, SceneError> {
+    load_within(bytes, 1 << 40)
+}
+
+/// Reads it where there are so many bytes of memory.
+pub fn load_within(bytes: &[u8], memory: u64) -> Result<Scene, SceneError> {
     let path = Path::new("folder/test.glb");
-    super::read(bytes, path, None).map_err(|fault| fault.at(path))
+    let budget = Budget::of(memory);
+    let files = Files::beside(path, &LoadOptions::default(), &budget)?;
+    super::read(bytes, path, None, &files).map_err(|fault| fault.at(path))
 }
 
 pub fn bytes_of(values: &[f32]) -> Vec<u8> {

@@ -43,7 +43,7 @@ fn negative_scale_is_kept() {
 
 #[test]
 fn the_default_scene_is_shown_else_the_first_else_all() {
-    let mut file = nodes(json!([{ "name": "a", "mesh": 0 }, { "name": "b", "mesh": 0 }]));
+    let mut file = nodes(json!([{ "name": "a", "mesh": 0 }, { "name": "b", "mesh": 0, "scale": [2, 1, 1] }]));
     let names = |file: &File| file.scene().instances.into_iter().map(|i| i.name).collect::<String>();
     assert_eq!(names(&file), "ab");
     file.json["scenes"] = json!([{ "nodes": [1] }, { "nodes": [0] }]);

@@ -4,21 +4,25 @@ use serde_json::json;
 
 use super::{File, TRIANGLE, assert_contains, bytes_of};
 use crate::SceneError;
-use crate::import::{load, load_scene};
+use crate::import::{LoadOptions, load, load_with};
 
 /// Writes the file, and loads its scene of that name or index.
 fn load_one(file: &File, scene: Option<&str>) -> Result<usize, SceneError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scenes.glb");
     std::fs::write(&path, file.glb()).expect("written");
-    load_scene(path.to_str().expect("UTF-8"), scene).map(|scene| scene.instances.len())
+    load_with(&path, &named(scene)).map(|scene| scene.instances.len())
+}
+
+fn named(scene: Option<&str>) -> LoadOptions {
+    LoadOptions { scene: scene.map(str::to_owned), ..LoadOptions::default() }
 }
 
 #[test]
 fn scenes_are_told_by_name_and_index() {
     let mut file = File::with_triangle();
-    for _ in 1..6 {
-        file.push("nodes", json!({ "mesh": 0 }));
+    for x in 1..6 {
+        file.push("nodes", json!({ "mesh": 0, "translation": [x, 0, 0] }));
     }
     file.json["scenes"] =
         json!([{ "name": "one", "nodes": [0] }, { "nodes": [1, 2] }, { "name": "1", "nodes": [3, 4, 5] }]);
@@ -32,9 +36,9 @@ fn scenes_are_told_by_name_and_index() {
     }
     let error = load_one(&File::with_triangle(), Some("0")).expect_err("nodes without a scene");
     assert_contains(&error.to_string(), "only one, which has neither name nor index");
-    assert!(load_scene("demo:cornell", Some("0")).is_ok());
+    assert!(load_with("demo:cornell", &named(Some("0"))).is_ok());
     for source in ["demo:cornell", "some.obj"] {
-        let error = load_scene(source, Some("x")).expect_err("there is only one").to_string();
+        let error = load_with(source, &named(Some("x"))).expect_err("there is only one").to_string();
         assert_contains(&error, &format!("{source}: no scene \"x\"; there are: only one, 0"));
     }
 }

@@ -1,0 +1,241 @@
+//! Files made to break whoever reads them: each is one error that names what is wrong, or a picture.
+
+use std::{
+    fmt::Write as _,
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+};
+
+use lanternfish_metrics::{RgbImage, write_exr};
+
+fn lanternfish(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
+    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+/// Whether it succeeds, and everything it says.
+fn said(command: &mut Command) -> (bool, String) {
+    let output = command.output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    (output.status.success(), text)
+}
+
+/// One error that holds these words, and no panic.
+#[track_caller]
+fn assert_refused(command: &mut Command, words: &[&str]) {
+    let (success, text) = said(command);
+    assert!(!success, "{text}");
+    assert_eq!(text.lines().filter(|line| line.starts_with("error")).count(), 1, "{text}");
+    assert!(!text.contains("panicked") && !text.contains("internal error"), "{text}");
+    for word in words {
+        assert!(text.contains(word), "{word:?} is not in: {text}");
+    }
+}
+
+fn crc32(bytes: &[u8]) -> [u8; 4] {
+    let crc = bytes.iter().fold(!0u32, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
+    });
+    (!crc).to_be_bytes()
+}
+
+/// A PNG of these chunks.
+fn png(chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
+    let chunk = |(kind, data): &(&[u8; 4], &[u8])| {
+        let body = [&kind[..], data].concat();
+        [&(data.len() as u32).to_be_bytes(), &body[..], &crc32(&body)].concat()
+    };
+    [b"\x89PNG\r\n\x1a\n".to_vec(), chunks.iter().flat_map(chunk).collect()].concat()
+}
+
+/// Deflated nothing.
+const NOTHING: &[u8] = b"x\x9c\x03\0\0\0\0\x01";
+
+/// A palette that is no whole colours, over which the decoder falls.
+fn broken_palette() -> Vec<u8> {
+    let header = [0, 0, 0, 1, 0, 0, 0, 1, 8, 3, 0, 0, 0];
+    let pixel = b"x\x9cc`\0\0\0\x02\0\x01";
+    png(&[(b"IHDR", &header), (b"PLTE", &[0, 0, 0, 0, 2]), (b"tRNS", &[0, 1]), (b"IDAT", pixel), (b"IEND", &[])])
+}
+
+/// 68 bytes that claim 131,072 × 131,072 pixels.
+fn enormous() -> Vec<u8> {
+    png(&[(b"IHDR", &[0, 2, 0, 0, 0, 2, 0, 0, 8, 6, 0, 0, 0]), (b"IDAT", NOTHING), (b"IEND", &[])])
+}
+
+#[test]
+fn pictures_are_as_large_as_memory_allows() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |words: &[&str]| {
+        let mut command = lanternfish(folder.path());
+        command.arg("compare").args(words);
+        command
+    };
+    fs::write(folder.path().join("large.png"), enormous()).unwrap();
+    let words = ["large.png: 131072 × 131072 pixels need 481.0 GB of memory", "--memory-limit"];
+    assert_refused(&mut run(&["large.png", "large.png"]), &words);
+    assert_refused(&mut run(&["large.png", "large.png", "--memory-limit", "1G"]), &["the limit is 1.0 GB"]);
+
+    let path = folder.path().join("large.exr");
+    write_exr(&path, &RgbImage::new(4, 4, vec![[1.0; 3]; 16]).unwrap()).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
+    for window in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+        let at = bytes.windows(window.len()).position(|part| part == window).unwrap() + window.len() + 4 + 8;
+        bytes[at..at + 8].copy_from_slice(&[0xff, 0xff, 1, 0, 0xff, 0xff, 1, 0]);
+    }
+    fs::write(&path, bytes).unwrap();
+    assert_refused(&mut run(&["large.exr", "large.exr"]), &["large.exr: 131072 × 131072 pixels need 412.3 GB"]);
+
+    fs::write(folder.path().join("palette.png"), broken_palette()).unwrap();
+    assert_refused(&mut run(&["palette.png", "palette.png"]), &["palette.png: "]);
+}
+
+/// The limit of the address space is known without being told.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limited_process_is_refused_and_not_ended() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("wide.png"), {
+        // 20,000 pixels a side: 11 GB.
+        png(&[(b"IHDR", &[0, 0, 0x4e, 0x20, 0, 0, 0x4e, 0x20, 8, 6, 0, 0, 0]), (b"IDAT", NOTHING), (b"IEND", &[])])
+    })
+    .unwrap();
+    let mut limited = Command::new("sh");
+    limited.current_dir(folder.path()).args(["-c", "ulimit -v 6000000; exec \"$0\" \"$@\""]);
+    limited.arg(env!("CARGO_BIN_EXE_lanternfish")).args(["compare", "wide.png", "wide.png"]);
+    assert_refused(&mut limited, &["20000 × 20000 pixels need 11.2 GB of memory, and ", "are free"]);
+}
+
+#[test]
+fn a_decoder_that_panics_is_an_error_of_the_image() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("palette.png"), broken_palette()).unwrap();
+    let scene = r#"{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}], "images": [{"uri": "palette.png"}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}]}"#;
+    fs::write(folder.path().join("scene.gltf"), scene).unwrap();
+    assert_refused(lanternfish(folder.path()).args(["info", "scene.gltf"]), &["scene.gltf: images[0]: "]);
+}
+
+#[test]
+fn far_corners_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 -3.4e38\nf 1 2 3\nf 1 3 4\n";
+    fs::write(folder.path().join("far.obj"), text).unwrap();
+    for command in ["render", "reference", "info"] {
+        let words = ["far.obj: instance 0 (unnamed): 3.4e38 m from the origin", "hint: "];
+        assert_refused(lanternfish(folder.path()).args([command, "far.obj"]), &words);
+    }
+    fs::write(folder.path().join("bad.obj"), "v 0 0\n").unwrap();
+    let (_, text) = said(lanternfish(folder.path()).args(["info", "bad.obj"]));
+    assert!(text.contains("line 1") && !text.contains("glTF validator"), "{text}");
+}
+
+/// A thousand nodes that place one mesh of 100,000 triangles.
+fn place_a_hundred_million(folder: &Path) {
+    let mut nodes = String::new();
+    for x in 0..1000 {
+        write!(nodes, r#"{}{{"mesh": 0, "translation": [{x}, 0, 0]}}"#, if x == 0 { "" } else { ", " }).unwrap();
+    }
+    let corners: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let mut bytes: Vec<u8> = corners.iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend([0u16, 1, 2].repeat(100_000).iter().flat_map(|i| i.to_le_bytes()));
+    fs::write(folder.join("many.bin"), bytes).unwrap();
+    let scene = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "nodes": [{nodes}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
+                      {{"bufferView": 1, "componentType": 5123, "count": 300000, "type": "SCALAR"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 600000}}],
+        "buffers": [{{"byteLength": 600036, "uri": "many.bin"}}]}}"#
+    );
+    fs::write(folder.join("many.gltf"), scene).unwrap();
+}
+
+#[test]
+fn placed_triangles_are_counted_before_they_are_gathered() {
+    let folder = tempfile::tempdir().unwrap();
+    place_a_hundred_million(folder.path());
+    let (success, text) = said(lanternfish(folder.path()).args(["info", "many.gltf", "--memory-limit", "500M"]));
+    assert!(success && text.contains("100,000 stored, 100,000,000 placed"), "{text}");
+    let mut reference = lanternfish(folder.path());
+    reference.args(["reference", "many.gltf", "--sky", "1,1,1", "--memory-limit", "2G"]);
+    assert_refused(&mut reference, &["100000000 placed triangles need", "the limit is 2.0 GB", "larger --memory-limit"]);
+}
+
+#[test]
+fn gpu_an_upload_is_counted_before_it_is_made() {
+    let test = "gpu_an_upload_is_counted_before_it_is_made";
+    let Some(_gpu) = lanternfish_gpu::testing::gpu(test) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    place_a_hundred_million(folder.path());
+    let mut render = lanternfish(folder.path());
+    render.args(["render", "many.gltf", "--adapter", "cpu", "--sky", "1,1,1", "--memory-limit", "3G"]);
+    assert_refused(&mut render, &["100000000 placed triangles, 1000 draws", "the limit is 3.0 GB"]);
+}
+
+/// A million instances in one place are one, and that is said; a picture comes of it.
+#[test]
+fn a_crowd_in_one_place_is_drawn_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = r#"{"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                      {"componentType": 5126, "count": 1000000, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "extensionsUsed": ["EXT_mesh_gpu_instancing"],
+        "buffers": [{"byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+    fs::write(folder.path().join("crowd.gltf"), scene).unwrap();
+    let words = ["reference", "crowd.gltf", "--sky", "1,1,1", "--size", "8x8", "--spp", "1", "-o", "crowd.exr"];
+    let (success, text) = said(lanternfish(folder.path()).args(words));
+    assert!(success && text.contains("stand in the place of a copy (999999)"), "{text}");
+    assert!(folder.path().join("crowd.exr").is_file());
+}
+
+#[test]
+fn a_confined_run_reads_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("scene")).unwrap();
+    fs::write(folder.path().join("secret.bin"), [0; 36]).unwrap();
+    let scene = r#"{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": "../secret.bin"}]}"#;
+    fs::write(folder.path().join("scene/out.gltf"), scene).unwrap();
+    // The scene of a shot, and the shot, are the user's own words.
+    fs::write(folder.path().join("scene/shot.toml"), "scene = \"../scene/out.gltf\"\n").unwrap();
+    assert!(said(lanternfish(folder.path()).args(["info", "scene/out.gltf"])).0);
+    for words in [
+        &["info", "scene/out.gltf", "--confine"][..],
+        &["--confine", "info", "scene/out.gltf"],
+        &["render", "scene/out.gltf", "--confine"],
+        &["render", "scene/shot.toml", "--confine"],
+        &["reference", "scene/out.gltf", "--confine"],
+        &["deep-images", "scene/out.gltf", "--confine"],
+    ] {
+        let expected = ["secret.bin: not within the scene's folder", "leave --confine out"];
+        assert_refused(lanternfish(folder.path()).args(words), &expected);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn names_need_not_be_utf8() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt};
+    let folder = tempfile::tempdir().unwrap();
+    let name = |bytes: &'static [u8]| OsStr::from_bytes(bytes);
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    fs::write(folder.path().join(name(b"caf\xe9.obj")), text).unwrap();
+    let (success, text) = said(lanternfish(folder.path()).arg("info").arg(name(b"caf\xe9.obj")));
+    assert!(success && text.contains("triangles    1 stored"), "{text}");
+    let mut reference = lanternfish(folder.path());
+    reference.arg("reference").arg(name(b"caf\xe9.obj")).args(["--sky", "1,1,1", "--size", "8x8", "--spp", "1"]);
+    let (success, text) = said(reference.arg("-o").arg(name(b"t\xe9.exr")));
+    assert!(success && folder.path().join(name(b"t\xe9.exr")).is_file(), "{text}");
+    // A shot is text.
+    let mut shot = lanternfish(folder.path());
+    assert_refused(shot.arg("shot").arg(name(b"caf\xe9.obj")), &["not UTF-8", "another name"]);
+}

@@ -1,0 +1,128 @@
+//! How much memory there is, asked before it is taken: a header of a few bytes can claim any amount, and a process that takes
+//! what is not there is ended without a word.
+
+use std::{
+    fmt,
+    sync::atomic::{AtomicU64, Ordering::Relaxed},
+};
+
+use crate::machine;
+
+/// What the process may use; 0: no limit was set.
+static LIMIT: AtomicU64 = AtomicU64::new(0);
+
+/// Limits the memory of this process, bytes: whatever asks for more is refused. Without it, the limit is what the machine has
+/// free at that moment: its available memory, or what is left of its control group or address space if that is less (Linux;
+/// 16 GB on other systems).
+pub fn set_limit(bytes: u64) {
+    LIMIT.store(bytes.max(1), Relaxed);
+}
+
+/// More memory is needed than there is.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what} {} of memory, {}", Bytes(*.needed), Rest(*.free, *.limit))]
+pub struct TooMuch {
+    /// What needs it, with a verb: "3 images need".
+    pub what: String,
+    /// Bytes that it needs.
+    pub needed: u64,
+    /// Bytes that are free.
+    pub free: u64,
+    /// The limit that was set, bytes; `None`: the machine's.
+    pub limit: Option<u64>,
+}
+
+/// Memory that is handed out in parts, on paper, before it is taken.
+#[derive(Debug)]
+pub struct Budget {
+    free: u64,
+    limit: Option<u64>,
+    taken: AtomicU64,
+}
+
+impl Budget {
+    /// What this process may still take: of the limit that was [set](set_limit), or of the machine's memory.
+    pub fn of_process() -> Self {
+        let limit = Some(LIMIT.load(Relaxed)).filter(|limit| *limit > 0);
+        let free = match limit {
+            Some(limit) => limit.saturating_sub(machine::used().unwrap_or(0)),
+            None => machine::free().unwrap_or(16_000_000_000),
+        };
+        Self { free, limit, taken: AtomicU64::new(0) }
+    }
+
+    /// So many bytes, whatever the process uses already.
+    pub fn of(bytes: u64) -> Self {
+        Self { free: bytes, limit: Some(bytes), taken: AtomicU64::new(0) }
+    }
+
+    /// Hands out `bytes`, for good; an error where they are not there. `what` needs them, with a verb: "3 images need".
+    pub fn take(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), TooMuch> {
+        let add = |taken: u64| taken.checked_add(bytes).filter(|taken| *taken <= self.free);
+        match self.taken.fetch_update(Relaxed, Relaxed, add) {
+            Ok(_) => Ok(()),
+            Err(taken) => {
+                let free = self.free.saturating_sub(taken);
+                Err(TooMuch { what: what(), needed: bytes, free, limit: self.limit })
+            }
+        }
+    }
+
+    /// An error where `bytes` are not there; nothing is handed out.
+    pub fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), TooMuch> {
+        let free = self.free.saturating_sub(self.taken.load(Relaxed));
+        if bytes <= free { Ok(()) } else { Err(TooMuch { what: what(), needed: bytes, free, limit: self.limit }) }
+    }
+}
+
+/// `6.7 GB`.
+struct Bytes(u64);
+
+impl fmt::Display for Bytes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 as f64 {
+            bytes if bytes >= 1e9 => write!(f, "{:.1} GB", bytes / 1e9),
+            bytes if bytes >= 1e6 => write!(f, "{:.1} MB", bytes / 1e6),
+            bytes => write!(f, "{:.1} kB", bytes / 1e3),
+        }
+    }
+}
+
+/// What is free, and of what.
+struct Rest(u64, Option<u64>);
+
+impl fmt::Display for Rest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.1 {
+            Some(limit) => write!(f, "the limit is {}, of which {} are left", Bytes(limit), Bytes(self.0)),
+            None => write!(f, "and {} are free", Bytes(self.0)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_taken_is_gone() {
+        let budget = Budget::of(10_000_000);
+        assert!(budget.take(6_000_000, || unreachable!("it is there")).is_ok());
+        assert!(budget.check(4_000_000, || unreachable!("it is there")).is_ok());
+        let error = budget.take(4_100_000, || "3 images need".to_owned()).unwrap_err();
+        assert_eq!(error.to_string(), "3 images need 4.1 MB of memory, the limit is 10.0 MB, of which 4.0 MB are left");
+        assert!(budget.take(4_000_000, String::new).is_ok() && budget.take(1, String::new).is_err());
+        assert!(Budget::of(u64::MAX).take(u64::MAX, String::new).is_ok());
+        let twice = Budget::of(u64::MAX);
+        assert!(twice.take(u64::MAX, String::new).is_ok() && twice.take(u64::MAX, String::new).is_err());
+    }
+
+    #[test]
+    fn the_machine_has_some_and_not_any_amount() {
+        let machine = Budget::of_process();
+        assert!(machine.check(1_000_000, || "a megabyte needs".to_owned()).is_ok());
+        let error = machine.take(1 << 60, || "everything needs".to_owned()).unwrap_err();
+        assert_eq!((error.needed, error.limit), (1 << 60, None));
+        assert!(error.to_string().ends_with("are free"), "{error}");
+    }
+}

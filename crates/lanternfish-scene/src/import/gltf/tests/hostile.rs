@@ -1,0 +1,162 @@
+//! Files of a few bytes that claim, or cost, more than any machine has.
+
+use serde_json::{Value, json};
+
+use super::warnings::warnings;
+use super::{F32, File, TRIANGLE, assert_contains, load_bytes, load_within};
+use crate::SceneError;
+
+/// What is said of a file for which there is not enough memory.
+fn too_much(file: &File, memory: u64) -> String {
+    match load_within(&file.glb(), memory) {
+        Err(error @ SceneError::TooMuch { .. }) => error.to_string(),
+        other => panic!("not refused for its size: {:?}", other.map(|scene| scene.triangle_counts())),
+    }
+}
+
+fn png(side: u32) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image::GrayImage::new(side, side).write_to(&mut bytes, image::ImageFormat::Png).expect("a PNG");
+    bytes.into_inner()
+}
+
+/// A triangle for each image, which is its colour.
+fn with_images(count: usize, png: &[u8]) -> File {
+    let mut file = File::with_triangle();
+    let view = file.view(png);
+    let position = file.json["meshes"][0]["primitives"][0]["attributes"].clone();
+    let primitive = |i: usize| json!({ "attributes": position, "material": i });
+    file.json["meshes"][0]["primitives"] = (0..count).map(primitive).collect();
+    for i in 0..count {
+        file.push("images", json!({ "bufferView": view, "name": format!("wall {i}") }));
+        file.push("textures", json!({ "source": i }));
+        file.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": i } } }));
+    }
+    file
+}
+
+#[test]
+fn a_panic_of_a_decoder_is_an_error_that_names_the_image() {
+    // A palette of five bytes, of three a colour.
+    let mut broken = png(1);
+    let palette = b"\0\0\0\x05PLTE\0\0\0\0\x02\x66\xd4\x01\0";
+    assert_eq!(&broken[12..16], b"IHDR");
+    broken[25] = 3;
+    let crc = crc32(&broken[12..29]).to_be_bytes();
+    broken[29..33].copy_from_slice(&crc);
+    let palette_crc = crc32(&palette[4..13]).to_be_bytes();
+    broken.splice(33..33, [&palette[..13], &palette_crc, b"\0\0\0\x02tRNS\0\x01\x01\x94\xfd\xae"].concat());
+    let fault = with_images(1, &broken).fault();
+    assert_contains(&fault, "images[0] (wall 0): ");
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
+    })
+}
+
+/// 100 images from one bufferView of two kilobytes: 1.7 GB.
+#[test]
+fn images_are_counted_before_they_are_decoded() {
+    let file = with_images(100, &png(2048));
+    let error = too_much(&file, 1_000_000_000);
+    assert_contains(
+        &error,
+        "folder/test.glb: 100 images (the largest is images[99] (wall 99), of 2048 × 2048 pixels) need 1.7 GB",
+    );
+    assert_contains(&error, "the limit is 1.0 GB");
+    // A header alone says what will be needed.
+    let mut lie = png(4);
+    lie[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
+    let crc = crc32(&lie[12..29]).to_be_bytes();
+    lie[29..33].copy_from_slice(&crc);
+    assert_contains(
+        &too_much(&with_images(1, &lie), 1_000_000_000),
+        "images[0] (wall 0), of 16384 × 16384 pixels, needs 1.6 GB",
+    );
+    assert_eq!(with_images(3, &png(64)).scene().images.len(), 3);
+}
+
+/// A thousand primitives that share 750,000 indices: each gets normals of its own for every corner.
+#[test]
+fn corners_are_counted_before_they_are_read() {
+    let mut file = File::with_triangle();
+    let indices = file.u16_indices(&[0, 1, 2].repeat(250_000));
+    let mut primitive = file.json["meshes"][0]["primitives"][0].clone();
+    primitive["indices"] = json!(indices);
+    file.json["meshes"][0]["primitives"] = vec![primitive; 1000].into();
+    let error = too_much(&file, 4_000_000_000);
+    assert_contains(&error, "1000 primitives of 750000000 corners need 21.");
+}
+
+#[test]
+fn what_is_counted_is_enough() {
+    let mut file = File::with_primitive(|file| {
+        let corners: Vec<f32> = (0..3000).flat_map(|i| [(i % 7) as f32, (i % 11) as f32, (i % 13) as f32]).collect();
+        let uv: Vec<f32> = corners.chunks(3).flat_map(|p| [p[0], p[1]]).collect();
+        json!({
+            "attributes": { "POSITION": file.floats("VEC3", &corners), "TEXCOORD_0": file.floats("VEC2", &uv) },
+            "material": 0,
+        })
+    });
+    let view = file.view(&png(1));
+    file.push("images", json!({ "bufferView": view }));
+    file.push("textures", json!({ "source": 0 }));
+    file.push("materials", json!({ "normalTexture": { "index": 0 } }));
+    let primitive = file.primitive();
+    let bytes = primitive.positions.len() * (12 + 12 + 16 + 8) + 4 * primitive.indices.len();
+    assert_eq!((primitive.tangents.len(), primitive.uv0.len()), (primitive.positions.len(), primitive.positions.len()));
+    assert!(bytes > 100_000 && load_within(&file.glb(), bytes as u64).is_err());
+    assert!(load_within(&file.glb(), 8 * bytes as u64).is_ok());
+}
+
+#[test]
+fn instances_are_counted_before_they_are_made() {
+    let instances = |count: usize, translation: Value| {
+        let mut file = File::with_triangle();
+        let accessor = file.push("accessors", json!({ "componentType": F32, "type": "VEC3", "count": count }));
+        file.json["nodes"][0] = json!({
+            "mesh": 0, "name": "a name of some length", "translation": translation,
+            "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": accessor } } },
+        });
+        file
+    };
+    assert_contains(&too_much(&instances(1_000_000, json!([0, 0, 0])), 100_000_000), "1000000 instances need 3");
+    // A million copies in one place are one, and it is said.
+    let crowd = instances(100_000, json!([1, 2, 3]));
+    assert_eq!(crowd.scene().instances.len(), 1);
+    assert_eq!(warnings(&crowd), ["folder/test.glb: left out: instances that stand in the place of a copy (99999)"]);
+}
+
+/// What is blended is seen as often as it is there; what stands elsewhere, or is another mesh, is no copy.
+#[test]
+fn copies_that_are_seen_stay() {
+    let count = |alpha_mode: &str, move_by: f32| {
+        let mut file = File::with_primitive(
+            |file| json!({ "attributes": { "POSITION": file.floats("VEC3", &TRIANGLE) }, "material": 0 }),
+        );
+        file.push("materials", json!({ "alphaMode": alpha_mode }));
+        file.push("nodes", json!({ "mesh": 0, "translation": [move_by, 0, 0] }));
+        file.push("nodes", json!({ "mesh": 0 }));
+        file.scene().instances.len()
+    };
+    assert_eq!((count("BLEND", 0.0), count("OPAQUE", 0.0), count("MASK", 0.0), count("OPAQUE", 1e-9)), (3, 1, 1, 2));
+}
+
+#[test]
+fn lists_are_no_objects() {
+    for json in [
+        r#"{"asset":["2.0",null],"nodes":[[]]}"#,
+        r#"{"asset":{"version":"2.0"},"nodes":[[]]}"#,
+        r#"[{"version":"2.0"}]"#,
+        r#"{"asset":{"version":"2.0"},"materials":[{"pbrMetallicRoughness":[]}]}"#,
+        r#"{"asset":{"version":"2.0"},"materials":[{"normalTexture":{"index":0,"extensions":[]}}]}"#,
+        r#"{"asset":{"version":"2.0"},"materials":[{"normalTexture":{"index":0,"extensions":{"KHR_texture_transform":[]}}}]}"#,
+        r#"{"asset":{"version":"2.0"},"extensions":[]}"#,
+        r#"{"asset":{"version":"2.0"},"accessors":[[0,0,5126,false,1,"VEC3"]]}"#,
+    ] {
+        let error = load_bytes(json.as_bytes()).map(|_| ()).expect_err(json).to_string();
+        assert!(json.starts_with('[') || error.contains("invalid type: sequence, expected struct "), "{json}: {error}");
+    }
+}

@@ -1,0 +1,188 @@
+//! Where files are read from, and what they may take.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::{LoadOptions, SceneError, load, load_with};
+
+const CONFINED: LoadOptions = LoadOptions { scene: None, confine: true, memory_limit: None };
+
+/// A file of 36 zero bytes, which is enough for a triangle, in a folder, and a scene's folder in that.
+struct Place {
+    root: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let root = tempfile::tempdir().unwrap();
+        for name in ["secret.bin", "scene/own.bin", "scene/inner/deep.bin", "scene/a b.bin", "scene/.../odd.bin"] {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, [0; 36]).unwrap();
+        }
+        Self { root }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.root.path().join(name)
+    }
+
+    /// A scene whose buffer is `uri`.
+    fn scene(&self, uri: &str) -> PathBuf {
+        let path = self.path("scene/scene.gltf");
+        let json = serde_json::json!({
+            "asset": { "version": "2.0" },
+            "buffers": [{ "byteLength": 36, "uri": uri }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "nodes": [{ "mesh": 0 }],
+        });
+        fs::write(&path, json.to_string()).unwrap();
+        path
+    }
+}
+
+/// Every way to spell a file outside is refused, and nothing else.
+#[test]
+fn a_confined_scene_reads_its_folder_alone() {
+    let place = Place::new();
+    let absolute = place.path("secret.bin");
+    let absolute = absolute.to_str().unwrap();
+    for uri in ["own.bin", "./own.bin", "inner/deep.bin", "inner/../own.bin", "a%20b.bin", "%6fwn.bin", ".../odd.bin"] {
+        let scene = place.scene(uri);
+        assert!(load_with(&scene, &CONFINED).is_ok() && load(&scene).is_ok(), "{uri}");
+    }
+    for uri in [
+        "../secret.bin",
+        "./../secret.bin",
+        "..//secret.bin",
+        "inner/../../secret.bin",
+        "inner/../inner/../../secret.bin",
+        "%2e%2e/secret.bin",
+        "%2E%2E%2Fsecret.bin",
+        ".%2e/secret.bin",
+        "%2e./%73ecret.bin",
+    ] {
+        let scene = place.scene(uri);
+        assert!(load(&scene).is_ok(), "{uri} is there");
+        let refused = load_with(&scene, &CONFINED);
+        assert!(matches!(refused, Err(SceneError::Outside { .. })), "{uri}: {refused:?}");
+    }
+    // Refused with or without: what is absolute, of another kind, or no path once it is decoded.
+    let encoded = absolute.replace('/', "%2F");
+    let file_uri = format!("file://{absolute}");
+    for uri in
+        [absolute, &encoded, &file_uri, "%252e%252e/secret.bin", "..%5csecret.bin", "%00", "..", ".", "inner", ""]
+    {
+        assert!(load_with(&place.scene(uri), &CONFINED).is_err(), "{uri}");
+    }
+    // Whether what is outside is there is not told.
+    let missing = load_with(place.scene("../missing.bin"), &CONFINED);
+    assert!(matches!(missing, Err(SceneError::Outside { .. })), "{missing:?}");
+}
+
+#[cfg(unix)]
+#[test]
+fn links_do_not_lead_out() {
+    use std::os::unix::fs::symlink;
+    let place = Place::new();
+    symlink(place.path("secret.bin"), place.path("scene/link.bin")).unwrap();
+    symlink("link.bin", place.path("scene/link of link.bin")).unwrap();
+    symlink("../..", place.path("scene/inner/up")).unwrap();
+    symlink("inner/deep.bin", place.path("scene/within.bin")).unwrap();
+    for uri in ["link.bin", "link%20of%20link.bin", "inner/up/secret.bin"] {
+        let scene = place.scene(uri);
+        assert!(load(&scene).is_ok(), "{uri} is there");
+        let refused = load_with(&scene, &CONFINED);
+        assert!(matches!(refused, Err(SceneError::Outside { .. })), "{uri}: {refused:?}");
+    }
+    // A link within the folder is as good as a file, and so is a link to the whole folder.
+    for uri in ["within.bin", "inner/up/scene/own.bin"] {
+        assert!(load_with(place.scene(uri), &CONFINED).is_ok(), "{uri}");
+    }
+    place.scene("own.bin");
+    symlink(place.path("scene"), place.path("elsewhere")).unwrap();
+    assert!(load_with(place.path("elsewhere/scene.gltf"), &CONFINED).is_ok());
+    // A scene that is itself a link to elsewhere is not in its folder.
+    fs::create_dir(place.path("upload")).unwrap();
+    symlink(place.path("scene/scene.gltf"), place.path("upload/scene.gltf")).unwrap();
+    assert!(matches!(load_with(place.path("upload/scene.gltf"), &CONFINED), Err(SceneError::Outside { .. })));
+}
+
+/// A library or a texture outside is left out, as one that is missing is.
+#[test]
+fn obj_files_are_confined_too() {
+    let place = Place::new();
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::new(1, 1).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    fs::write(place.path("out side.png"), png.get_ref()).unwrap();
+    fs::write(place.path("scene/own.png"), png.get_ref()).unwrap();
+    fs::write(place.path("out.mtl"), "newmtl a\nKd 1 0 0\n").unwrap();
+    let path = place.path("scene/scene.obj");
+    let read = |library: &str, map: &str, options: &LoadOptions| {
+        fs::write(place.path("scene/own.mtl"), format!("newmtl a\nKd 1 0 0\nmap_Kd {map}\n")).unwrap();
+        let text = format!("mtllib {library}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n");
+        fs::write(&path, text).unwrap();
+        let scene = load_with(&path, options).unwrap();
+        (scene.images.len(), scene.materials[0].base_color.y)
+    };
+    let free = LoadOptions::default();
+    let absolute = place.path("out side.png");
+    for map in ["../out side.png", "..\\out side.png", "-s 1 1 1 ../out side.png", "./../out side.png"] {
+        assert_eq!((read("own.mtl", map, &free), read("own.mtl", map, &CONFINED)), ((1, 0.0), (0, 0.0)), "{map}");
+    }
+    assert_eq!(read("own.mtl", absolute.to_str().unwrap(), &free), (0, 0.0), "absolute paths are never read");
+    assert_eq!(
+        (read("own.mtl", "own.png", &CONFINED), read("own.mtl", "inner\\..\\own.png", &CONFINED)),
+        ((1, 0.0), (1, 0.0))
+    );
+    // Grey, as what has no material.
+    assert_eq!((read("../out.mtl", "own.png", &free), read("../out.mtl", "own.png", &CONFINED)), ((0, 0.0), (0, 0.8)));
+    assert_eq!(read("..\\out.mtl", "own.png", &CONFINED), (0, 0.8));
+}
+
+#[test]
+fn coordinates_whose_squares_are_no_floats_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.obj");
+    let load_text = |text: &str| {
+        fs::write(&path, text).unwrap();
+        load(&path).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let quad = |z: &str| format!("o wall\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 {z}\nf 1 2 3\nf 1 3 4\n");
+    for z in ["-3.4e38", "1e20", "1.1e12"] {
+        let error = load_text(&quad(z)).unwrap_err();
+        assert!(error.contains("instance 0 (wall): ") && error.contains("farther than 1e12 m"), "{error}");
+    }
+    assert_eq!(load_text(&quad("-9e11")), Ok(()));
+    // What nothing uses is not there.
+    assert_eq!(load_text("v 1e30 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n"), Ok(()));
+}
+
+#[test]
+fn memory_is_asked_for_before_it_is_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wide.obj");
+    // One polygon of 100,000 corners: 300 kB of text, 64 MB of triangles.
+    let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf{}\n", " 1 2 3".repeat(33_334));
+    fs::write(&path, &text).unwrap();
+    let within =
+        |memory_limit: u64| load_with(&path, &LoadOptions { memory_limit: Some(memory_limit), ..Default::default() });
+    let error = within(20_000_000).unwrap_err().to_string();
+    assert!(error.contains("wide.obj: 100000 triangles need 64.0 MB of memory, the limit is 20.0 MB"), "{error}");
+    let error = within(1000).unwrap_err().to_string();
+    assert!(error.contains("wide.obj needs 200.0 kB of memory"), "{error}");
+    assert!(within(100_000_000).is_ok());
+}
+
+#[cfg(unix)]
+#[test]
+fn names_need_not_be_utf8() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(Path::new(OsStr::from_bytes(b"caf\xe9.obj")));
+    fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    assert_eq!(load(&path).unwrap().triangle_counts(), (1, 1));
+}

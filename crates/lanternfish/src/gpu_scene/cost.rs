@@ -1,0 +1,46 @@
+//! The memory of an upload, before it is allocated.
+
+use lanternfish_limits::memory::{Budget, TooMuch};
+use lanternfish_scene::{AlphaMode, Scene, bvh};
+
+use super::{geometry::DrawInstance, hits::HitTriangle, tracing::TracedTriangle};
+use crate::gpu_scene::BvhTriangle;
+
+/// Of a stored vertex or index: as it is packed, and in the buffer.
+const BYTES_PER_VERTEX: u64 = 160;
+/// Texels with their mip levels, as they are made, on their way, and in the texture.
+const COPIES_OF_TEXELS: u64 = 4;
+/// Of a triangle that rays meet: gathered by part and together, sorted, packed, in its buffers.
+const BYTES_PER_TRACED: u64 = bvh::BYTES_PER_BOX
+    + (3 * size_of::<TracedTriangle>() + 2 * size_of::<BvhTriangle>() + 2 * size_of::<HitTriangle>()) as u64;
+/// Of a primitive that is placed: its draw, and twice what the shader knows of it.
+const BYTES_PER_DRAW: u64 = 2 * size_of::<DrawInstance>() as u64 + 96;
+
+/// An error where this process may not take what uploading `scene` needs. `traces`: rays meet its triangles.
+pub fn check(scene: &Scene, traces: bool) -> Result<(), TooMuch> {
+    let (mut vertices, mut draws, mut triangles) = (0u64, 0u64, 0u64);
+    let of_mesh: Vec<(u64, u64)> = scene
+        .meshes
+        .iter()
+        .map(|mesh| {
+            let stops_light = |material: usize| scene.materials[material].alpha_mode != AlphaMode::Blend;
+            let solid = mesh.primitives.iter().filter(|primitive| stops_light(primitive.material));
+            vertices += mesh.primitives.iter().map(|p| (p.positions.len() + p.indices.len()) as u64).sum::<u64>();
+            (mesh.primitives.len() as u64, solid.map(|primitive| primitive.indices.len() as u64 / 3).sum())
+        })
+        .collect();
+    for instance in &scene.instances {
+        draws += of_mesh[instance.mesh].0;
+        triangles += if traces { of_mesh[instance.mesh].1 } else { 0 };
+    }
+    let texels: u64 = scene.images.iter().map(|image| image.rgba.len() as u64).sum();
+    let bytes = [
+        vertices.saturating_mul(BYTES_PER_VERTEX),
+        draws.saturating_mul(BYTES_PER_DRAW),
+        triangles.saturating_mul(BYTES_PER_TRACED),
+        texels.saturating_mul(COPIES_OF_TEXELS),
+    ];
+    Budget::of_process().check(bytes.into_iter().fold(0, u64::saturating_add), || {
+        format!("{triangles} placed triangles, {draws} draws and {:.0} MB of textures need", texels as f64 / 1e6)
+    })
+}
