@@ -6,6 +6,7 @@ mod bench_indirect;
 mod bench_quality;
 mod compare;
 mod deep_images;
+mod hostile;
 mod mistakes;
 mod reference;
 mod render;

@@ -200,7 +200,7 @@ mod tests {
     fn report() -> Report {
         Report {
             version: "0",
-            scene: "demo:cornell".to_owned(),
+            scene: "demo:cornell".into(),
             adapter: "an adapter".to_owned(),
             driver: "a driver".to_owned(),
             triangles: 36,
