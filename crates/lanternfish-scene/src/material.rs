@@ -41,7 +41,8 @@ pub struct Material {
     /// Linear; multiplies the reflectance from the front where the surface is no metal. Not negative; may exceed 1,
     /// where the product with the reflectance is to be cut at 1.
     pub specular_color: Vec3,
-    /// Share of light that passes through what is not metal, in 0..=1. Importers have put it into alpha already.
+    /// Share of light that passes through what is not metal, of what it does not reflect, in 0..=1. Above 0 the surface is all
+    /// there whatever its alpha, and importers make it [`AlphaMode::Blend`].
     pub transmission: f32,
     /// `KHR_materials_volume`: how thick the body below the surface is, in object space, m, not negative. 0: the surface
     /// is a thin sheet. For a renderer that traces through closed surfaces, only whether it is 0 matters.

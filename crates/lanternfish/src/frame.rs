@@ -14,7 +14,7 @@ use crate::{
     output::Output,
     prepass::{Prepass, Surface},
     progressive::Progressive,
-    shading::{Arriving, Forward, Radiance},
+    shading::{Arriving, Forward, NearestBlended, Radiance},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
     view::{View, ViewBuffer},
@@ -31,6 +31,8 @@ pub(crate) struct Passes {
     pub shadows: Option<Shadows>,
     pub deep_images: Option<KeptDeepImages>,
     pub indirect: Option<IndirectLight>,
+    /// Where light arrives otherwise than straight from the lights.
+    pub nearest_blended: Option<NearestBlended>,
     pub forward: Forward,
     pub sky: Sky,
     pub progressive: Progressive,
@@ -146,7 +148,21 @@ impl Passes {
 
         self.sky.record(frame, scene, buffer, surface, &radiance)?;
         if let Some(lights) = blended_lights.filter(|_| !draws.blended.is_empty()) {
-            self.forward.record_transparent(frame, scene, draws, buffer, surface, lights, &radiance)?;
+            let rotation = rotation_of(view, accumulates);
+            let nearest = self.nearest_blended.as_mut().map(|nearest| {
+                nearest.record(frame, scene, draws, buffer, &arriving.surface, view.frame_index, rotation)
+            });
+            let nearest = nearest.transpose()?;
+            self.forward.record_transparent(
+                frame,
+                scene,
+                draws,
+                buffer,
+                surface,
+                lights,
+                nearest.as_ref(),
+                &radiance,
+            )?;
         }
 
         let mean = accumulates.then(|| self.progressive.record(frame, buffer, &radiance, view.size, surface.slot));

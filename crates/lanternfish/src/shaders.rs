@@ -78,7 +78,11 @@ mod tests {
     ];
 
     const ROOTS: &[Root] = &[
-        Root { module: "prepass/prepass", entries: &["vertex", "fragment"], choices: &[&["", "masked"], TEXTURES] },
+        Root {
+            module: "prepass/prepass",
+            entries: &["vertex", "fragment"],
+            choices: &[&["", "masked", "blended"], TEXTURES],
+        },
         Root { module: "prepass/depth", entries: &["vertex"], choices: &[&["", "masked"], TEXTURES] },
         Root { module: "light_culling/tiled/bounds", entries: &["bounds"], choices: &[] },
         Root { module: "light_culling/tiled/assign", entries: &["count", "write"], choices: &[] },
@@ -190,6 +194,7 @@ mod tests {
                 TEXTURES,
             ],
         },
+        Root { module: "shading/dim", entries: &["vertex", "fragment"], choices: &[TEXTURES] },
         Root { module: "environment_light/levels", entries: &["fill", "halve", "filter_level"], choices: &[] },
         Root { module: "environment_light/by_normal", entries: &["by_normal"], choices: &[] },
         Root {

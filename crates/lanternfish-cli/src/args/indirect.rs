@@ -34,7 +34,6 @@ pub struct IndirectArgs {
     #[arg(value_parser = clap::value_parser!(u32).range(0..=64), allow_hyphen_values = true)]
     pub indirect_filter: Option<u32>,
     /// How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with --indirect none.
-    /// Opaque surfaces alone.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::None)]
     pub occlusion: OcclusionName,
     /// Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes,

@@ -30,8 +30,7 @@ use crate::{Scene, SceneError};
 ///   `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_unlit`, `KHR_mesh_quantization`,
 ///   `KHR_meshopt_compression`, `KHR_texture_transform`.
 /// * In part, with a warning of what is left out: `KHR_materials_specular` without its textures;
-///   `KHR_materials_transmission` as blending, alpha being what is not transmitted, and at least a tenth so that
-///   highlights are seen; `KHR_materials_pbrSpecularGlossiness` without its texture;
+///   `KHR_materials_transmission` without its texture; `KHR_materials_pbrSpecularGlossiness` without its texture;
 ///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, clearcoat, dispersion,
 ///   iridescence, sheen}` not at all.
 /// * Of `KHR_materials_variants` the default materials. Any other extension that the file requires is an error; one

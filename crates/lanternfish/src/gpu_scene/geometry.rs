@@ -80,6 +80,8 @@ pub struct Draw {
     pub material: u32,
     /// Which passes draw it.
     pub alpha: DrawAlpha,
+    /// Blended, and tints what is behind it.
+    pub transmits: bool,
     /// Which faces are drawn.
     pub facing: Facing,
     /// Around all its instances, world space.
@@ -142,6 +144,7 @@ impl Geometry {
                 instances: 0..0,
                 material: primitive.material as u32,
                 alpha: alpha_of(&scene.materials[primitive.material]),
+                transmits: shading == Shading::File && scene.materials[primitive.material].transmission > 0.0,
                 facing: Facing::Front,
                 bounds: Bounds::EMPTY,
             };

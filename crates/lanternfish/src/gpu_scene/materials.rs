@@ -45,6 +45,12 @@ gpu_struct! {
         dielectric_f0: Vec3,
         /// And at grazing incidence.
         dielectric_f90: f32,
+        /// Share of what is neither reflected nor metal's that passes (`KHR_materials_transmission`).
+        transmission: f32,
+        /// Unused.
+        _pad: f32,
+        /// Unused.
+        _pad_more: Vec2,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -139,10 +145,12 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
             | flag(material.base_color_texture.is_some(), BASE_COLOR_MAPPED),
         dielectric_f0: dielectric_f0(material),
         dielectric_f90: material.specular,
+        transmission: if file { material.transmission } else { 0.0 },
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),
         emissive_map: slot(&material.emissive_texture, true),
+        ..Material::default()
     }
 }
 

@@ -63,6 +63,16 @@ impl SceneRaster {
         }
     }
 
+    /// Of its pass.
+    pub fn label(&self) -> &'static str {
+        self.label
+    }
+
+    /// What it tests and writes.
+    pub fn state(&self) -> &PassState {
+        &self.state
+    }
+
     /// Compiles what these draws need and is not there yet.
     pub fn prepare(&mut self, device: &wgpu::Device, scene: &GpuScene, draws: &[&Draw]) -> Result<(), RenderError> {
         for draw in draws {

@@ -5,7 +5,7 @@ use lanternfish_gpu::{Bindings, Frame};
 
 use crate::{
     error::RenderError,
-    gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
+    gpu_scene::{Draw, GpuScene, PassState, SceneRaster, VisibleDraws},
     texture::samples_target,
     view::ViewBuffer,
 };
@@ -75,6 +75,14 @@ impl Prepass {
         Self { raster, with_target, samples, surfaces: Vec::new() }
     }
 
+    /// Of blended surfaces, with normals and roughness, one sample a pixel.
+    pub fn of_blended() -> Self {
+        let one = Self::new(true, 1);
+        let raster =
+            SceneRaster::new("prepass/blended", "prepass/prepass", &["blended"], false, one.raster.state().clone());
+        Self { raster, ..one }
+    }
+
     /// Draws everything but blended surfaces for one view of the frame.
     pub fn record(
         &mut self,
@@ -85,9 +93,34 @@ impl Prepass {
         size: UVec2,
         slot: usize,
     ) -> Result<Surface, RenderError> {
-        self.raster.prepare(frame.device, scene, &draws.solid)?;
-        let surface = self.surface(frame.device, size, slot);
         let bindings = view.bindings().with(&scene.bindings());
+        self.draw(frame, scene, &draws.solid, &bindings, size, slot)
+    }
+
+    /// Draws the blended surfaces that are nearer than `solid`, of which the nearest is kept. For a prepass [`Self::of_blended`].
+    pub fn record_blended(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        draws: &VisibleDraws<'_>,
+        view: &ViewBuffer,
+        solid: &Surface,
+    ) -> Result<Surface, RenderError> {
+        let bindings = view.bindings().with(&scene.bindings()).texture("depth_texture", &solid.depth);
+        self.draw(frame, scene, &draws.blended, &bindings, solid.size, solid.slot)
+    }
+
+    fn draw(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        draws: &[&Draw],
+        bindings: &Bindings<'_>,
+        size: UVec2,
+        slot: usize,
+    ) -> Result<Surface, RenderError> {
+        self.raster.prepare(frame.device, scene, draws)?;
+        let surface = self.surface(frame.device, size, slot);
         let color = surface.target.as_ref().map(|view| wgpu::RenderPassColorAttachment {
             view,
             depth_slice: None,
@@ -100,8 +133,9 @@ impl Prepass {
             depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         };
-        frame.render("prepass", &colors[..usize::from(self.with_target)], Some(depth), |device, pass| {
-            self.raster.draw(device, pass, scene, &bindings, &draws.solid);
+        let label = self.raster.label();
+        frame.render(label, &colors[..usize::from(self.with_target)], Some(depth), |device, pass| {
+            self.raster.draw(device, pass, scene, bindings, draws);
         });
         Ok(surface)
     }

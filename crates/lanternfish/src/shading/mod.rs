@@ -1,6 +1,7 @@
 //! Forward shading of what is visible, and of transparent surfaces over it [Elagabani2025, §4.4].
 
 mod arriving;
+mod nearest_blended;
 #[cfg(test)]
 mod tests;
 
@@ -9,7 +10,7 @@ use lanternfish_gpu::Frame;
 
 use crate::{
     error::RenderError,
-    gpu_scene::{GpuScene, PassState, SceneRaster, VisibleDraws},
+    gpu_scene::{Draw, GpuScene, PassState, SceneRaster, VisibleDraws},
     light_culling::{LightCulling, LightLists},
     occlusion::Occlusion,
     prepass::{DEPTH_FORMAT, Surface},
@@ -20,6 +21,7 @@ use crate::{
 };
 
 pub use self::arriving::Arriving;
+pub(crate) use self::nearest_blended::NearestBlended;
 
 /// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
 pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -28,6 +30,8 @@ pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Floa
 #[derive(Debug)]
 pub struct Forward {
     opaque: SceneRaster,
+    /// Multiplies the picture by what surfaces let through.
+    dim: SceneRaster,
     blended: SceneRaster,
     samples: u32,
     /// Targets of every view of a frame.
@@ -78,6 +82,8 @@ impl Forward {
         };
         opaque.extend(arriving);
         opaque.extend(arriving.filter(|_| samples > 1).map(|_| "multisampled"));
+        blended.extend(arriving);
+        blended.extend(arriving.filter(|_| samples > 1).map(|_| "multisampled"));
         if tracer != Tracer::None {
             // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
             if samples == 1 {
@@ -98,6 +104,21 @@ impl Forward {
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
             write_mask: wgpu::ColorWrites::ALL,
         };
+        let multiplied = wgpu::ColorTargetState {
+            blend: Some(wgpu::BlendState {
+                color: wgpu::BlendComponent {
+                    src_factor: wgpu::BlendFactor::Zero,
+                    dst_factor: wgpu::BlendFactor::Src,
+                    operation: wgpu::BlendOperation::Add,
+                },
+                alpha: wgpu::BlendComponent {
+                    src_factor: wgpu::BlendFactor::Zero,
+                    dst_factor: wgpu::BlendFactor::One,
+                    operation: wgpu::BlendOperation::Add,
+                },
+            }),
+            ..over.clone()
+        };
         let equal = depth(wgpu::CompareFunction::Equal);
         let nearer = depth(wgpu::CompareFunction::GreaterEqual);
         let module = "shading/forward";
@@ -108,6 +129,13 @@ impl Forward {
                 &opaque,
                 true,
                 PassState { depth: equal, target: Some(RADIANCE_FORMAT.into()), samples },
+            ),
+            dim: SceneRaster::new(
+                "shading/transparent",
+                "shading/dim",
+                &[],
+                false,
+                PassState { depth: nearer.clone(), target: Some(multiplied), samples },
             ),
             blended: SceneRaster::new(
                 "shading/transparent",
@@ -166,7 +194,8 @@ impl Forward {
         Ok(radiance)
     }
 
-    /// Blends the transparent surfaces over the picture, each lit and shadowed where it is.
+    /// Blends the transparent surfaces over the picture, each lit and shadowed where it is. `arriving` is found for the nearest of
+    /// them.
     #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record_transparent(
         &mut self,
@@ -176,13 +205,23 @@ impl Forward {
         view: &ViewBuffer,
         surface: &Surface,
         lights: &LightLists,
+        arriving: Option<&Arriving>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
+        let transmitting: Vec<&Draw> = draws.blended.iter().copied().filter(|draw| draw.transmits).collect();
+        self.dim.prepare(frame.device, scene, &transmitting)?;
         self.blended.prepare(frame.device, scene, &draws.blended)?;
         let bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
+        let arriving_bindings = arriving.map(Arriving::bindings);
+        let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
         let color = radiance.color(wgpu::LoadOp::Load);
         frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |device, pass| {
-            self.blended.draw(device, pass, scene, &bindings, &draws.blended);
+            for run in draws.blended.chunk_by(|a, b| !a.transmits && !b.transmits) {
+                if run[0].transmits {
+                    self.dim.draw(device, pass, scene, &bindings, run);
+                }
+                self.blended.draw(device, pass, scene, &bindings, run);
+            }
         });
         Ok(())
     }

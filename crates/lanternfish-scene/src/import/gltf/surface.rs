@@ -8,10 +8,6 @@ use super::schema::{MaterialExtensions, Root, SpecularGlossiness, TextureInfo};
 use super::textures::Textures;
 use crate::{AlphaMode, Material};
 
-/// Least alpha of a material that transmits all light. Blending weighs highlights by alpha too: with a tenth, those
-/// of lights are seen in clear glass, and nine tenths of what is behind it.
-const MIN_TRANSMISSIVE_ALPHA: f32 = 0.1;
-
 /// Reflectance of a dielectric of index 1.5 seen from the front, which `specular_color` multiplies.
 const DIELECTRIC_REFLECTANCE: f32 = 0.04;
 
@@ -33,7 +29,6 @@ pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, no
         && let factor = transmission.transmission_factor.clamp(0.0, 1.0)
         && factor > 0.0
     {
-        notes.add("refraction of KHR_materials_transmission, whose materials are blended instead");
         if transmission.transmission_texture.is_some() {
             notes.add("textures of KHR_materials_transmission");
         }
@@ -43,7 +38,7 @@ pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, no
         && let thickness = volume.thickness_factor.clamp(0.0, f32::MAX)
         && thickness > 0.0
     {
-        notes.add("absorption of KHR_materials_volume, whose materials are drawn as thin sheets");
+        notes.add("refraction and absorption of KHR_materials_volume, whose materials are drawn as thin sheets");
         if volume.thickness_texture.is_some() {
             notes.add("textures of KHR_materials_volume");
         }
@@ -65,21 +60,12 @@ pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, no
     }
 }
 
-/// Makes a material let through light as far as blending can: as a thin sheet that bends nothing.
-///
-/// Metal transmits nothing; where a texture says what is metal, all of it is taken for none.
+/// Makes a material let through light. Metal transmits nothing; where a texture says what is metal, some of it may be none.
 fn transmit(material: &mut Material, factor: f32) {
     material.transmission = factor;
-    let is_metal_known = material.metallic_roughness_texture.is_none();
-    let transmitted = if is_metal_known { factor * (1.0 - material.metallic) } else { factor };
-    if transmitted == 0.0 {
-        return;
+    if material.metallic < 1.0 || material.metallic_roughness_texture.is_some() {
+        material.alpha_mode = AlphaMode::Blend;
     }
-    if material.alpha_mode == AlphaMode::Opaque {
-        material.base_color.w = 1.0;
-    }
-    material.alpha_mode = AlphaMode::Blend;
-    material.base_color.w *= (1.0 - transmitted).max(MIN_TRANSMISSIVE_ALPHA);
 }
 
 /// Replaces the core's surface by that of `KHR_materials_pbrSpecularGlossiness`, as a dielectric: diffuse is its

@@ -1,0 +1,80 @@
+//! What arrives at the nearest blended surface of every pixel: what is found for opaque surfaces, found once more. Those behind it take
+//! the same; at the rim of a vase, where both of its walls mirror most, both mirror the same.
+
+use glam::Quat;
+use lanternfish_gpu::Frame;
+
+use super::Arriving;
+use crate::{
+    error::RenderError,
+    gpu_scene::{GpuScene, VisibleDraws},
+    indirect::{Indirect, IndirectLight, IndirectResolution, IndirectTracer, Sampled},
+    occlusion::Occlusion,
+    prepass::{Prepass, Surface},
+    settings::Settings,
+    shadows::Tracer,
+    view::ViewBuffer,
+};
+
+/// Compiled when the first blended surface is drawn.
+#[derive(Debug)]
+pub(crate) struct NearestBlended {
+    settings: Settings,
+    tracer: Tracer,
+    passes: Option<Passes>,
+}
+
+#[derive(Debug)]
+struct Passes {
+    prepass: Prepass,
+    occlusion: Option<Occlusion>,
+    indirect: Option<IndirectLight>,
+}
+
+impl NearestBlended {
+    /// Glass is smooth: rays go through the BVH, from every pixel, and there is one about the mirror direction at least.
+    pub fn new(settings: &Settings, tracer: Tracer) -> Self {
+        let mut settings = settings.clone();
+        if let Indirect::Sampled(sampled) = &mut settings.indirect {
+            *sampled = Sampled {
+                tracer: IndirectTracer::Bvh,
+                resolution: IndirectResolution::Full,
+                glossy_rays: sampled.glossy_rays.max(1),
+                ..*sampled
+            };
+        }
+        Self { settings, tracer, passes: None }
+    }
+
+    /// Finds it for a view whose pixels show `solid` behind the blended surfaces, one sample a pixel. `rotation` turns the
+    /// directions of deep images.
+    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        draws: &VisibleDraws<'_>,
+        view: &ViewBuffer,
+        solid: &Surface,
+        frame_index: u32,
+        rotation: Quat,
+    ) -> Result<Arriving, RenderError> {
+        let Passes { prepass, occlusion, indirect } = match &mut self.passes {
+            Some(passes) => passes,
+            none => none.insert(Passes {
+                prepass: Prepass::of_blended(),
+                // Rays of indirect light see the surroundings themselves.
+                occlusion: match self.settings.indirect {
+                    Indirect::None => Occlusion::new(frame.device, &self.settings)?,
+                    Indirect::Sampled(_) => None,
+                },
+                indirect: IndirectLight::new(frame.device, &self.settings, self.tracer)?,
+            }),
+        };
+        let surface = prepass.record_blended(frame, scene, draws, view, solid)?;
+        let openness =
+            occlusion.as_mut().map(|room| room.record(frame, scene, view, &surface, rotation)).transpose()?;
+        let indirect = indirect.as_mut().map(|room| room.record(frame, scene, None, view, &surface, frame_index));
+        Ok(Arriving { surface, openness, indirect: indirect.transpose()? })
+    }
+}

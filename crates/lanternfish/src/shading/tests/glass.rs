@@ -1,0 +1,114 @@
+//! What blended surfaces get from other surfaces and the surroundings, and what those that let light through leave of the picture.
+
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{AlphaMode, Camera, Material, Projection, Scene};
+
+use crate::{
+    Renderer, Settings,
+    settings::{Indirect, Occlusion, Sampled, Samples},
+    testing::{apart, quad, scene_of},
+};
+
+/// Not a multiple of a workgroup.
+const SIZE: UVec2 = UVec2::new(37, 29);
+const TINT: Vec3 = Vec3::new(0.5, 1.0, 0.25);
+
+fn sampled() -> Settings {
+    Settings { indirect: Indirect::Sampled(Sampled::default()), ..Settings::default() }
+}
+
+fn occlusion(occlusion: Occlusion) -> Settings {
+    Settings { indirect: Indirect::None, occlusion, ..Settings::default() }
+}
+
+/// The middle of a picture from 3 m in front of the origin.
+fn middle(gpu: &Gpu, settings: Settings, scene: &Scene) -> Vec3 {
+    let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+    Vec4::from(picture.radiance[(SIZE.x * (SIZE.y / 2) + SIZE.x / 2) as usize]).truncate()
+}
+
+fn blended(base_color: Vec4, perceptual_roughness: f32) -> Material {
+    Material {
+        base_color,
+        metallic: 0.0,
+        perceptual_roughness,
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Material::default()
+    }
+}
+
+fn glass() -> Material {
+    Material { transmission: 1.0, ..blended(TINT.extend(1.0), 0.0) }
+}
+
+/// Sheets at these depths, turned about the vertical, under a white sky.
+fn sheets(material: Material, depths: &[f32], turn: f32) -> Scene {
+    let right = 20.0 * Vec3::new(turn.cos(), 0.0, turn.sin());
+    let sheet = |z: &f32| quad(0, *z * Vec3::Z, right, 20.0 * Vec3::Y);
+    Scene { sky: Vec3::ONE, ..apart(&scene_of(depths.iter().map(sheet).collect(), vec![material])) }
+}
+
+fn assert_near(found: Vec3, expected: Vec3, most: f32, what: &str) {
+    assert!((found - expected).abs().max_element() < most, "{what}: {found}, not {expected}");
+}
+
+#[test]
+fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
+    let Some(gpu) = testing::gpu("gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it") else { return };
+    for turn in [0.0f32, 0.8, 1.3] {
+        let reflected = 0.04 + 0.96 * (1.0 - turn.cos()).powi(5);
+        let passing = (1.0 - reflected) * TINT;
+        for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
+            let found = middle(gpu, settings, &sheets(glass(), &[0.0], turn));
+            // What is let in is a fit.
+            assert_near(found, passing + reflected, 0.015, "a sheet of glass");
+        }
+        // Two, each of which mirrors the sky.
+        let found = middle(gpu, sampled(), &sheets(glass(), &[0.0, -0.5], turn));
+        assert_near(found, passing * (passing + reflected) + reflected, 0.02, "two sheets of glass");
+    }
+    // Half of it paint.
+    let painted = Material { transmission: 0.5, ..glass() };
+    let found = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
+    assert_near(found, 0.96 * TINT + 0.04, 0.015, "half painted");
+    // By occlusion instead of rays.
+    for room in [Occlusion::Deep { max_distance: None }, Occlusion::Hbao { radius: 1.0 }] {
+        let found = middle(gpu, occlusion(room), &sheets(glass(), &[0.0], 0.0));
+        assert_near(found, 0.96 * TINT + 0.04, 0.015, "under occlusion");
+    }
+}
+
+#[test]
+fn gpu_glass_mirrors_what_shines_behind_the_viewer() {
+    let Some(gpu) = testing::gpu("gpu_glass_mirrors_what_shines_behind_the_viewer") else { return };
+    let lamp = Material { emissive: Vec3::new(50.0, 100.0, 25.0), ..Material::default() };
+    let sheet = quad(0, Vec3::ZERO, Vec3::X, Vec3::Y);
+    let behind = quad(1, 6.0 * Vec3::Z, -4.0 * Vec3::X, 4.0 * Vec3::Y);
+    let scene = apart(&scene_of(vec![sheet, behind], vec![glass(), lamp]));
+    for settings in [sampled(), Settings { samples: Samples::Four, ..sampled() }] {
+        assert_near(middle(gpu, settings, &scene), Vec3::new(2.0, 4.0, 1.0), 0.02, "0.04 of the lamp");
+    }
+    // It can fail: without rays there is nothing.
+    let dark = Settings { indirect: Indirect::None, ..Settings::default() };
+    assert_eq!(middle(gpu, dark, &scene), Vec3::ZERO);
+}
+
+#[test]
+fn gpu_the_sky_lights_blended_surfaces() {
+    let Some(gpu) = testing::gpu("gpu_the_sky_lights_blended_surfaces") else { return };
+    // White, half there: what it covers it gives back.
+    let scene = sheets(blended(Vec4::new(1.0, 1.0, 1.0, 0.5), 0.5), &[0.0], 0.4);
+    for settings in [
+        sampled(),
+        Settings { samples: Samples::Four, ..sampled() },
+        occlusion(Occlusion::Deep { max_distance: None }),
+        occlusion(Occlusion::Hbao { radius: 1.0 }),
+    ] {
+        assert_near(middle(gpu, settings, &scene), Vec3::ONE, 0.02, "half a white sheet");
+    }
+}
