@@ -1,7 +1,6 @@
 //! PNG: what a display shows.
 
 use std::{
-    fs::File,
     io::{self, BufReader},
     path::Path,
 };
@@ -12,7 +11,7 @@ use image::{
 };
 use lanternfish_limits::{caught, memory::Budget};
 
-use crate::{MetricsError, RgbImage, write_aside};
+use crate::{MetricsError, RgbImage, open_file::open_file, write_aside};
 
 /// What the bytes of a pixel mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +64,7 @@ pub fn read_png(path: &Path) -> Result<RgbImage, MetricsError> {
             MetricsError::Invalid { path: path.to_owned(), what: format!("not a PNG image that can be read ({error})") }
         }
     };
-    let file = File::open(path).map_err(|error| failed(error.into()))?;
+    let file = open_file(path).map_err(|error| failed(error.into()))?;
     let decode = || {
         let decoder = PngDecoder::new(BufReader::new(file)).map_err(failed)?;
         let (width, height) = decoder.dimensions();

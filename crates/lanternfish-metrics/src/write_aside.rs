@@ -1,29 +1,135 @@
 //! Files that are whole or not there.
 
 use std::{
-    fs::{self, File, OpenOptions},
-    io::{self, BufWriter, Write},
+    fs::{self, File, OpenOptions, Permissions},
+    io::{self, BufWriter, Seek as _, Write as _},
+    iter::successors,
     path::{Path, PathBuf},
-    sync::atomic::{AtomicU32, Ordering},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU32, Ordering},
+    },
 };
 
 /// Puts a file at `path` that is whole or not there: `write` fills a file beside it, which is then renamed.
 ///
-/// What stood at `path` before is replaced by the rename, and is untouched when anything fails; the file beside is then
-/// removed. The folder must exist.
+/// What stood at `path` before is replaced by the rename, keeps its permissions, and is untouched when anything fails; the
+/// file beside is then removed. A symbolic link is followed: its target is what is replaced. Pipes, devices and what
+/// `/dev/stdout` leads to get the whole content at once, or nothing. Refused is what [`check_writable`] refuses.
 pub fn write_aside<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), E> {
-    let (file, aside) = Aside::create_for(path)?;
-    let mut writer = BufWriter::new(file);
-    write(&mut writer)?;
-    writer.flush()?;
-    // Without this, a crash of the machine after the rename could leave an empty file under the final name.
-    writer.get_ref().sync_all()?;
-    drop(writer);
-    fs::rename(&aside.path, path)?;
-    Ok(())
+    match Destination::of(path)? {
+        Destination::File { target, permissions } => {
+            let (file, aside) = Aside::create_in(folder_of(&target))?;
+            if let Some(permissions) = permissions {
+                file.set_permissions(permissions)?;
+            }
+            let mut writer = BufWriter::new(file);
+            write(&mut writer)?;
+            writer.flush()?;
+            // Without this, a crash of the machine after the rename could leave an empty file under the final name.
+            writer.get_ref().sync_all()?;
+            drop(writer);
+            Ok(aside.rename(&target)?)
+        }
+        Destination::Stream => {
+            let mut writer = BufWriter::new(tempfile::tempfile()?);
+            write(&mut writer)?;
+            let mut whole = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+            whole.rewind()?;
+            io::copy(&mut whole, &mut OpenOptions::new().append(true).open(path)?)?;
+            Ok(())
+        }
+    }
+}
+
+/// An error where [`write_aside`] could not put anything at `path`, told before work depends on it: a folder, a file that is
+/// read-only, a name that is too long, a folder that is missing or cannot be written to. Leaves nothing behind.
+pub fn check_writable(path: &Path) -> io::Result<()> {
+    match Destination::of(path)? {
+        // Permissions, read-only disks and quotas all show in an attempt, and only there.
+        Destination::File { target, .. } => Aside::create_in(folder_of(&target)).map(drop),
+        Destination::Stream => Ok(()),
+    }
+}
+
+/// Removes every file that [`write_aside`] has begun beside its final name, and lets it begin or finish no other: for a
+/// process that is told to end, and must do so after this.
+pub fn remove_unfinished() {
+    let unfinished = unfinished();
+    for path in unfinished.iter() {
+        // Best effort: there is nobody to tell.
+        let _ = fs::remove_file(path);
+    }
+    // Whoever wants to begin or rename a file waits for the end of the process.
+    std::mem::forget(unfinished);
+}
+
+/// Where content goes.
+enum Destination {
+    /// A file by the name that is its own, not a link's; the permissions of what is there.
+    File { target: PathBuf, permissions: Option<Permissions> },
+    /// What is written to as it is: a pipe, a device, a file that this process was given open.
+    Stream,
+}
+
+impl Destination {
+    fn of(path: &Path) -> io::Result<Self> {
+        let refused = |kind, what: &str| Err(io::Error::new(kind, what));
+        if path.file_name().is_none() {
+            return refused(io::ErrorKind::IsADirectory, "this is a folder");
+        }
+        match fs::metadata(path) {
+            Ok(there) if there.is_dir() => refused(io::ErrorKind::IsADirectory, "this is a folder"),
+            Ok(there) if there.permissions().readonly() => {
+                refused(io::ErrorKind::PermissionDenied, "this file is read-only")
+            }
+            Ok(there) if !there.is_file() || is_given_open(path) => Ok(Self::Stream),
+            Ok(there) => {
+                // The rename would not ask whether the file may be written to.
+                OpenOptions::new().write(true).open(path)?;
+                Ok(Self::File { target: path.canonicalize()?, permissions: Some(there.permissions()) })
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let target = links(path).last().expect("at least the path itself");
+                let folder = folder_of(&target);
+                if !folder.is_dir() {
+                    return refused(io::ErrorKind::NotFound, &format!("there is no folder {}", folder.display()));
+                }
+                Ok(Self::File { target, permissions: None })
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotADirectory => {
+                refused(io::ErrorKind::NotFound, &format!("there is no folder {}", folder_of(path).display()))
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// A path, what it is a symbolic link to, what that is one to, and so on.
+fn links(path: &Path) -> impl Iterator<Item = PathBuf> {
+    // The system has followed them before, so they have an end.
+    successors(Some(path.to_owned()), |path| Some(folder_of(path).join(fs::read_link(path).ok()?)))
+}
+
+/// Whether the path leads through the process's open files, as `/dev/stdout` does.
+fn is_given_open(path: &Path) -> bool {
+    links(path).any(|link| {
+        folder_of(&link).canonicalize().is_ok_and(|folder| folder.starts_with("/proc") || folder.starts_with("/dev/fd"))
+    })
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Files that stand beside their final names.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A file beside the final one, removed when dropped unless it was renamed.
@@ -32,30 +138,44 @@ struct Aside {
 }
 
 impl Aside {
-    /// A new file in the folder of `path`, with a name nobody else has.
-    fn create_for(path: &Path) -> io::Result<(File, Self)> {
+    /// A new file with a short name that nobody else has.
+    fn create_in(folder: &Path) -> io::Result<(File, Self)> {
         static SERIAL: AtomicU32 = AtomicU32::new(0);
-        let name = path.file_name().ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "not a file name"))?;
+        let mut unfinished = unfinished();
         loop {
             let serial = SERIAL.fetch_add(1, Ordering::Relaxed);
-            let mut aside = std::ffi::OsString::from(".");
-            aside.push(name);
-            aside.push(format!(".{}-{serial}.partial", std::process::id()));
-            let aside = path.with_file_name(aside);
-            match OpenOptions::new().write(true).create_new(true).open(&aside) {
-                Ok(file) => return Ok((file, Self { path: aside })),
+            let path = folder.join(format!(".lanternfish-{}-{serial}.partial", std::process::id()));
+            match OpenOptions::new().write(true).create_new(true).open(&path) {
+                Ok(file) => {
+                    unfinished.push(path.clone());
+                    return Ok((file, Self { path }));
+                }
                 // Left by a process of the same number that was killed: take the next name.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(error),
+                Err(error) => {
+                    let what = format!("the folder {} cannot be written to ({error})", folder.display());
+                    return Err(io::Error::new(error.kind(), what));
+                }
             }
         }
+    }
+
+    fn rename(self, target: &Path) -> io::Result<()> {
+        let mut unfinished = unfinished();
+        fs::rename(&self.path, target)?;
+        unfinished.retain(|path| *path != self.path);
+        Ok(())
     }
 }
 
 impl Drop for Aside {
     fn drop(&mut self) {
-        // Best effort: the error that led here is the one to report.
-        let _ = fs::remove_file(&self.path);
+        let mut unfinished = unfinished();
+        // Only if it has not been renamed; best effort: the error that led here is the one to report.
+        if let Some(index) = unfinished.iter().position(|path| *path == self.path) {
+            let _ = fs::remove_file(&self.path);
+            unfinished.swap_remove(index);
+        }
     }
 }
 
@@ -99,11 +219,127 @@ mod tests {
     }
 
     #[test]
+    fn the_longest_name_there_may_be_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        for length in [240, 255] {
+            let path = folder.path().join("n".repeat(length));
+            check_writable(&path).unwrap();
+            write_aside(&path, |file| file.write_all(b"picture")).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), "picture");
+        }
+        let error = check_writable(&folder.path().join("n".repeat(256))).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidFilename, "{error}");
+        assert_eq!(files_in(folder.path()).len(), 2);
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_refused_and_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture");
+        let refused = |path: &Path| {
+            let before = check_writable(path).unwrap_err();
+            let error = write_aside(path, |_| -> io::Result<()> { panic!("nothing is to be written") }).unwrap_err();
+            assert_eq!(error.to_string(), before.to_string());
+            error
+        };
+        fs::write(&path, "whole").unwrap();
+        let permissions = fs::metadata(&path).unwrap().permissions();
+        let mut read_only = permissions.clone();
+        read_only.set_readonly(true);
+        fs::set_permissions(&path, read_only).unwrap();
+        assert!(refused(&path).to_string().contains("read-only"));
+        fs::set_permissions(&path, permissions).unwrap();
+        for name in ["missing/picture", "picture/picture"] {
+            let error = refused(&folder.path().join(name));
+            assert_eq!(error.kind(), io::ErrorKind::NotFound, "{error}");
+        }
+        assert_eq!(refused(folder.path()).kind(), io::ErrorKind::IsADirectory);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
+        assert_eq!(files_in(folder.path()), ["picture"]);
+    }
+
+    #[cfg(unix)]
+    mod unix {
+        use std::{
+            os::unix::fs::{FileTypeExt as _, PermissionsExt as _, symlink},
+            process::Command,
+            thread,
+        };
+
+        use super::*;
+
+        #[test]
+        fn a_link_is_followed_and_stays_a_link() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = |name: &str| folder.path().join(name);
+            fs::create_dir(path("disk")).unwrap();
+            symlink("disk/picture", path("link")).unwrap();
+            symlink("link", path("link to a link")).unwrap();
+            // Its target is not there at first.
+            for content in ["first", "second"] {
+                check_writable(&path("link to a link")).unwrap();
+                write_aside(&path("link to a link"), |file| file.write_all(content.as_bytes())).unwrap();
+                assert_eq!(fs::read_to_string(path("disk/picture")).unwrap(), content);
+                assert!(!fs::symlink_metadata(path("disk/picture")).unwrap().is_symlink());
+            }
+            for link in ["link", "link to a link"] {
+                assert!(fs::symlink_metadata(path(link)).unwrap().is_symlink(), "{link}");
+            }
+            assert_eq!(files_in(&path("disk")), ["picture"]);
+            symlink("nowhere/picture", path("astray")).unwrap();
+            assert!(check_writable(&path("astray")).unwrap_err().to_string().contains("there is no folder"));
+            symlink("round", path("round")).unwrap();
+            check_writable(&path("round")).unwrap_err();
+            assert_eq!(files_in(folder.path()), ["astray", "disk", "link", "link to a link", "round"]);
+        }
+
+        #[test]
+        fn a_replaced_file_keeps_its_permissions() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("picture");
+            fs::write(&path, "before").unwrap();
+            fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
+            write_aside(&path, |file| file.write_all(b"picture")).unwrap();
+            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+        }
+
+        #[test]
+        fn a_pipe_is_written_to_and_stays_a_pipe() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("pipe");
+            assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+            check_writable(&path).unwrap();
+            let reader = thread::spawn({
+                let path = path.clone();
+                move || fs::read_to_string(path).unwrap()
+            });
+            let backwards = |file: &mut BufWriter<File>| {
+                // As the writer of EXR does.
+                file.write_all(b"--cture")?;
+                file.rewind()?;
+                file.write_all(b"pi")
+            };
+            write_aside(&path, backwards).unwrap();
+            assert_eq!(reader.join().unwrap(), "picture");
+            assert!(fs::symlink_metadata(&path).unwrap().file_type().is_fifo());
+            assert_eq!(files_in(folder.path()), ["pipe"]);
+        }
+
+        #[test]
+        fn a_device_is_written_to() {
+            let null = Path::new("/dev/null");
+            check_writable(null).unwrap();
+            write_aside(null, |file| file.write_all(b"picture")).unwrap();
+            assert!(fs::symlink_metadata(null).unwrap().file_type().is_char_device());
+        }
+    }
+
+    #[test]
     fn a_failed_rename_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("picture");
-        fs::create_dir_all(path.join("a folder with something in it")).unwrap();
-        write_aside(&path, |file| file.write_all(b"picture")).unwrap_err();
+        let late = |_: &mut BufWriter<File>| fs::create_dir_all(path.join("a folder with something in it"));
+        write_aside(&path, late).unwrap_err();
         assert_eq!(files_in(folder.path()), ["picture"]);
     }
 }

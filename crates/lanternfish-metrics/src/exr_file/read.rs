@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
     io::{self, BufReader},
     path::Path,
 };
@@ -15,7 +14,7 @@ use exr::{
 
 use lanternfish_limits::{caught, memory::Budget};
 
-use crate::{MetricsError, RgbImage};
+use crate::{MetricsError, RgbImage, open_file::open_file};
 
 /// Reads the channels R, G and B of the first part that has them, stored as half, float or 32-bit integer. Others are
 /// ignored. A file without them that has Y is read as grey.
@@ -156,7 +155,7 @@ fn utf8(text: &Text) -> String {
 
 fn headers(path: &Path) -> Result<Vec<Header>, MetricsError> {
     let failed = |error| file_error(path, error);
-    let file = File::open(path).map_err(|error| failed(error.into()))?;
+    let file = open_file(path).map_err(|error| failed(error.into()))?;
     let meta = caught(|| MetaData::read_from_buffered(BufReader::new(file), false));
     let meta = meta.map_err(|what| invalid(path, &what))?.map_err(failed)?;
     Ok(meta.headers.into_iter().collect())
@@ -171,7 +170,7 @@ fn set(image: &mut RgbImage, position: Vec2<usize>, pixel: [f32; 3]) {
 }
 
 fn read_pixels(path: &Path, selection: &Selection) -> Result<RgbImage, Error> {
-    let file = BufReader::new(File::open(path)?);
+    let file = BufReader::new(open_file(path)?);
     let read = || exr::image::read::read().no_deep_data().largest_resolution_level();
     let part = selection.part.clone();
     match &selection.channels {
