@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
+use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
 use glam::Vec3;
 use lanternfish::settings::{
     Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials,
@@ -17,6 +17,7 @@ use crate::{
     choices::choice,
     compare::{self, CompareArgs},
     deep_images::{self, DeepImagesArgs},
+    help::{self, HelpArgs},
     parse::{self, LightSet, Size},
     reference::{self, ReferenceArgs},
     scene::SceneName,
@@ -30,7 +31,16 @@ Examples:
   lanternfish render scene.glb --sun 0.3,-1,0.2,3 --exposure 1 -o scene.png
   lanternfish info scene.glb
 
-`lanternfish help render` shows every flag.";
+`lanternfish help render` shows the flags of every day, `lanternfish help render --all` every flag.";
+
+/// After the flags of every day.
+const RENDER_SHORT: &str = "\
+Examples:
+  lanternfish render demo:atrium --lights rain:1000 -o atrium.png
+  lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --sun 0.3,-1,0.2,3 --exposure 1
+
+Units: metres, degrees, candela, lux. +y is up. The last line of output is the picture's path.
+`lanternfish help render --all` shows every flag, and what each value means.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -54,6 +64,7 @@ The last line of standard output is the picture's path.";
 /// Renders scenes with thousands of lights and ray-traced shadows, on any GPU, or none.
 #[derive(Debug, Parser)]
 #[command(name = "lanternfish", version, after_help = EXAMPLES, max_term_width = 100, arg_required_else_help = true)]
+#[command(disable_help_flag = true, disable_help_subcommand = true, arg = help::flag())]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -67,11 +78,12 @@ pub struct Cli {
 pub struct TrustArgs {
     /// Reads nothing outside the scene's folder, whatever the scene names and wherever links lead. (Without it a scene may
     /// name any file that you can read.) What the command line and a shot name is read all the same.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, hide_short_help = true)]
     pub confine: bool,
     /// Most memory to take, in bytes or as 500M, 4G: what needs more ends with an error that says how much. Without it: what
     /// the machine has free.
     #[arg(long, global = true, value_name = "BYTES", value_parser = parse::bytes, allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     pub memory_limit: Option<u64>,
 }
 
@@ -81,13 +93,14 @@ pub enum Command {
     ///
     /// A flag that is repeated counts as it was said last; --point adds a light each time.
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
-    #[command(after_help = RENDER_EXAMPLES, args_override_self = true)]
+    #[command(after_help = RENDER_SHORT, after_long_help = RENDER_EXAMPLES, args_override_self = true)]
     Render(Box<RenderArgs>),
     /// Prints a shot: a file that renders what these flags render, with every flag as a key.
     ///
-    /// A path is written as it is given, and is read relative to the shot's folder.
+    /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder.
     #[command(after_help = shot::HELP, args_override_self = true)]
-    Shot(Box<RenderArgs>),
+    #[command(override_usage = "lanternfish shot [OPTIONS OF render] <SCENE>")]
+    Shot(Box<ShotArgs>),
     /// Traces every path light takes, on the processor: the ground truth of a picture.
     ///
     /// Takes what `render` takes. What a shot says of culling, shadows and the like has no meaning here and is left aside, as
@@ -109,6 +122,8 @@ pub enum Command {
     DeepImages(Box<DeepImagesArgs>),
     /// Repeats the tables of the papers this renderer is built from.
     Bench(BenchArgs),
+    /// Prints this, or the help of a command.
+    Help(HelpArgs),
 }
 
 #[derive(Debug, Args)]
@@ -150,13 +165,41 @@ pub struct RenderArgs {
     pub run: RunArgs,
 }
 
+/// The flags of `render`, which `help render` tells of.
+#[derive(Debug)]
+pub struct ShotArgs(pub RenderArgs);
+
+impl Args for ShotArgs {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        RenderArgs::augment_args(command).mut_args(|arg| if arg.is_positional() { arg } else { arg.hide(true) })
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for ShotArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        RenderArgs::from_arg_matches(matches).map(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.update_from_arg_matches(matches)
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct OutputArgs {
-    /// The picture. Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats).
-    /// Without it: the scene's (or shot's) name with .png, in the current folder.
+    /// The picture: .png (tone-mapped) or .exr (linear).
+    ///
+    /// Its ending chooses the format: .png (tone-mapped) or .exr (linear, scene-referred, half floats). Without it: the scene's
+    /// (or shot's) name with .png, in the current folder.
     #[arg(short, long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Width and height of the picture, pixels, each from 1 to 16384.
+    /// Width and height of the picture, pixels.
+    ///
+    /// Each is from 1 to 16384.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
@@ -166,23 +209,28 @@ pub struct OutputArgs {
 pub struct PartArgs {
     /// A scene of the file, by name or by its number. Without it: the one that the file opens with.
     #[arg(long = "scene", value_name = "NAME|INDEX", value_parser = NonEmptyStringValueParser::new())]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub scene_of_file: Option<String>,
 }
 
 #[derive(Clone, Debug, Args)]
 pub struct ViewArgs {
-    /// Where the camera is, world space, m. Without --target it looks the way it did.
+    /// Where the camera is, world space, m.
+    ///
+    /// Without --target it looks the way it did.
     #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub eye: Option<Vec3>,
     /// What the camera looks at, world space, m.
     #[arg(long, value_name = "x,y,z", value_parser = parse::position, allow_hyphen_values = true)]
     pub target: Option<Vec3>,
-    /// Vertical angle of view, degrees. Without it: the camera's, or 45.
+    /// Vertical angle of view, degrees.
+    ///
+    /// Without it: the camera's, or 45.
     #[arg(long, value_name = "DEG", value_parser = parse::fov_y, allow_hyphen_values = true)]
     pub fov_y: Option<f32>,
-    /// A camera of the file, by name or by its number in `lanternfish info`. Without it: the first of the file, or one
-    /// that sees the whole scene.
+    /// A camera of the file, by name or by number.
+    ///
+    /// `lanternfish info` lists them. Without it: the first of the file, or one that sees the whole scene.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
 }
@@ -194,9 +242,10 @@ pub struct StereoArgs {
     /// slopes of the left eye's sides, mirrored for the right one, the distance of the eyes, and how far each is turned out.
     /// --size is that of one eye.
     #[arg(long, value_name = "EYES", value_parser = crate::stereo::eyes, allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     pub stereo: Option<Eyes>,
     /// How the two eyes' pictures become one file.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = StereoLayout::default())]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = StereoLayout::default(), hide_short_help = true)]
     pub stereo_layout: StereoLayout,
 }
 
@@ -204,49 +253,64 @@ pub struct StereoArgs {
 pub struct TrackArgs {
     /// The moment of the camera track that is rendered, seconds. Without it: the first keyframe's.
     #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     pub time: Option<f32>,
     /// Renders the whole track as N pictures: name.0001.png and so on.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99_999))]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, hide_short_help = true)]
     pub frames: Option<u32>,
 }
 
 #[derive(Debug, Args)]
 pub struct LightArgs {
-    /// A point light: position (m), intensity (cd), colour that scales it, and where it ends (m). Repeatable.
-    #[arg(long = "point", value_name = "x,y,z,cd[,r,g,b[,range]]")]
+    /// A point light, and another each time.
+    ///
+    /// x,y,z,cd[,r,g,b[,range]]: position (m), intensity (cd), colour that scales it, and where it ends (m).
+    #[arg(long = "point", value_name = "x,y,z,cd[,...]")]
     #[arg(value_parser = parse::point_light, allow_hyphen_values = true)]
     pub points: Vec<Light>,
-    /// A light from infinitely far: the direction in which it travels, illuminance (lx), colour that scales it.
-    #[arg(long, value_name = "dx,dy,dz,lux[,r,g,b]", value_parser = parse::sun, allow_hyphen_values = true)]
+    /// A light from infinitely far.
+    ///
+    /// dx,dy,dz,lux[,r,g,b]: the direction in which it travels, illuminance (lx), colour that scales it.
+    #[arg(long, value_name = "dx,dy,dz,lux[,...]", value_parser = parse::sun, allow_hyphen_values = true)]
     pub sun: Option<Light>,
-    /// The surroundings: an equirectangular image (.hdr, .exr), linear radiance (nits), in place of --sky. Its centre is
-    /// seen looking along -z, its right half towards +x. It is seen, and lights by --indirect sampled or --occlusion.
+    /// The surroundings: an equirectangular image (.hdr, .exr).
+    ///
+    /// Linear radiance (nits), in place of --sky. Its centre is seen looking along -z, its right half towards +x. It is seen,
+    /// and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
     /// Turns the --environment about +y, counter-clockwise seen from above, degrees.
     #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, default_value_t = 0.0)]
+    #[arg(hide_short_help = true)]
     pub environment_rotation: f32,
     /// Makes the --environment X times as bright.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
+    #[arg(hide_short_help = true)]
     pub environment_scale: f32,
-    /// A constant background, linear radiance (nits). It is seen, and lights by --indirect sampled or --occlusion.
+    /// A constant background, linear radiance (nits).
+    ///
+    /// It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
-    /// N coloured point lights, at most 2097152. rain:N or rain:N:radius: falling through the scene's box; --seed chooses where; the
-    /// radius is how far each reaches, m, by default chosen by the scene's size and N. random:N:radius:seed:x0,y0,z0,x1,y1,z1:
-    /// at random places of a box, by a rule that other renderers can follow.
+    /// Many coloured point lights: rain:N.
+    ///
+    /// At most 2097152, those of the file among them. rain:N or rain:N:radius: falling through the scene's box; --seed chooses
+    /// where; the radius is how far each reaches, m, by default chosen by the scene's size and N.
+    /// random:N:radius:seed:x0,y0,z0,x1,y1,z1: at random places of a box, by a rule that other renderers can follow.
     #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
     pub lights: Option<LightSet>,
     /// How light falls off with distance. R is the light's range.
     #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
-    #[arg(default_value_t = Settings::default().attenuation)]
+    #[arg(default_value_t = Settings::default().attenuation, hide_short_help = true)]
     pub attenuation: Attenuation,
     /// Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more work.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().range_threshold)]
+    #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]
     pub range_threshold: f32,
-    /// Radius of point and spot lights, m: their shadows are soft. 0: they are points.
+    /// Radius of point and spot lights, m: soft shadows.
+    ///
+    /// 0: they are points.
     #[arg(long, value_name = "METRES", value_parser = parse::radius, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().light_radius)]
     pub light_radius: f32,
@@ -256,97 +320,108 @@ pub struct LightArgs {
 pub struct LookArgs {
     /// Which surfaces are shaded.
     #[arg(long, value_name = "NAME", value_parser = choice::<Materials>())]
-    #[arg(default_value_t = Settings::default().materials)]
+    #[arg(default_value_t = Settings::default().materials, hide_short_help = true)]
     pub materials: Materials,
-    /// Exposure in stops: 0 leaves the image as it is, 1 doubles it, -1 halves it. PNG only.
+    /// Exposure in stops: 1 doubles, -1 halves.
+    ///
+    /// 0 leaves the image as it is. PNG only.
     #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().exposure)]
     pub exposure: f32,
-    /// From radiance to what a display shows. PNG only.
+    /// From radiance to what a display shows.
+    ///
+    /// PNG only.
     #[arg(long, value_name = "NAME", value_parser = choice::<ToneMap>())]
     #[arg(default_value_t = Settings::default().tone_map)]
     pub tone_map: ToneMap,
     /// Samples along the long side of a pixel's footprint in a texture, at most. More: sharper where textures are seen at an
     /// angle, and slower.
     #[arg(long, value_name = "N", value_parser = choice::<Anisotropy>())]
-    #[arg(default_value_t = Settings::default().anisotropy)]
+    #[arg(default_value_t = Settings::default().anisotropy, hide_short_help = true)]
     pub anisotropy: Anisotropy,
     /// Shows a quantity of the frame instead of the picture. PNG only.
-    #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>())]
+    #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>(), hide_short_help = true)]
     pub debug_view: Option<DebugView>,
 }
 
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
-    /// How shadows are found. The picture is the same but for a few pixels at silhouettes; with deep-image, for a texel around
-    /// them.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>())]
+    /// How shadows are found.
+    ///
+    /// The picture is the same but for a few pixels at silhouettes; with deep-image, for a texel around them.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), hide_short_help = true)]
     #[arg(default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,
     /// Which shadow rays are not traced because the surface faces away from the light.
     #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
-    #[arg(default_value_t = Settings::default().ray_culling)]
+    #[arg(default_value_t = Settings::default().ray_culling, hide_short_help = true)]
     pub ray_culling: RayCulling,
     /// Rays from a pixel to each light that has a --light-radius. More: less noise, slower.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().shadow_rays)]
+    #[arg(default_value_t = Settings::default().shadow_rays, hide_short_help = true)]
     pub shadow_rays: u32,
     /// How the lights of a pixel are found. The picture is the same.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = CullingName::default())]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = CullingName::default(), hide_short_help = true)]
     pub culling: CullingName,
     /// Edge of a tile, pixels, with --culling tiled. The picture is the same.
     #[arg(long, value_name = "PIXELS", value_parser = choice::<TileSize>())]
-    #[arg(default_value_t = Tiled::default().tile_size)]
+    #[arg(default_value_t = Tiled::default().tile_size, hide_short_help = true)]
     pub tile_size: TileSize,
     /// Also tests lights against a box around the tile, with --culling tiled. The picture is the same.
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Switch::from(Tiled::default().aabb_test))]
+    #[arg(hide_short_help = true)]
     pub aabb: Switch,
     /// Shape of the clusters, with --culling clustered: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or
     /// displ:P:D (as persp, from D m behind the camera). The picture is the same.
     #[arg(long, value_name = "SHAPE", value_parser = parse::cluster_shape)]
-    #[arg(default_value = "persp:32")]
+    #[arg(default_value = "persp:32", hide_short_help = true)]
     pub clusters: ClusterShape,
     /// Whether several views share one grid of clusters. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<Grouping>())]
-    #[arg(default_value_t = Clustered::default().grouping)]
+    #[arg(default_value_t = Clustered::default().grouping, hide_short_help = true)]
     pub cluster_views: Grouping,
     /// How the lights of a cluster are found. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<Assignment>())]
-    #[arg(default_value_t = Clustered::default().assignment)]
+    #[arg(default_value_t = Clustered::default().assignment, hide_short_help = true)]
     pub light_assignment: Assignment,
     /// How close to a cluster a light must come to be listed. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<ClusterTest>())]
-    #[arg(default_value_t = Clustered::default().test)]
+    #[arg(default_value_t = Clustered::default().test, hide_short_help = true)]
     pub cluster_test: ClusterTest,
-    /// Samples a pixel at edges of triangles: smoother edges. 4 is on every adapter.
+    /// Samples a pixel at edges.
+    ///
+    /// Of triangles. More: smoother edges. 4 is on every adapter.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     #[arg(default_value_t = Settings::default().samples)]
     pub samples: Samples,
-    /// Renders each picture N times, every time through other points of its pixels, and gives the mean: smooth edges, and less
-    /// noise where a technique has any. N times as slow.
+    /// The mean of N frames: smooth edges, less noise.
+    ///
+    /// Each is rendered through other points of its pixels. N times as slow.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().accumulate)]
     pub accumulate: u32,
     /// How textures reach the shader. The picture is the same.
     #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
-    #[arg(default_value_t = Settings::default().textures)]
+    #[arg(default_value_t = Settings::default().textures, hide_short_help = true)]
     pub textures: TextureBinding,
 }
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Where to render: a part of an adapter's name, or cpu for a software one. Without it: the most capable.
+    /// Where to render: a part of an adapter's name, or cpu.
+    ///
+    /// cpu is a software one. Without it: the most capable.
     #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Where the rain of --lights falls: another seed, other places and colours; the same seed, the same picture.
     /// Nothing else is random.
-    #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true, hide_short_help = true)]
     pub seed: u32,
     /// Prints what each pass cost, and what it counted.
     #[arg(long)]
     pub timings: bool,
     /// Writes passes, counters, adapter, settings, seconds and peak memory as JSON.
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", hide_short_help = true)]
     pub report: Option<PathBuf>,
     /// Says nothing but errors and the picture's path.
     #[arg(short, long)]

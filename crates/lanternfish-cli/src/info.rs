@@ -1,10 +1,10 @@
 //! What a scene holds, and which adapters there are.
 
-use std::{fmt::Write as _, io::Write as _};
+use std::fmt::Write as _;
 
 use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene};
 
-use crate::{args::InfoArgs, error::CliError, report::grouped, scene};
+use crate::{args::InfoArgs, error::CliError, output, report::grouped, scene};
 
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();
@@ -14,7 +14,7 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     if args.adapters {
         text += &adapters()?;
     }
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    output::print(&text)
 }
 
 /// Lines of `name  value`.

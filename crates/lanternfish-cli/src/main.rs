@@ -7,6 +7,7 @@ mod choices;
 mod compare;
 mod deep_images;
 mod error;
+mod help;
 mod info;
 mod output;
 mod parse;
@@ -16,6 +17,7 @@ mod render;
 mod report;
 mod scene;
 mod shot;
+mod signals;
 mod stereo;
 
 use std::{process::ExitCode, time::Instant};
@@ -29,23 +31,33 @@ fn main() -> ExitCode {
     let started = Instant::now();
     error::install_panic_message();
     quieten_mesa();
-    let cli = Cli::parse();
-    scene::trust(cli.trust);
-    let result = match cli.command {
-        Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)),
-        Command::Shot(args) => shot::write(&args.scene),
-        Command::Reference(args) => match reference::run(&args, started) {
-            Ok(code) => return code,
-            Err(error) => Err(error),
-        },
-        Command::Info(args) => info::run(&args),
-        Command::DeepImages(args) => deep_images::run(&args),
-        Command::Bench(args) => bench::run(&args),
-        Command::Compare(args) => return compare::main(&args),
+    if let Err(error) = signals::install() {
+        error::say(&CliError::new(format_args!("signals cannot be listened to: {error}"), ""));
+        return ExitCode::FAILURE;
+    }
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return told(help::told_by(&error)),
     };
+    scene::trust(cli.trust);
+    told(match cli.command {
+        Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)).map(|()| 0),
+        Command::Shot(args) => shot::write(&args.0.scene).map(|()| 0),
+        Command::Reference(args) => reference::run(&args, started),
+        Command::Info(args) => info::run(&args).map(|()| 0),
+        Command::DeepImages(args) => deep_images::run(&args).map(|()| 0),
+        Command::Bench(args) => bench::run(&args).map(|()| 0),
+        Command::Help(args) => help::run(&args).map(|()| 0),
+        Command::Compare(args) => return compare::main(&args),
+    })
+}
+
+/// What the process exits with, after the error is told, if there is one.
+fn told(result: Result<u8, CliError>) -> ExitCode {
     match result {
+        Ok(code) => ExitCode::from(code),
         // Whoever read our output has seen enough (`lanternfish info … | head`).
-        Ok(()) | Err(CliError::ReaderGone) => ExitCode::SUCCESS,
+        Err(CliError::ReaderGone) => ExitCode::SUCCESS,
         Err(error) => {
             error::say(&error);
             ExitCode::FAILURE

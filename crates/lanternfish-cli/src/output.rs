@@ -1,8 +1,7 @@
 //! Where results go. Checked before any work, written whole or not at all.
 
 use std::{
-    fs::{self, OpenOptions},
-    io::Write,
+    io::{ErrorKind, Write},
     path::{Path, PathBuf},
 };
 
@@ -51,9 +50,7 @@ impl Output {
         name.push(format!(".{number:04}."));
         name.push(self.path.extension().unwrap_or_default());
         let path = self.path.with_file_name(name);
-        if path.is_dir() {
-            return Err(CliError::new(format!("{}: this is a folder", path.display()), "choose another name"));
-        }
+        check_writable(&path)?;
         Ok(Self { path, format: self.format })
     }
 
@@ -101,28 +98,18 @@ pub fn default_path(scene: &SceneName) -> PathBuf {
     PathBuf::from(file)
 }
 
-/// An error unless a file can be put at `path`, before minutes of work depend on it. Leaves nothing behind.
+/// An error unless something can be written to `path`, before minutes of work depend on it. Leaves nothing behind.
 pub fn check_writable(path: &Path) -> Result<(), CliError> {
-    let failed =
-        |what: &dyn std::fmt::Display, hint: &str| CliError::new(format_args!("{}: {what}", path.display()), hint);
-    if path.file_name().is_none() || path.is_dir() {
-        return Err(failed(&"this is a folder", "name a file in it"));
-    }
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        let what = format!("there is no folder {}", folder.display());
-        return Err(failed(&what, "create the folder first, or choose another"));
-    }
-    // Permissions, read-only disks and quotas all show in an attempt, and only there.
-    let probe = folder.join(format!(".lanternfish-{}.probe", std::process::id()));
-    OpenOptions::new().write(true).create(true).truncate(true).open(&probe).map_err(|error| {
-        let what = format!("the folder {} cannot be written to ({error})", folder.display());
-        failed(&what, "choose a folder that is yours")
-    })?;
-    fs::remove_file(&probe).map_err(|error| failed(&error, "choose a folder that is yours"))
+    lanternfish_metrics::check_writable(path).map_err(|error| {
+        let hint = match error.kind() {
+            ErrorKind::IsADirectory => "name a file in it",
+            ErrorKind::NotFound => "create the folder first, or choose another",
+            ErrorKind::InvalidFilename => "choose a shorter name",
+            ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "make it writable, or choose another name",
+            _ => "choose another place",
+        };
+        CliError::new(format_args!("{}: {error}", path.display()), hint)
+    })
 }
 
 /// Whether two paths in folders that exist name one file, which need not exist.
@@ -134,6 +121,12 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
     whole(a).is_some_and(|path| whole(b) == Some(path))
 }
 
+/// Writes to standard output, and makes sure that it arrives.
+pub fn print(text: &str) -> Result<(), CliError> {
+    let mut stdout = std::io::stdout();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(CliError::from_stdout)
+}
+
 /// Writes text whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
     write_aside(path, |file| file.write_all(text.as_bytes())).map_err(|error: std::io::Error| {
@@ -143,6 +136,8 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn chosen(path: &Path) -> Result<Output, String> {

@@ -56,14 +56,19 @@ impl Progress {
 
     /// Something the user may want to know. Shown to scripts too, unless they asked for quiet.
     pub fn note(&self, text: &str) {
+        self.bar().note(text);
+    }
+
+    /// What came of it, in a line. Shown to scripts too, unless they asked for quiet.
+    pub fn result(&self, text: &str) {
         if !self.quiet {
-            self.line.suspend(|| say(&format_args!("note: {text}")));
+            self.line.suspend(|| say(&text));
         }
     }
 
     /// The line as a bar, for a step that knows how far it is.
     pub fn bar(&self) -> Bar {
-        Bar(self.line.clone())
+        Bar { line: self.line.clone(), quiet: self.quiet }
     }
 
     /// Removes the line, so that results can be printed, and gives the seconds each step took.
@@ -80,28 +85,38 @@ impl Drop for Progress {
 }
 
 /// The progress line while a step says how far it is; the step's name again when dropped.
-pub struct Bar(ProgressBar);
+pub struct Bar {
+    line: ProgressBar,
+    quiet: bool,
+}
 
 impl Bar {
     /// Whether anybody looks.
     pub fn is_seen(&self) -> bool {
-        !self.0.is_hidden()
+        !self.line.is_hidden()
+    }
+
+    /// As [`Progress::note`].
+    pub fn note(&self, text: &str) {
+        if !self.quiet {
+            self.line.suspend(|| say(&format_args!("note: {text}")));
+        }
     }
 
     /// `share` of the work is done, 0 to 1.
     pub fn show(&self, share: f64, text: String) {
         const LENGTH: u64 = 1000;
         let template = "{spinner:.cyan} [{bar:20}] {msg}";
-        self.0.set_style(ProgressStyle::with_template(template).expect("a valid template").progress_chars("=> "));
-        self.0.set_length(LENGTH);
-        self.0.set_position((share * LENGTH as f64) as u64);
-        self.0.set_message(text);
+        self.line.set_style(ProgressStyle::with_template(template).expect("a valid template").progress_chars("=> "));
+        self.line.set_length(LENGTH);
+        self.line.set_position((share * LENGTH as f64) as u64);
+        self.line.set_message(text);
     }
 }
 
 impl Drop for Bar {
     fn drop(&mut self) {
-        self.0.set_style(steps());
+        self.line.set_style(steps());
     }
 }
 

@@ -1,6 +1,6 @@
 //! From a scene's file to a picture's.
 
-use std::{io::Write, path::Path, time::Instant};
+use std::{path::Path, time::Instant};
 
 use glam::Vec3;
 use lanternfish::{Renderer, Report, settings::Occlusion};
@@ -130,7 +130,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     for output in &outputs {
         text += &format!("{}\n", output.path.display());
     }
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    output::print(&text)
 }
 
 /// Adds the lights of the flags to those of the file, and puts their surroundings in the place of the file's.

@@ -19,14 +19,29 @@ impl Sums {
             self.square[channel] += value * value;
         }
     }
+
+    /// Zero without samples.
+    fn mean(&self, samples: u64) -> [f64; 3] {
+        self.value.map(|value| value / (samples as f64).max(1.0))
+    }
+
+    /// Of the mean; infinite below two samples.
+    fn variance(&self, samples: u64) -> [f64; 3] {
+        if samples < 2 {
+            return [f64::INFINITY; 3];
+        }
+        let (n, mean) = (samples as f64, self.mean(samples));
+        std::array::from_fn(|c| (self.square[c] / n - mean[c] * mean[c]).max(0.0) / (n - 1.0))
+    }
 }
 
-/// An image in the making: every pixel has had the same number of samples. Rows from the top.
+/// An image in the making: every pixel of a row has had the same number of samples. Rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    pub(crate) samples: u64,
+    /// Of each row's pixels.
+    pub(crate) samples: Vec<u64>,
     pub(crate) pixels: Vec<Sums>,
     pub(crate) dropped: u64,
 }
@@ -49,27 +64,30 @@ impl Film {
                 remedy: "both sides must be at least 1",
             });
         }
-        Ok(Self { width, height, samples: 0, pixels: vec![Sums::default(); width * height], dropped: 0 })
+        let (samples, pixels) = (vec![0; height], vec![Sums::default(); width * height]);
+        Ok(Self { width, height, samples, pixels, dropped: 0 })
     }
 
-    /// What there was after `samples` samples a pixel: their mean and the variance of that mean, as [`Film::mean`] and
-    /// [`Film::variance`] gave them. The sums are those before the interruption but for the rounding of 32 bits.
+    /// What there was: the samples of each row's pixels, their mean and the variance of that mean, as [`Film::row_samples`],
+    /// [`Film::mean`] and [`Film::variance`] gave them. The sums are those before the interruption but for the rounding of 32
+    /// bits.
     pub fn resume(
         width: usize,
-        height: usize,
-        samples: u64,
+        row_samples: &[u64],
         mean: &[[f32; 3]],
         variance: &[[f32; 3]],
     ) -> Result<Self, ReferenceError> {
+        let height = row_samples.len();
         let mut film = Self::new(width, height)?;
         for list in [mean, variance] {
             if list.len() != film.pixels.len() {
                 return Err(ReferenceError::PixelCount { got: list.len(), width, height });
             }
         }
-        let n = samples as f64;
-        film.samples = samples;
-        for ((sums, mean), variance) in film.pixels.iter_mut().zip(mean).zip(variance) {
+        film.samples = row_samples.to_vec();
+        let samples = row_samples.iter().flat_map(|samples| std::iter::repeat_n(*samples, width));
+        for (((sums, samples), mean), variance) in film.pixels.iter_mut().zip(samples).zip(mean).zip(variance) {
+            let n = samples as f64;
             for channel in 0..3 {
                 let (mean, variance) = (f64::from(mean[channel]), f64::from(variance[channel]));
                 sums.value[channel] = n * mean;
@@ -86,9 +104,19 @@ impl Film {
         (self.width, self.height)
     }
 
-    /// Samples that each pixel has had.
+    /// Samples that each pixel has had; the fewest where rows differ.
     pub fn samples(&self) -> u64 {
-        self.samples
+        self.samples.iter().copied().min().unwrap_or(0)
+    }
+
+    /// Samples that each pixel of each row has had. They differ where [`crate::Tracer::render_unless`] was stopped.
+    pub fn row_samples(&self) -> &[u64] {
+        &self.samples
+    }
+
+    /// Samples of all pixels.
+    pub fn sample_count(&self) -> u64 {
+        self.width as u64 * self.samples.iter().sum::<u64>()
     }
 
     /// Samples that were not finite and count as black. Not zero: a fault of the scene or of the tracer.
@@ -96,40 +124,39 @@ impl Film {
         self.dropped
     }
 
-    /// The image so far; black without samples.
+    /// The image so far; a row without samples is black.
     pub fn mean(&self) -> Vec<[f32; 3]> {
-        let n = (self.samples as f64).max(1.0);
-        self.pixels.iter().map(|sums| sums.value.map(|v| (v / n) as f32)).collect()
+        self.sums().map(|(sums, samples)| sums.mean(samples).map(|v| v as f32)).collect()
     }
 
     /// Variance of each value of [`Film::mean`], estimated from its own samples: unbiased; infinite below two samples.
     pub fn variance(&self) -> Vec<[f32; 3]> {
-        self.pixels.iter().map(|sums| std::array::from_fn(|c| self.variance_of(sums, c) as f32)).collect()
+        self.sums().map(|(sums, samples)| sums.variance(samples).map(|v| v as f32)).collect()
     }
 
-    fn variance_of(&self, sums: &Sums, channel: usize) -> f64 {
-        if self.samples < 2 {
-            return f64::INFINITY;
-        }
-        let n = self.samples as f64;
-        let mean = sums.value[channel] / n;
-        (sums.square[channel] / n - mean * mean).max(0.0) / (n - 1.0)
+    /// Every pixel's, and the number of its samples.
+    fn sums(&self) -> impl Iterator<Item = (&Sums, u64)> {
+        let rows = self.pixels.chunks_exact(self.width).zip(&self.samples);
+        rows.flat_map(|(row, samples)| row.iter().map(|sums| (sums, *samples)))
     }
 
     /// Expected error of the image; infinite below two samples, zero for a black image.
     pub fn noise(&self) -> Noise {
-        let n = (self.samples as f64).max(1.0);
+        if self.samples() < 2 {
+            return Noise { relative: f64::INFINITY };
+        }
         let values = 3.0 * self.pixels.len() as f64;
-        let whole = self.pixels.iter().flat_map(|s| s.value).sum::<f64>() / n / values;
-        if whole == 0.0 && self.samples >= 2 {
+        let whole = self.sums().flat_map(|(sums, samples)| sums.mean(samples)).sum::<f64>() / values;
+        if whole == 0.0 {
             return Noise { relative: 0.0 };
         }
         let floor = 0.01 * whole * whole;
-        let error = |sums: &Sums| {
-            let of = |c: usize| self.variance_of(sums, c) / ((sums.value[c] / n).powi(2) + floor);
+        let error = |(sums, samples): (&Sums, u64)| {
+            let (mean, variance) = (sums.mean(samples), sums.variance(samples));
+            let of = |c: usize| variance[c] / (mean[c].powi(2) + floor);
             of(0) + of(1) + of(2)
         };
-        Noise { relative: (self.pixels.iter().map(error).sum::<f64>() / values).sqrt() }
+        Noise { relative: (self.sums().map(error).sum::<f64>() / values).sqrt() }
     }
 }
 
@@ -140,7 +167,7 @@ mod tests {
     fn film(samples: &[[f32; 3]]) -> Film {
         let mut film = Film::new(1, 1).unwrap();
         samples.iter().for_each(|s| film.pixels[0].add(*s));
-        film.samples = samples.len() as u64;
+        film.samples = vec![samples.len() as u64];
         film
     }
 
@@ -156,15 +183,15 @@ mod tests {
     #[test]
     fn a_resumed_film_is_the_one_before() {
         let before = film(&[[1.0, 0.5, 5.0], [2.0, 0.25, 5.0], [4.0, 0.125, 5.0]]);
-        let after = Film::resume(1, 1, 3, &before.mean(), &before.variance()).unwrap();
+        let after = Film::resume(1, &[3], &before.mean(), &before.variance()).unwrap();
         for channel in 0..3 {
             let (a, b) = (before.pixels[0], after.pixels[0]);
             assert!((a.value[channel] - b.value[channel]).abs() < 1e-6 * a.value[channel]);
             assert!((a.square[channel] - b.square[channel]).abs() < 1e-6 * a.square[channel]);
         }
         let once = film(&[[1.0, 0.5, 5.0]]);
-        assert_eq!(Film::resume(1, 1, 1, &once.mean(), &once.variance()).unwrap(), once);
-        assert!(Film::resume(2, 1, 3, &before.mean(), &before.variance()).is_err());
+        assert_eq!(Film::resume(1, &[1], &once.mean(), &once.variance()).unwrap(), once);
+        assert!(Film::resume(2, &[3], &before.mean(), &before.variance()).is_err());
         assert!(Film::new(0, 4).is_err());
     }
 

@@ -50,22 +50,32 @@ impl<'a> Tracer<'a> {
     /// Adds `samples` samples to every pixel, on all cores. Deterministic: where it is interrupted between calls, and by how
     /// many threads it is worked on, leaves no trace.
     pub fn render(&self, camera: &Camera, film: &mut Film, samples: u64) {
-        let (width, height, first) = (film.width, film.height, film.samples);
+        self.render_unless(camera, film, samples, || false);
+    }
+
+    /// As [`Tracer::render`], but once `stop` says so no row is begun any more, and rows differ in their
+    /// [`Film::row_samples`]. The next call evens that out: each row gets what it needs to have `samples` more than
+    /// [`Film::samples`].
+    pub fn render_unless(&self, camera: &Camera, film: &mut Film, samples: u64, stop: impl Fn() -> bool + Sync) {
+        let (width, height, wanted) = (film.width, film.height, film.samples() + samples);
         let dropped: u64 = film
             .pixels
             .par_chunks_mut(width)
+            .zip(&mut film.samples)
             .enumerate()
-            .map(|(y, row)| {
+            .map(|(y, (row, row_samples))| {
                 let mut dropped = 0;
-                for (x, sums) in row.iter_mut().enumerate() {
-                    for sample in first..first + samples {
-                        dropped += self.add_sample(camera, (x, y), (width, height), sample, sums);
+                if *row_samples < wanted && !stop() {
+                    for (x, sums) in row.iter_mut().enumerate() {
+                        for sample in *row_samples..wanted {
+                            dropped += self.add_sample(camera, (x, y), (width, height), sample, sums);
+                        }
                     }
+                    *row_samples = wanted;
                 }
                 dropped
             })
             .sum();
-        film.samples += samples;
         film.dropped += dropped;
     }
 

@@ -9,43 +9,56 @@ use crate::{choices::choice, parse};
 
 #[derive(Debug, Args)]
 pub struct IndirectArgs {
+    /// Indirect light.
+    ///
     /// Where light comes from that is not straight from the lights: other surfaces, emission, the surroundings.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = IndirectName::Sampled)]
     pub indirect: IndirectName,
+    /// What that may cost.
+    ///
     /// What --indirect sampled spends: the flags below that are not given.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Quality::Good)]
     pub quality: Quality,
     /// Diffuse rays a pixel. More: less noise, slower.
     #[arg(long, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=4096), allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     pub indirect_rays: Option<u32>,
     /// Glossy rays a pixel. More: less noise on what shines, slower.
     #[arg(long, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=4096), allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     pub glossy_rays: Option<u32>,
     /// What these rays are traced through.
     #[arg(long, value_name = "NAME", value_parser = choice::<IndirectTracer>())]
+    #[arg(hide_short_help = true)]
     pub indirect_tracer: Option<IndirectTracer>,
     /// Where these rays start.
     #[arg(long, value_name = "NAME", value_parser = choice::<IndirectResolution>())]
+    #[arg(hide_short_help = true)]
     pub indirect_resolution: Option<IndirectResolution>,
     /// Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less noise, less detail.
     #[arg(long, value_name = "PIXELS")]
     #[arg(value_parser = clap::value_parser!(u32).range(0..=64), allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     pub indirect_filter: Option<u32>,
     /// How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with --indirect none.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::None)]
+    #[arg(hide_short_help = true)]
     pub occlusion: OcclusionName,
     /// Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes,
     /// however far; with hbao 1 m.
     #[arg(long, value_name = "METRES", value_parser = parse::positive, allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     pub occlusion_distance: Option<f32>,
     /// Texels across and down a deep image. More: finer, more memory (by the square). Without it: 64, or what --quality says.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=1024))]
+    #[arg(hide_short_help = true)]
     pub deep_resolution: Option<u32>,
     /// Directions that there are deep images of: zonal:N, stacks:AxB or cube:K, as in `lanternfish help deep-images`. Each serves
     /// its opposite too. More: smoother, slower.
     #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
+    #[arg(hide_short_help = true)]
     pub deep_directions: DirectionSet,
 }
 

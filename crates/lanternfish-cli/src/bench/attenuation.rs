@@ -1,6 +1,6 @@
 //! The attenuation functions as curves [VanGelderen2020, fig. A.1].
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use lanternfish::settings::Attenuation;
@@ -18,7 +18,7 @@ pub struct AttenuationArgs {
 pub fn run(args: &AttenuationArgs) -> Result<(), CliError> {
     output::write_text(&args.output, &plot())?;
     let text = format!("{}\n", args.output.display());
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    output::print(&text)
 }
 
 /// Where I₀ of a light of 1 cd is 0.25 cd/m²: the figure's.

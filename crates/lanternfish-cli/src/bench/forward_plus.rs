@@ -1,6 +1,6 @@
 //! The tables of [Elagabani2025, ch. 5]: what each way to save shadow rays saves.
 
-use std::{io::Write, path::Path, time::Instant};
+use std::{path::Path, time::Instant};
 
 use lanternfish::{
     GpuScene, Picture, Renderer,
@@ -280,7 +280,7 @@ fn report(results: &Results, folder: &Path) -> Result<(), CliError> {
     let json = serde_json::to_string_pretty(results).expect("plain numbers and strings");
     output::write_text(&folder.join("report.json"), &(json + "\n"))?;
     let text = format!("{markdown}\n{}\n", folder.join("report.md").display());
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)?;
+    output::print(&text)?;
     let wrong: Vec<_> = results.configurations.iter().filter(|row| row.exact && row.differing_pixels > 0).collect();
     match wrong.first() {
         None => Ok(()),

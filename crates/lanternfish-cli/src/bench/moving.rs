@@ -16,7 +16,14 @@ use lanternfish_scene::{Bounds, Instance, Mesh, Scene};
 use serde::Serialize;
 
 use super::make_folder;
-use crate::{args::adapter, error::CliError, output::write_text, progress::Progress, scene, scene::SceneName};
+use crate::{
+    args::adapter,
+    error::CliError,
+    output::{print, write_text},
+    progress::Progress,
+    scene,
+    scene::SceneName,
+};
 
 #[derive(Debug, Args)]
 pub struct MovingArgs {
@@ -95,10 +102,10 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
         refits,
     };
     let text = markdown(&report);
-    print!("{text}");
     write_text(&args.output.join("report.md"), &text)?;
     let json = serde_json::to_string_pretty(&report).expect("numbers and texts");
-    write_text(&args.output.join("report.json"), &(json + "\n"))
+    write_text(&args.output.join("report.json"), &(json + "\n"))?;
+    print(&text)
 }
 
 /// The scene with every primitive of every instance a mesh of its own, so that each can move by itself.

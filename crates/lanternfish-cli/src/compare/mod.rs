@@ -7,7 +7,6 @@ mod pictures;
 mod table;
 
 use std::{
-    io::Write as _,
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -18,7 +17,7 @@ use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
 use self::{input::Inputs, measure::Measures};
 use crate::{
     error::{self, CliError},
-    output::{check_writable, same_file, write_text},
+    output::{check_writable, print, same_file, write_text},
     parse,
 };
 
@@ -150,20 +149,16 @@ fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
         pictures::write_side_by_side(path, &measures.shown, &measures.map)?;
     }
     let told = match args.json.as_deref() {
-        Some(path) if path == Path::new("-") => tell(&json::to_json(args, &inputs, &measures)),
+        Some(path) if path == Path::new("-") => print(&json::to_json(args, &inputs, &measures)),
         Some(path) => write_text(path, &json::to_json(args, &inputs, &measures))
-            .and_then(|()| tell(&table::to_table(args, &inputs, &measures))),
-        None => tell(&table::to_table(args, &inputs, &measures)),
+            .and_then(|()| print(&table::to_table(args, &inputs, &measures))),
+        None => print(&table::to_table(args, &inputs, &measures)),
     };
     // A reader that has seen enough does not make a picture better.
     match told {
         Ok(()) | Err(CliError::ReaderGone) => Ok(exceeded(args, &inputs, &measures)),
         Err(error) => Err(error),
     }
-}
-
-fn tell(text: &str) -> Result<(), CliError> {
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
 }
 
 /// Everything that can be known before a file is read.

@@ -8,8 +8,6 @@ mod args;
 mod looker;
 mod sheet;
 
-use std::io::Write as _;
-
 use glam::{UVec2, Vec3};
 use lanternfish::view::View;
 use lanternfish_gpu::{Gpu, checked};
@@ -48,5 +46,5 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     progress.step("write", &format!("Writing {}", path.display()), || output.write(&picture))?;
     progress.finish();
     let text = format!("{said}{}\n", path.display());
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    output::print(&text)
 }

@@ -31,10 +31,11 @@ Examples:
   How open every place is:
     lanternfish reference demo:atrium --integrator obscurance --max-distance 1.5 -o obscurance.exr
 
-The EXR holds R, G, B (the mean), the layer `variance` (of that mean, by its own samples), and as text attributes
-`lanternfish.…` how it was made. It is written at least once a minute while it grows.
+The EXR holds R, G, B (the mean), the layer `variance` (of that mean, by its own samples), and
+how it was made, as text attributes `lanternfish.…`. It is written once a minute while it grows, or
+less often where that takes long.
 
-Ctrl-C stops after the samples in progress, writes what there is, and exits with 130; once more, and it stops at once.
+Ctrl-C stops, writes what there is, and exits with 130; once more, and it stops at once.
 The last line of standard output is the picture's path.";
 
 /// Samples a pixel where nothing else says when to stop.
@@ -47,12 +48,12 @@ pub struct ReferenceArgs {
 
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,
-    #[command(flatten)]
-    pub shared: SharedArgs,
-    #[command(flatten, next_help_heading = "Light transport")]
-    pub transport: TransportArgs,
     #[command(flatten, next_help_heading = "Samples")]
     pub samples: SampleArgs,
+    #[command(flatten, next_help_heading = "Light transport")]
+    pub transport: TransportArgs,
+    #[command(flatten)]
+    pub shared: SharedArgs,
     #[command(flatten, next_help_heading = "Run")]
     pub run: RunArgs,
 }
@@ -100,7 +101,8 @@ pub struct SampleArgs {
     /// from 16 samples on, each time there are an eighth more.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
     pub until_error: Option<f32>,
-    /// Stops after so many seconds of tracing.
+    /// Stops after so many seconds of tracing, wherever it is by then: some rows of the picture may have more samples than
+    /// others, or none.
     #[arg(long, value_name = "SECONDS", value_parser = parse::positive, allow_hyphen_values = true)]
     pub time_limit: Option<f32>,
     /// Another seed, other noise around the same picture; the same seed, the same picture to the last bit. Where the rain
@@ -154,12 +156,14 @@ impl Args for SharedArgs {
             command = command.arg(match flag.get_id().as_str() {
                 "seed" => flag
                     .long("rain-seed")
-                    .help("Where the rain of --lights falls: what `render` calls --seed.")
+                    .help("Where the rain of --lights falls: what `render` calls --seed")
+                    .long_help(None)
                     .help_heading(HEADINGS[1]),
                 // There is no light that a path does not find.
                 "sky" | "environment" => {
-                    let help = flag.get_help().map(ToString::to_string).unwrap_or_default();
-                    flag.help(help.replace("and lights by --indirect sampled or --occlusion", "and lights"))
+                    let help = flag.get_long_help().map(ToString::to_string).unwrap_or_default();
+                    let help = help.replace("lights by --indirect sampled or --occlusion", "lights");
+                    flag.long_help(help)
                 }
                 _ => flag,
             });

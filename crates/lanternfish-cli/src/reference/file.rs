@@ -8,7 +8,7 @@ use lanternfish_metrics::{
 };
 use lanternfish_reference::{Film, settings::Integrator};
 
-use super::{display, interrupt};
+use super::display;
 use crate::{
     error::CliError,
     output::{check_writable, same_file},
@@ -17,6 +17,8 @@ use crate::{
 
 /// Names of text attributes.
 const SAMPLES: &str = "lanternfish.samples";
+/// Where rows differ: of each, as `SAMPLESxROWS` for one block of rows after the other.
+const ROW_SAMPLES: &str = "lanternfish.row-samples";
 const SEED: &str = "lanternfish.seed";
 const DROPPED: &str = "lanternfish.dropped";
 const NOISE: &str = "lanternfish.noise";
@@ -107,25 +109,26 @@ impl Target {
             (NOISE, format!("{:.3e}", film.noise().relative)),
             (FINGERPRINT, making.fingerprint.clone()),
         ];
+        let uneven = film.row_samples().iter().any(|row| *row != film.samples());
+        let rows = uneven.then(|| (ROW_SAMPLES, blocks_of(film.row_samples())));
+        let numbers = numbers.into_iter().chain(rows).collect::<Vec<_>>();
         let facts = making.facts.iter().map(|(name, value)| (*name, value.as_str()));
         let attributes: Vec<(&str, &str)> =
             numbers.iter().map(|(n, value)| (*n, value.as_str())).chain(facts).collect();
-        interrupt::while_writing(|| {
-            let shown = if let Some(path) = &self.variance {
-                let variance = image(variance)?;
-                write_exr_layers(path, &[("", &variance)], &attributes)?;
-                variance.pixels
-            } else {
-                variance
-            };
-            if self.is_png {
-                let side = |pixels: usize| u32::try_from(pixels).expect("sides were given as u32");
-                write_png(&self.path, side(width), side(height), ColorType::Rgb, &look.bytes(&mean))?;
-            } else {
-                write_exr_layers(&self.path, &[("", &image(mean)?), (VARIANCE, &image(shown)?)], &attributes)?;
-            }
-            Ok(())
-        })
+        let shown = if let Some(path) = &self.variance {
+            let variance = image(variance)?;
+            write_exr_layers(path, &[("", &variance)], &attributes)?;
+            variance.pixels
+        } else {
+            variance
+        };
+        if self.is_png {
+            let side = |pixels: usize| u32::try_from(pixels).expect("sides were given as u32");
+            write_png(&self.path, side(width), side(height), ColorType::Rgb, &look.bytes(&mean))?;
+        } else {
+            write_exr_layers(&self.path, &[("", &image(mean)?), (VARIANCE, &image(shown)?)], &attributes)?;
+        }
+        Ok(())
     }
 
     /// What the file holds, to go on from; none where there is no file. Refused where it is not of this making; `seed` is
@@ -138,9 +141,12 @@ impl Target {
         let unreadable = |error: MetricsError| CliError::new(error, "leave --resume out to start anew in its place");
         let attributes = read_exr_attributes(&self.path).map_err(unreadable)?;
         let number = |name: &str| attributes.get(name).and_then(|text| text.parse::<u64>().ok());
-        let (Some(samples @ 1..), Some(its_seed), Some(fingerprint)) =
-            (number(SAMPLES), number(SEED), attributes.get(FINGERPRINT))
-        else {
+        let height = size.height as usize;
+        let rows = match attributes.get(ROW_SAMPLES) {
+            Some(blocks) => rows_of(blocks, height),
+            None => number(SAMPLES).map(|samples| vec![samples; height]),
+        };
+        let (Some(rows), Some(its_seed), Some(fingerprint)) = (rows, number(SEED), attributes.get(FINGERPRINT)) else {
             let hint = "choose another name, or leave --resume out to start anew in its place";
             return Err(failed("not a picture of `lanternfish reference`, so there is nothing to go on from", hint));
         };
@@ -166,10 +172,26 @@ impl Target {
         let mut variance = read_exr_layer(&self.path, VARIANCE).map_err(unreadable)?;
         // Of one sample there is no variance; its sums need none.
         variance.pixels.iter_mut().flatten().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
-        let (width, height) = (size.width as usize, size.height as usize);
-        let film = Film::resume(width, height, samples, &mean.pixels, &variance.pixels)?;
+        let film = Film::resume(size.width as usize, &rows, &mean.pixels, &variance.pixels)?;
         Ok(Some(Before { film, seed: its_seed, dropped: number(DROPPED).unwrap_or(0) }))
     }
+}
+
+/// Rows of as many samples as `5x512 4x568`: 512 rows of 5, then 568 of 4.
+fn blocks_of(rows: &[u64]) -> String {
+    let blocks = rows.chunk_by(|a, b| a == b).map(|block| format!("{}x{}", block[0], block.len()));
+    blocks.collect::<Vec<_>>().join(" ")
+}
+
+/// What [`blocks_of`] was made from; none where it was not made from so many rows.
+fn rows_of(blocks: &str, height: usize) -> Option<Vec<u64>> {
+    let mut rows = Vec::new();
+    for block in blocks.split(' ') {
+        let (samples, count) = block.split_once('x')?;
+        let count = count.parse().ok().filter(|count| *count <= height - rows.len())?;
+        rows.extend(std::iter::repeat_n(samples.parse::<u64>().ok()?, count));
+    }
+    (rows.len() == height).then_some(rows)
 }
 
 /// How PNG shows the mean.
@@ -188,6 +210,22 @@ impl Look {
             Integrator::Occlusion | Integrator::Obscurance { .. } => display::encoded(mean, 0.0, ToneMap::None),
             // As --debug-view normal has it.
             Integrator::Normal => display::raw(mean),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_read_as_they_are_written() {
+        for rows in [&[3, 3, 2, 3][..], &[0, 1], &[7]] {
+            assert_eq!(rows_of(&blocks_of(rows), rows.len()).as_deref(), Some(rows));
+        }
+        assert_eq!(blocks_of(&[3, 3, 2, 3]), "3x2 2x1 3x1");
+        for bad in ["", "3x4", "3x2", "3x2 ", "x3", "3x-1 1x4", "3", "3x2 2x18446744073709551615"] {
+            assert_eq!(rows_of(bad, 3), None, "{bad}");
         }
     }
 }

@@ -2,17 +2,16 @@
 //!
 //! 1. Read the scene as `render` does ([`crate::shot`], [`crate::scene`], [`crate::camera`]).
 //! 2. Go on from the output, if that is asked for and it is of the same making ([`fingerprint`], [`mod@file`]).
-//! 3. Add samples pass by pass until there are enough, or somebody asks to end ([`trace`], [`interrupt`]).
+//! 3. Add samples pass by pass until there are enough, or somebody asks to end ([`trace`], [`crate::signals`]).
 //! 4. Write mean and variance.
 
 mod args;
 pub mod display;
 mod file;
 pub mod fingerprint;
-mod interrupt;
 mod trace;
 
-use std::{fmt::Write as _, io::Write as _, process::ExitCode, time::Instant};
+use std::{fmt::Write as _, time::Instant};
 
 use lanternfish_reference::{
     Film, Settings, Tracer,
@@ -34,11 +33,11 @@ use crate::{
     progress::Progress,
     render::apply_lights,
     report::grouped,
-    scene, shot,
+    scene, shot, signals,
 };
 
-/// Traces, and gives what the process exits with: success, or what Ctrl-C exits with.
-pub fn run(args: &ReferenceArgs, started: Instant) -> Result<ExitCode, CliError> {
+/// Traces, and gives what the process exits with: 0, or what Ctrl-C and the like exit with.
+pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let mut shot = shot::resolve(&args.scene)?;
     let is_track = shot.args.track.frames.take().is_some();
     let view = shot.views().swap_remove(0);
@@ -99,7 +98,7 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<ExitCode, CliError>
     let look = Look { integrator: settings.integrator, exposure: flags.look.exposure, tone_map: flags.look.tone_map };
 
     let tracer = progress.step("build", "Building trees", || Tracer::new(&scene, settings.clone()))?;
-    interrupt::install()?;
+    signals::end_when_asked();
     let goal = goal(args);
     let bar = progress.bar();
     let run = progress.step("trace", "Tracing", || {
@@ -114,9 +113,14 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<ExitCode, CliError>
     })?;
 
     let noise = film.noise().relative;
-    if run.interrupted {
+    progress.result(&format!("{}: {}", target.path.display(), outcome(&film, noise, run.seconds)));
+    let on = if target.is_resumable() { "; the same command with --resume goes on from there" } else { "" };
+    let black = film.row_samples().iter().filter(|row| **row == 0).count();
+    if black > 0 {
+        let height = film.row_samples().len();
+        progress.note(&format!("{black} of {height} rows have no sample yet, and are black{on}"));
+    } else if run.interrupted.is_some() {
         let goal = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
-        let on = if target.is_resumable() { "; the same command with --resume goes on from there" } else { "" };
         progress.note(&format!("stopped at {}{goal} samples a pixel{on}", film.samples()));
     } else if let Some(error) = goal.until_error.filter(|error| noise > *error) {
         progress.note(&format!(
@@ -139,8 +143,17 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<ExitCode, CliError>
         text = table(&tracer, &scene, &film, &run, dropped, &seconds);
     }
     text += &format!("{}\n", target.path.display());
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)?;
-    Ok(if run.interrupted { ExitCode::from(interrupt::EXIT) } else { ExitCode::SUCCESS })
+    output::print(&text)?;
+    Ok(run.interrupted.unwrap_or(0))
+}
+
+/// What the run came to: `256 samples a pixel in 51.2 s, expected error 1.21 %`.
+fn outcome(film: &Film, noise: f64, seconds: f64) -> String {
+    let most = film.row_samples().iter().max().copied().unwrap_or_default();
+    let more = if most > film.samples() { format!(" to {most}") } else { String::new() };
+    let error =
+        if noise.is_finite() { format!("{:.2} %", 100.0 * noise) } else { "unknown below 2 samples".to_owned() };
+    format!("{}{more} samples a pixel in {seconds:.1} s, expected error {error}", film.samples())
 }
 
 fn goal(args: &ReferenceArgs) -> Goal {
@@ -203,9 +216,7 @@ fn table(
     dropped: u64,
     seconds: &[(&'static str, f64)],
 ) -> String {
-    let (width, height) = film.size();
-    let added = run.added * (width * height) as u64;
-    let rate = added as f64 / run.seconds.max(1e-9);
+    let rate = run.added as f64 / run.seconds.max(1e-9);
     let mut text = String::new();
     let mut line = |name: &str, value: &str| writeln!(text, "{name:<18}{value:>14}").expect("String");
     line("counter", "value");
@@ -213,7 +224,7 @@ fn table(
     line("lights", &grouped(scene.lights.len() as u64));
     line("threads", &rayon::current_num_threads().to_string());
     line("samples a pixel", &grouped(film.samples()));
-    line("samples, this run", &grouped(added));
+    line("samples, this run", &grouped(run.added));
     line("samples a second", &trace::metric(rate));
     line("samples dropped", &grouped(dropped));
     line("expected error", &format!("{:.3} %", 100.0 * film.noise().relative));

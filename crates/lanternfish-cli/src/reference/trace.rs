@@ -5,15 +5,18 @@ use std::time::{Duration, Instant};
 use lanternfish_reference::{Film, Tracer};
 use lanternfish_scene::Camera;
 
-use super::interrupt;
-use crate::{error::CliError, progress::Bar};
+use crate::{error::CliError, progress::Bar, signals};
 
-/// A pass takes about this long, s, so that Ctrl-C and the progress line do not wait for more.
+/// A pass takes about this long, s, so that the progress line does not wait for more.
 const PASS_SECONDS: f64 = 1.0;
 /// Most samples of a pass.
 const MOST_A_PASS: u64 = 64;
-/// The file is written at least this often, s.
+/// The file is written this often, s.
 const CHECKPOINT_SECONDS: f64 = 60.0;
+/// Though less often where that would take more than this share of the time.
+const MOST_SAVING: f64 = 0.1;
+/// After so many seconds, and not before, it is told how long the rest will take.
+const ESTIMATE_SECONDS: f64 = 1.0;
 /// Below so many samples the error that they estimate of themselves says little.
 const FIRST_CHECK: u64 = 16;
 
@@ -25,15 +28,16 @@ pub struct Goal {
     /// [`lanternfish_reference::Noise::relative`]. Looked at where the number of samples is one of a fixed row, so that the
     /// picture depends on no clock.
     pub until_error: Option<f64>,
-    /// Seconds of this run.
+    /// Seconds of this run; binds within a pass.
     pub time_limit: Option<f64>,
 }
 
 /// How a run ended.
 #[derive(Debug)]
 pub struct Run {
-    pub interrupted: bool,
-    /// Samples a pixel that this run added.
+    /// What the process exits with if somebody asked it to end.
+    pub interrupted: Option<u8>,
+    /// Samples of all pixels that this run added.
     pub added: u64,
     pub seconds: f64,
 }
@@ -42,7 +46,7 @@ impl Goal {
     fn is_reached(&self, film: &Film, seconds: f64) -> bool {
         let samples = film.samples();
         self.spp.is_some_and(|spp| samples >= spp)
-            || (samples > 0 && self.time_limit.is_some_and(|limit| seconds >= limit))
+            || self.time_limit.is_some_and(|limit| seconds >= limit)
             || self.until_error.is_some_and(|error| is_check(samples) && film.noise().relative <= error)
     }
 
@@ -79,8 +83,7 @@ fn is_check(samples: u64) -> bool {
     samples > 0 && next_check(samples - 1) == samples
 }
 
-/// Adds samples until the goal is reached or somebody asks to end, and calls `save` once in a while. At least one pass
-/// where the goal is not reached to begin with.
+/// Adds samples until the goal is reached or somebody asks to end, and calls `save` once in a while.
 pub fn trace(
     tracer: &Tracer<'_>,
     camera: &Camera,
@@ -89,42 +92,66 @@ pub fn trace(
     bar: &Bar,
     mut save: impl FnMut(&Film) -> Result<(), CliError>,
 ) -> Result<Run, CliError> {
-    let (started, first) = (Instant::now(), film.samples());
-    let mut saved = started;
+    let (started, first) = (Instant::now(), film.sample_count());
+    let stop =
+        || signals::asked().is_some() || goal.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() >= limit);
+    let pixels = film.row_samples().len() as f64 * film.size().0 as f64;
+    let (mut saved, mut between_saves) = (started, CHECKPOINT_SECONDS);
+    let mut is_estimated = bar.is_seen();
     let mut pass = 1;
     loop {
-        let (seconds, added) = (started.elapsed().as_secs_f64(), film.samples() - first);
+        let (seconds, added) = (started.elapsed().as_secs_f64(), film.sample_count() - first);
         let end = |interrupted| Run { interrupted, added, seconds };
         if goal.is_reached(film, seconds) {
-            return Ok(end(false));
+            return Ok(end(None));
         }
-        if interrupt::asked() && film.samples() > 0 {
-            return Ok(end(true));
+        if let Some(code) = signals::asked() {
+            return Ok(end(Some(code)));
         }
         let pass_started = Instant::now();
-        let samples = pass.min(goal.most(film.samples()));
-        tracer.render(camera, film, samples);
+        tracer.render_unless(camera, film, pass.min(goal.most(film.samples())), stop);
         let pass_seconds = pass_started.elapsed().as_secs_f64();
-        let each = pass_seconds.max(1e-6) / samples as f64;
+        let pass_added = film.sample_count() - first - added;
+        let each = pass_seconds.max(1e-6) * pixels / pass_added.max(1) as f64;
         let seconds = started.elapsed().as_secs_f64();
         let time = goal.time_limit.map_or(PASS_SECONDS, |limit| PASS_SECONDS.min(limit - seconds));
         pass = ((time / each) as u64).clamp(1, MOST_A_PASS);
         if bar.is_seen() {
-            show(bar, film, goal, film.samples() - first, seconds);
+            show(bar, film, goal, film.sample_count() - first, seconds);
+        } else if !is_estimated && seconds >= ESTIMATE_SECONDS {
+            is_estimated = estimate(bar, film, goal, film.sample_count() - first, seconds);
         }
-        if (saved.elapsed() + Duration::from_secs_f64(pass_seconds)).as_secs_f64() > CHECKPOINT_SECONDS {
+        if (saved.elapsed() + Duration::from_secs_f64(pass_seconds)).as_secs_f64() > between_saves {
+            let saving = Instant::now();
             save(film)?;
             saved = Instant::now();
+            between_saves = CHECKPOINT_SECONDS.max(saving.elapsed().as_secs_f64() / MOST_SAVING);
         }
     }
 }
 
-fn show(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) {
-    let ((width, height), samples, noise) = (film.size(), film.samples(), film.noise().relative);
-    let left = goal.seconds_left(samples, noise, seconds, seconds / added as f64);
+/// Seconds that are left after `seconds` in which `added` samples of all pixels came, and the noise by now.
+fn left(film: &Film, goal: &Goal, added: u64, seconds: f64) -> (Option<f64>, f64) {
+    let (width, height) = film.size();
+    let each = seconds * (width * height) as f64 / added.max(1) as f64;
+    let noise = film.noise().relative;
+    (goal.seconds_left(film.samples(), noise, seconds, each), noise)
+}
+
+/// Tells those who see no bar how long it will take; whether that is known by now.
+fn estimate(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) -> bool {
+    let (left, _) = left(film, goal, added, seconds);
+    let Some(left) = left else { return false };
     let of = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
-    let rate = (added as f64) * (width * height) as f64 / seconds;
-    let mut text = format!("{samples}{of} samples a pixel, {} samples/s", metric(rate));
+    let (samples, so_far) = (film.samples(), duration(seconds));
+    bar.note(&format!("about {} left, after {so_far} with {samples}{of} samples a pixel", duration(left)));
+    true
+}
+
+fn show(bar: &Bar, film: &Film, goal: &Goal, added: u64, seconds: f64) {
+    let (left, noise) = left(film, goal, added, seconds);
+    let of = goal.spp.map(|spp| format!(" of {spp}")).unwrap_or_default();
+    let mut text = format!("{}{of} samples a pixel, {} samples/s", film.samples(), metric(added as f64 / seconds));
     if noise.is_finite() {
         text += &format!(", error {:.2} %", 100.0 * noise);
     }

@@ -151,8 +151,9 @@ impl Key {
 
     /// The flag's help, and the names it knows.
     pub fn help(&self) -> String {
-        // The command line's help leaves the last full stop out.
-        let mut help = self.arg.get_help().map(|help| format!("{help}.")).unwrap_or_default();
+        // Where a flag's help is one paragraph, it leaves the last full stop out.
+        let short = || self.arg.get_help().map(|help| format!("{help}."));
+        let mut help = self.arg.get_long_help().map(ToString::to_string).or_else(short).unwrap_or_default();
         let known: Vec<_> = self.arg.get_possible_values().iter().map(|value| value.get_name().to_owned()).collect();
         if !known.is_empty() && matches!(self.kind, Kind::Text | Kind::Number) {
             help += &format!(" One of: {}.", known.join(", "));

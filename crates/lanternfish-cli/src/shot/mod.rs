@@ -2,7 +2,7 @@
 //!
 //! [`HELP`] has an example.
 //!
-//! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render`: both come from the
+//! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render --all`: both come from the
 //! flags themselves, so a new flag is a new key. Values are read by the flags' own parsers. Only `scene`, and
 //! `interpolation` and `keyframes` of `[track]`, are keys alone. Paths are relative to the shot's folder. A flag on the
 //! command line goes before the shot's key; `--point` adds to the shot's.
@@ -32,7 +32,8 @@ use keys::Key;
 use track::Track;
 
 /// What `lanternfish help shot` ends with.
-pub const HELP: &str = r#"A shot is TOML. A key is a flag's long name, in the table of the flag's heading above.
+pub const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
+`lanternfish help render --all` lists them, and `lanternfish shot SCENE` prints a shot with every key.
 Paths are relative to the shot's folder. A flag on the command line goes before the shot's key;
 --point adds to the shot's lights.
 

@@ -120,7 +120,7 @@ fn mistakes_are_at_a_line_and_a_column() {
         ("[output]\nsize = 1979-05-27", &["shot.toml:2:8", "[W, H]"]),
         ("[view]\neye = [1,\n 2]", &["shot.toml:2:7: eye = [1, 2]", "three numbers"]),
         ("[view]\neye = [true]", &["shot.toml:2:7", "[x,y,z]"]),
-        ("[lights]\npoint = [0, 1, 2, 3]", &["shot.toml:2:10", "[x,y,z,cd[,r,g,b[,range]]]"]),
+        ("[lights]\npoint = [0, 1, 2, 3]", &["shot.toml:2:10", "[x,y,z,cd[,...]]"]),
         ("[lights]\npoint = [[0, 1, 2, 3],\n [4]]", &["shot.toml:3:2: point = [4]", "x,y,z,cd"]),
         ("[lights]\nlights = \"rain:4000000000\"", &["shot.toml:2:10", "at most 2097152"]),
         ("[run]\ntimings = \"yes\"", &["shot.toml:2:11", "true or false"]),

@@ -3,7 +3,6 @@
 use std::{
     ffi::{OsStr, OsString},
     fmt::Write as _,
-    io::Write as _,
 };
 
 use lanternfish_scene::{Camera, Projection};
@@ -16,13 +15,14 @@ use super::{
 use crate::{
     camera,
     error::CliError,
+    output,
     scene::{self, SceneName},
 };
 
 const HEADER: &str = "\
 # A shot of Lanternfish: lanternfish render THIS.toml
-# Tables are the headings and keys the flags of `lanternfish help render`. A flag on the command line goes before its
-# key. Paths are relative to this file. A key behind # is not set.
+# Tables are the headings and keys the flags of `lanternfish help render --all`. A flag on the command line goes before
+# its key. Paths are relative to this file. A key behind # is not set.
 ";
 
 const TRACK: &str = "\
@@ -46,7 +46,7 @@ pub fn write(scene: &SceneName) -> Result<(), CliError> {
     let scene = scene::load_part(&args.scene, args.part.scene_of_file.as_deref())?;
     let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;
     let text = text(&shot, Some(&camera))?;
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    output::print(&text)
 }
 
 /// The shot as TOML.

@@ -10,4 +10,5 @@ mod hostile;
 mod mistakes;
 mod reference;
 mod render;
+mod results;
 mod shot;

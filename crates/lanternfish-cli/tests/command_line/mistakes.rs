@@ -241,10 +241,54 @@ fn help_teaches() {
     let folder = tempfile::tempdir().unwrap();
     let help = run(folder.path(), &["render", "--help"]);
     assert!(help.success);
-    for word in
-        ["Examples:", "x,y,z,cd[,r,g,b[,range]]", "rain:N:radius", "ray-query", "Fewest lights a pixel", "1280x720"]
-    {
+    for word in ["Examples:", "rain:N", "1280x720", "help render --all"] {
         assert!(help.stdout.contains(word), "{word:?} is not in: {}", help.stdout);
+    }
+    assert_eq!(run(folder.path(), &["help", "render"]).stdout, help.stdout);
+    assert_eq!(run(folder.path(), &["render", "-h"]).stdout, help.stdout);
+    let all = run(folder.path(), &["help", "render", "--all"]);
+    for word in [
+        "Examples:",
+        "x,y,z,cd[,r,g,b[,range]]",
+        "rain:N:radius",
+        "ray-query",
+        "Fewest lights a pixel",
+        "--cluster-test",
+    ] {
+        assert!(all.stdout.contains(word) && all.success, "{word:?} is not in: {}", all.stdout);
+    }
+    assert!(run(folder.path(), &["help"]).stdout.contains("deep-images"));
+    assert!(run(folder.path(), &["help", "bench", "quality", "--all"]).stdout.contains("lanternfish bench quality"));
+    run(folder.path(), &["help", "bench", "beauty"]).assert_refused(&["lanternfish bench beauty", "quality"], &[]);
+    run(folder.path(), &["help", "render", "quality"]).assert_refused(&["lanternfish render quality"], &[]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_is_printed_arrives_or_the_run_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("triangle.gltf"), TRIANGLE).unwrap();
+    for words in [
+        &["--help"][..],
+        &["--version"],
+        &["render", "--help"],
+        &["help"],
+        &["help", "render", "--all"],
+        &["info", "triangle.gltf"],
+        &["shot", "triangle.gltf"],
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = lanternfish(folder.path()).args(words).stdout(full).stderr(Stdio::piped()).spawn();
+        let output = output.unwrap().wait_with_output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}");
+        assert!(error.starts_with("error: standard output: No space left"), "{words:?}: {error}");
+
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = lanternfish(folder.path()).args(words).stdout(writer).stderr(Stdio::piped()).spawn();
+        let output = output.unwrap().wait_with_output().unwrap();
+        assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "{words:?}");
     }
 }
 

@@ -5,6 +5,11 @@ use std::{
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
 };
+#[cfg(unix)]
+use std::{
+    io::{BufRead as _, BufReader, Lines},
+    process::{Child, ChildStderr},
+};
 
 use lanternfish_metrics::{RgbImage, exr_layers, read_exr, read_exr_attributes, read_exr_layer, read_png};
 
@@ -22,12 +27,26 @@ fn output(folder: &Path, words: &str) -> Output {
     lanternfish(folder, words).output().unwrap()
 }
 
-/// Standard output and standard error of a run of `reference demo:cornell` at 32 × 32 that succeeds.
+/// Standard output and standard error of a run of `reference demo:cornell` at 32 × 32 that succeeds; but for the line that
+/// says what came of it, and how long it would take, where the machine is slow enough for that.
 #[track_caller]
 fn cornell(folder: &Path, words: &str) -> (String, String) {
     let output = output(folder, &format!("reference demo:cornell --size 32x32 {words}"));
     assert!(output.status.success(), "{}", text(&output.stderr));
-    (text(&output.stdout).to_owned(), text(&output.stderr).to_owned())
+    (text(&output.stdout).to_owned(), more_than_usual(text(&output.stderr)))
+}
+
+/// Of standard error, what is neither the estimate nor the line that says what came of it, of which there is one.
+#[track_caller]
+fn more_than_usual(stderr: &str) -> String {
+    let is_result = |line: &&str| line.contains(" samples a pixel in ") && line.contains(", expected error ");
+    assert_eq!(stderr.lines().filter(is_result).count(), 1, "{stderr}");
+    let rest = stderr.lines().filter(|line| !is_result(line) && !is_estimate(line));
+    rest.map(|line| format!("{line}\n")).collect()
+}
+
+fn is_estimate(line: &str) -> bool {
+    line.starts_with("note: about ") && line.contains(" left, after ")
 }
 
 /// Standard error of a run that fails with one error and leaves the folder's files as they are.
@@ -205,8 +224,42 @@ fn it_stops_at_an_error() {
     // A number of samples beside it is the most there are.
     let stderr = run("--until-error 1e-6 --spp 20");
     assert!(stderr.contains("after 20 samples a pixel, not yet") && count() == 20, "{stderr}");
-    run("--time-limit 0.05");
-    assert!(count() >= 1);
+}
+
+#[test]
+fn a_time_limit_binds_within_a_pass() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |words: &str| {
+        let output = output(folder.path(), &format!("reference demo:cornell --size 512x512 {words}"));
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        more_than_usual(text(&output.stderr))
+    };
+    // A quarter of a million paths in two milliseconds would be a machine that is not built yet.
+    let stderr = run("--time-limit 0.002 -o cut.exr");
+    assert_eq!(samples(&folder.path().join("cut.exr")), 0);
+    assert!(
+        stderr.contains("of 512 rows have no sample yet, and are black; the same command with --resume"),
+        "{stderr}"
+    );
+    assert!(run("--time-limit 0.002 -o cut.png").ends_with("and are black\n"));
+    // Resumed, it is what one run gives.
+    run("--spp 1 --resume -o cut.exr");
+    run("--spp 1 -o whole.exr");
+    let [cut, whole] = ["cut.exr", "whole.exr"].map(|name| read_exr(&folder.path().join(name)).unwrap());
+    assert!(cut == whole && samples(&folder.path().join("cut.exr")) == 1);
+}
+
+#[test]
+fn it_says_what_came_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = |words: &str| {
+        let output = output(folder.path(), &format!("reference demo:cornell --size 8x8 {words}"));
+        text(&output.stderr).to_owned()
+    };
+    let said = line("--spp 9 -o a.exr");
+    assert!(said.starts_with("a.exr: 9 samples a pixel in ") && said.ends_with(" %\n"), "{said}");
+    assert!(line("--spp 1 -o a.exr").ends_with("expected error unknown below 2 samples\n"));
+    assert_eq!(line("--spp 9 --quiet -o a.exr"), "");
 }
 
 #[test]
@@ -294,33 +347,58 @@ fn the_table_counts() {
     assert_eq!(stdout.lines().last(), Some("a.png"));
 }
 
+/// Starts `reference` by way of a shell that runs `before` it, and waits until it has said how long it will take.
+#[cfg(unix)]
+fn started(folder: &Path, before: &str) -> (Child, Lines<BufReader<ChildStderr>>) {
+    let line = format!(
+        "{before} exec '{}' reference demo:cornell --size 32x32 --until-error 1e-9 -o a.exr",
+        env!("CARGO_BIN_EXE_lanternfish")
+    );
+    let mut command = Command::new("sh");
+    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).args(["-c", &line]);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| is_estimate(&line.unwrap())), "it ended without an estimate");
+    (child, lines)
+}
+
+/// Sends the signals one right after the other.
+#[cfg(unix)]
+fn kill(child: &Child, signals: [&str; 2]) {
+    let line = signals.map(|signal| format!("kill {signal} {}", child.id())).join("; ");
+    assert!(Command::new("sh").args(["-c", &line]).status().unwrap().success());
+}
+
 #[cfg(unix)]
 #[test]
-fn an_interrupt_writes_what_there_is() {
-    use std::{thread::sleep, time::Duration};
+fn a_signal_writes_what_there_is() {
+    // Twice at once, as `timeout` does.
+    for (signals, code) in [(["-INT", "-INT"], 130), (["-TERM", "-TERM"], 143), (["-HUP", "-TERM"], 129)] {
+        let folder = tempfile::tempdir().unwrap();
+        let (child, lines) = started(folder.path(), "");
+        kill(&child, signals);
+        let stderr = lines.map(|line| line.unwrap() + "\n").collect::<String>();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((output.status.code(), text(&output.stdout)), (Some(code), "a.exr\n"), "{stderr}");
+        let count = samples(&folder.path().join("a.exr"));
+        let said =
+            format!("note: stopped at {count} samples a pixel; the same command with --resume goes on from there\n");
+        assert_eq!(more_than_usual(&stderr), said);
+        assert_eq!(names(folder.path()), ["a.exr"]);
+        cornell(folder.path(), &format!("--spp {} --resume -o a.exr", count + 3));
+        assert_eq!(samples(&folder.path().join("a.exr")), count + 3);
+    }
+}
 
+#[cfg(unix)]
+#[test]
+fn a_signal_that_the_caller_ignores_is_ignored() {
     let folder = tempfile::tempdir().unwrap();
-    let words = "reference demo:cornell --size 32x32 --until-error 1e-9 -o a.exr";
-    let interrupted_after = |seconds: u64| {
-        let mut command = lanternfish(folder.path(), words);
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        sleep(Duration::from_secs(seconds));
-        // Twice at once, as `timeout` does.
-        let child_id = child.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &child_id, &child_id]).status().unwrap().success());
-        child.wait_with_output().unwrap()
-    };
-    // On a machine that does much else the signal may come before it is listened to, and end the process at once.
-    let output = [2, 8, 30].into_iter().map(interrupted_after).find(|output| output.status.code().is_some());
-    let output = output.expect("half a minute is enough to start");
-    assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
-    assert_eq!(text(&output.stdout), "a.exr\n");
-    let count = samples(&folder.path().join("a.exr"));
-    let said = format!("note: stopped at {count} samples a pixel; the same command with --resume goes on from there");
-    assert_eq!(text(&output.stderr).trim(), said);
-    assert_eq!(names(folder.path()), ["a.exr"]);
-    cornell(folder.path(), &format!("--spp {} --resume -o a.exr", count + 3));
-    assert_eq!(samples(&folder.path().join("a.exr")), count + 3);
+    // As `nohup` does.
+    let (child, lines) = started(folder.path(), "trap '' HUP;");
+    kill(&child, ["-HUP", "-INT"]);
+    assert!(lines.count() > 0);
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
 }
 
 #[test]

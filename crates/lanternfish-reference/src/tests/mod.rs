@@ -4,6 +4,8 @@ mod furnace;
 mod light;
 mod sampling;
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use glam::{Affine3A, Vec3, Vec3A, Vec4};
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
 
@@ -100,6 +102,27 @@ fn images_are_the_same_however_they_are_interrupted() {
     one_thread.install(|| tracer.render(&front(4.0, 1.2), &mut parts, 5));
     tracer.render(&front(4.0, 1.2), &mut parts, 7);
     assert_eq!(whole, parts);
+
+    // Stopped within a pass: rows have all of its samples or none.
+    let mut cut = Film::new(8, 8).unwrap();
+    tracer.render(&front(4.0, 1.2), &mut cut, 2);
+    let asked = AtomicU32::new(0);
+    let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 3;
+    tracer.render_unless(&front(4.0, 1.2), &mut cut, 5, stop);
+    let rows = |samples| cut.row_samples().iter().filter(|row| **row == samples).count();
+    assert_eq!((rows(7), rows(2), cut.samples(), cut.sample_count()), (3, 5, 2, 8 * (3 * 7 + 5 * 2)));
+    for (y, row) in cut.row_samples().iter().enumerate() {
+        let even = render(&scene, &front(4.0, 1.2), 8, *row, Settings::default());
+        let pixels = 8 * y..8 * (y + 1);
+        assert_eq!(cut.mean()[pixels.clone()], even.mean()[pixels.clone()], "row {y}");
+        assert_eq!(cut.variance()[pixels.clone()], even.variance()[pixels], "row {y}");
+    }
+    assert_eq!(
+        Film::resume(8, cut.row_samples(), &cut.mean(), &cut.variance()).unwrap().row_samples(),
+        cut.row_samples()
+    );
+    tracer.render(&front(4.0, 1.2), &mut cut, 10);
+    assert_eq!(whole, cut);
     let other = render(&scene, &front(4.0, 1.2), 8, 12, Settings { seed: 1, ..Settings::default() });
     assert_ne!(whole, other);
 }

@@ -103,7 +103,7 @@ impl GpuScene {
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
-        let lights = packed_lights(scene, settings);
+        let lights = packed_lights(scene, settings, &device.limits())?;
         let none = wgpu::BufferUsages::empty();
 
         // Surfaces that cast shadows, in the order in which the BVH holds them.
@@ -210,8 +210,15 @@ impl GpuScene {
 /// Buffer and counter.
 const LIGHTS: &str = "scene/lights";
 
-fn packed_lights(scene: &Scene, settings: &Settings) -> Vec<Light> {
-    scene.lights.iter().map(|light| Light::new(light, settings)).collect()
+/// As shaders read them. An error where they are more than the device can bind at once.
+fn packed_lights(scene: &Scene, settings: &Settings, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
+    let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let (needed, limit) = (scene.lights.len() as u64, bytes / size_of::<Light>() as u64);
+    if needed > limit {
+        let remedy = "choose fewer with --lights; those of the file and --point are among them";
+        return Err(RenderError::Overflow { list: "lights", needed, limit, remedy });
+    }
+    Ok(scene.lights.iter().map(|light| Light::new(light, settings)).collect())
 }
 
 fn light_bounds(scene: &Scene) -> Bounds {
@@ -247,5 +254,23 @@ pub(crate) fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32>
     match material.alpha_mode {
         AlphaMode::Mask { cutoff } => Some(cutoff),
         AlphaMode::Opaque | AlphaMode::Blend => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_that_do_not_fit_are_refused_by_name() {
+        let limits =
+            wgpu::Limits { max_storage_buffer_binding_size: 2 * size_of::<Light>() as u64, ..Default::default() };
+        let packed = |count| {
+            let lights = vec![lanternfish_scene::Light::point(Vec3::ZERO, Vec3::ONE); count];
+            packed_lights(&Scene { lights, ..Scene::default() }, &Settings::default(), &limits)
+        };
+        assert_eq!(packed(2).unwrap().len(), 2);
+        let error = packed(3).unwrap_err().to_string();
+        assert!(error.contains("lights: 3 entries needed, at most 2") && error.contains("--lights"), "{error}");
     }
 }

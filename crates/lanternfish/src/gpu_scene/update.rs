@@ -104,7 +104,7 @@ impl GpuScene {
         scene: &Scene,
         settings: &Settings,
     ) -> Result<(), RenderError> {
-        let lights = packed_lights(scene, settings);
+        let lights = packed_lights(scene, settings, &device.limits())?;
         if lights.len() == self.light_count as usize {
             queue.write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights));
         } else {

@@ -7,7 +7,7 @@ mod pictures;
 mod promises;
 mod steps;
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use lanternfish_gpu::{AdapterChoice, Gpu};
@@ -166,7 +166,7 @@ fn report(results: &Results, args: &ClusteredArgs) -> Result<(), CliError> {
     let page = markdown::to_markdown(results);
     output::write_text(&file("report.md"), &page)?;
     let text = format!("{page}\n{}\n", file("report.md").display());
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)?;
+    output::print(&text)?;
     match results.rows.iter().find(|row| row.differing_pixels > 0) {
         None => Ok(()),
         Some(row) => Err(CliError::new(

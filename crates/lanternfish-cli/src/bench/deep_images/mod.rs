@@ -7,7 +7,7 @@ mod markdown;
 mod rays;
 mod trace;
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use lanternfish::{
@@ -29,7 +29,7 @@ use super::make_folder;
 use crate::{
     args::{PartArgs, adapter},
     error::CliError,
-    output::write_text,
+    output::{print, write_text},
     progress::Progress,
     scene::{self, SceneName},
     shot,
@@ -128,7 +128,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     let file = args.output.join("report.md");
     write_text(&file, &page)?;
     let text = format!("{page}\n{}\n", file.display());
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    print(&text)
 }
 
 impl Bench {

@@ -8,7 +8,7 @@ mod measure;
 mod paper;
 mod times;
 
-use std::{io::Write, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use lanternfish::{
@@ -30,7 +30,7 @@ use crate::{
     args::{LightArgs, PartArgs, ViewArgs, adapter},
     camera,
     error::CliError,
-    output::write_text,
+    output::{print, write_text},
     parse::{self, Size},
     progress::Progress,
     render::apply_lights,
@@ -169,5 +169,5 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let file = args.output.join("report.md");
     write_text(&file, &page)?;
     let text = format!("{page}\n{}\n", file.display());
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+    print(&text)
 }

@@ -1,6 +1,6 @@
 //! What the bench found: for scripts as JSON; `markdown` and `html` are for people.
 
-use std::{io::Write, path::Path};
+use std::path::Path;
 
 use lanternfish_gpu::Gpu;
 use lanternfish_scene::Scene;
@@ -14,7 +14,10 @@ use super::{
     shots::{SHOTS, Shot},
     truths::TruthFigures,
 };
-use crate::{error::CliError, output::write_text};
+use crate::{
+    error::CliError,
+    output::{print, write_text},
+};
 
 /// How far an energy ratio may be from 1 without being marked, whatever the noise.
 const ENERGY_TOLERANCE: f64 = 0.01;
@@ -160,7 +163,7 @@ impl Report {
         write_text(&folder.join("report.json"), &(json + "\n"))?;
         write_text(&folder.join("report.html"), &to_html(self))?;
         let text = format!("{markdown}\n{}\n", folder.join("report.html").display());
-        std::io::stdout().write_all(text.as_bytes()).map_err(CliError::from_stdout)
+        print(&text)
     }
 }
 

@@ -334,7 +334,7 @@ impl Layers {
 
     fn noise(&self, spp: u64) -> Result<f64, CliError> {
         let RgbImage { width, height, pixels } = &self.mean;
-        Ok(Film::resume(*width, *height, spp, pixels, &self.variance.pixels)?.noise().relative)
+        Ok(Film::resume(*width, &vec![spp; *height], pixels, &self.variance.pixels)?.noise().relative)
     }
 
     /// As `ImageErrors::relative_mse` of an exact picture against this one is expected to be.

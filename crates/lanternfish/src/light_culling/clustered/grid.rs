@@ -109,6 +109,25 @@ impl GridGeometry {
         Ok(geometry)
     }
 
+    /// As [`GridGeometry::new`], with clusters of twice as many pixels, and twice that, where those asked for are more than
+    /// [`MOST_CLUSTERS`]: in a large picture, or one of a telescope. Then also the pixels that were taken.
+    pub fn fitting(views: &[ViewFrustum], shape: ClusterShape) -> Result<(Self, Option<u32>), GridError> {
+        let (asked, with): (_, &dyn Fn(u32) -> ClusterShape) = match shape {
+            ClusterShape::Orthographic { .. } => return Ok((Self::new(views, shape)?, None)),
+            ClusterShape::Perspective { pixels } => (pixels.max(1), &|pixels| ClusterShape::Perspective { pixels }),
+            ClusterShape::Displaced { pixels, distance } => {
+                (pixels.max(1), &move |pixels| ClusterShape::Displaced { pixels, distance })
+            }
+        };
+        let mut pixels = asked;
+        loop {
+            match (Self::new(views, with(pixels)), pixels.checked_mul(2)) {
+                (Err(GridError::TooMany { .. }), Some(twice)) => pixels = twice,
+                (grid, _) => return Ok((grid?, (pixels != asked).then_some(pixels))),
+            }
+        }
+    }
+
     /// Clusters of the grid, those that no view sees among them.
     pub fn cluster_count(&self) -> u64 {
         self.dimensions.to_array().into_iter().fold(1, |count, along| count.saturating_mul(u64::from(along)))

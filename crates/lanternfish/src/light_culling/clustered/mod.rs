@@ -147,7 +147,10 @@ impl ClusteredCulling {
     ) -> Result<Vec<LightLists>, RenderError> {
         let device = frame.device;
         let frusta: Vec<ViewFrustum> = seen.iter().map(|s| s.view.frustum(&scene.bounds)).collect();
-        let geometry = GridGeometry::new(&frusta, self.settings.shape).map_err(refused)?;
+        let (geometry, larger) = GridGeometry::fitting(&frusta, self.settings.shape).map_err(refused)?;
+        if let Some(pixels) = larger {
+            tracing::info!(pixels, "clusters are larger than asked for: there would be too many");
+        }
         let clusters = geometry.cluster_count() as u32;
         let grids: Vec<ClusterGrid> = frusta.iter().map(|f| self.grid(&geometry, &f.world_from_view)).collect();
         let upload = |grid: &ClusterGrid| uniform_buffer_of(device, "light_culling/cluster_grid", grid);
@@ -286,7 +289,7 @@ impl ClusteredCulling {
                 list: "light_culling/indices",
                 needed: listed,
                 limit,
-                remedy: "give the lights a shorter range, or use larger clusters",
+                remedy: "give the lights a shorter range (--range-threshold), or choose larger clusters (--clusters persp:64)",
             });
         }
         if listed as u32 > self.capacity {
@@ -301,7 +304,8 @@ fn refused(error: GridError) -> RenderError {
     match error {
         GridError::Unaligned => RenderError::Unaligned,
         GridError::TooMany { needed, .. } => {
-            RenderError::Overflow { list: "clusters", needed, limit: MOST_CLUSTERS, remedy: "use larger clusters" }
+            let remedy = "choose larger ones with --clusters, or --culling tiled";
+            RenderError::Overflow { list: "clusters", needed, limit: MOST_CLUSTERS, remedy }
         }
     }
 }

@@ -158,6 +158,28 @@ fn too_many_clusters_are_refused() {
     let telescope = view([-1e-5, 1e-5, -1e-5, 1e-5], 0.1, 1e6);
     let grid = GridGeometry::new(&[telescope], ClusterShape::Perspective { pixels: 8 });
     assert!(matches!(grid, Err(GridError::TooMany { .. })));
+    assert!(GridGeometry::fitting(&[cube], ClusterShape::Orthographic { side: 0.999 }).is_err());
+}
+
+#[test]
+fn where_clusters_would_be_too_many_they_are_larger() {
+    let telescope = view([-1e-5, 1e-5, -1e-5, 1e-5], 0.1, 1e6);
+    let wide = view([-0.5, 0.5, -0.5, 0.5], 0.1, 1000.0);
+    let large = ViewFrustum { size: UVec2::splat(16_384), ..wide };
+    let small = ViewFrustum { size: UVec2::splat(512), ..wide };
+    let perspective = |pixels| ClusterShape::Perspective { pixels };
+    let displaced = |pixels| ClusterShape::Displaced { pixels, distance: 2.0 };
+    let cases: [(&dyn Fn(u32) -> ClusterShape, _, u32); 3] =
+        [(&perspective, telescope, 8), (&perspective, large, 32), (&displaced, large, 32)];
+    for (shape, view, pixels) in cases {
+        let (grid, taken) = GridGeometry::fitting(&[view], shape(pixels)).unwrap();
+        let taken = taken.expect("larger ones");
+        assert!(grid.cluster_count() <= MOST_CLUSTERS && taken.is_multiple_of(pixels), "{taken}");
+        assert_eq!(GridGeometry::new(&[view], shape(taken)), Ok(grid));
+        assert!(GridGeometry::new(&[view], shape(taken / 2)).is_err(), "no larger than they must be");
+        let grid = GridGeometry::new(&[small], shape(32)).unwrap();
+        assert_eq!(GridGeometry::fitting(&[small], shape(32)), Ok((grid, None)));
+    }
 }
 
 #[test]
