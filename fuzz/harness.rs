@@ -1,8 +1,11 @@
-//! What any input to the importer must come to; shared by the fuzz target and the bounded test.
+//! What any input to the importers must come to; shared by the fuzz target and the bounded test.
 
 use std::path::{Path, PathBuf};
 
-use lanternfish_scene::{SceneError, load};
+use lanternfish_scene::{Environment, LoadOptions, SceneError, load_with};
+
+/// Most memory that an input may ask for, bytes.
+const MEMORY: u64 = 256_000_000;
 
 /// Runs inputs through files of a folder, which is otherwise empty.
 pub struct Harness {
@@ -15,16 +18,25 @@ impl Harness {
         Self { folder: folder.to_owned() }
     }
 
-    /// Loads `bytes` as a file with that ending; whether it is a scene. Panics unless it is a scene that keeps the
-    /// promises of its types, or an error of the file.
+    /// Loads `bytes` as a file with that ending: a scene, what a scene names, or its surroundings; whether it is one. Panics
+    /// unless it is a scene that keeps the promises of its types, or an error of the file.
     pub fn check(&self, bytes: &[u8], ending: &str) -> bool {
         let path = self.folder.join("input").with_extension(ending);
         std::fs::write(&path, bytes).expect("the folder can be written to");
-        match load(path.to_str().expect("a plain name")) {
-            Ok(scene) => match scene.validate() {
-                Ok(()) => true,
-                Err(what) => panic!("loaded, but is no valid scene: {what}"),
-            },
+        let result = match ending {
+            "hdr" | "exr" => return self.check_environment(&path),
+            "mtl" => self.load("v 0 0 0\nv 1 0 0\nv 0 1 0\nmtllib input.mtl\nusemtl a\nf 1 2 3\n", "obj"),
+            "png" | "jpg" | "webp" => {
+                let json = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"images":[{"uri":"input.ENDING"}],
+                    "textures":[{"source":0}],"materials":[{"normalTexture":{"index":0}}],
+                    "accessors":[{"componentType":5126,"count":3,"type":"VEC3"}],
+                    "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}]}"#;
+                self.load(&json.replace("ENDING", ending), "gltf")
+            }
+            _ => self.load_file(&path),
+        };
+        match result {
+            Ok(()) => true,
             Err(error) => {
                 // An unknown format or demo would be a fault of the harness.
                 let of_harness = matches!(error, SceneError::UnknownFormat { .. } | SceneError::UnknownDemo { .. });
@@ -33,12 +45,41 @@ impl Harness {
             }
         }
     }
+
+    /// A scene of this text, which names the input.
+    fn load(&self, text: &str, ending: &str) -> Result<(), SceneError> {
+        let path = self.folder.join("scene").with_extension(ending);
+        std::fs::write(&path, text).expect("the folder can be written to");
+        self.load_file(&path)
+    }
+
+    fn load_file(&self, path: &Path) -> Result<(), SceneError> {
+        let options = LoadOptions { confine: true, memory_limit: Some(MEMORY), ..LoadOptions::default() };
+        let scene = load_with(path, &options)?;
+        scene.validate().unwrap_or_else(|what| panic!("loaded, but is no valid scene: {what}"));
+        Ok(())
+    }
+
+    fn check_environment(&self, path: &Path) -> bool {
+        let Ok(environment) = Environment::load(path) else { return false };
+        let Environment { width, height, pixels, .. } = &environment;
+        assert_eq!(width * height, pixels.len());
+        assert!(!pixels.is_empty() && pixels.iter().all(|pixel| pixel.is_finite() && pixel.min_element() >= 0.0));
+        true
+    }
 }
 
 /// The ending that content of unknown origin is given.
 pub fn ending(bytes: &[u8]) -> &'static str {
+    let begins = |magic: &[u8]| bytes.starts_with(magic);
     match bytes.iter().find(|byte| !byte.is_ascii_whitespace()) {
-        _ if bytes.starts_with(b"glTF") => "glb",
+        _ if begins(b"glTF") => "glb",
+        _ if begins(b"\x89PNG") => "png",
+        _ if begins(b"\xff\xd8") => "jpg",
+        _ if begins(b"RIFF") => "webp",
+        _ if begins(b"#?") => "hdr",
+        _ if begins(b"\x76\x2f\x31\x01") => "exr",
+        _ if begins(b"newmtl") => "mtl",
         Some(b'{') => "gltf",
         _ => "obj",
     }

@@ -18,7 +18,7 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
         .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&path).unwrap()))
         .collect();
     seeds.sort();
-    assert!(seeds.len() >= 4);
+    assert!(seeds.len() >= 11);
     seeds
 }
 
@@ -164,7 +164,7 @@ fn run_mutants(count: usize, seed: u64) -> usize {
                 }
             }
         }
-        if i % 25_000 == 24_999 {
+        if i % 5_000 == 4_999 {
             println!("{} executions, {scenes} scenes", (i + 1) * seeds.len());
         }
     }
@@ -187,23 +187,25 @@ fn truncated_files_are_scenes_or_errors() {
     for (name, content) in seeds() {
         let whole: Vec<bool> =
             (0..content.len()).map(|length| harness.check(&content[..length], ending(&content))).collect();
-        // Text of lines may end after any of them; JSON and chunks may not. The seeds end without blanks.
-        assert!(name.ends_with(".obj") || !whole.contains(&true), "{name}: a part of it is a scene");
+        // Text of lines and images may end anywhere; JSON and chunks may not. The seeds end without blanks.
+        let must_be_whole = name.ends_with(".gltf") || name.ends_with(".glb");
+        assert!(!must_be_whole || !whole.contains(&true), "{name}: a part of it is a scene");
     }
 }
 
 #[test]
 fn mutants_are_scenes_or_errors() {
-    let scenes = run_mutants(750, 1);
+    let count = 400;
+    let (scenes, all) = (run_mutants(count, 1), count * seeds().len());
     // Both must come up, or the mutations reach only the parser's first check, or nothing at all.
-    assert!((150..2_850).contains(&scenes), "{scenes} of 3,000 mutants are scenes");
+    assert!((all / 20..all * 19 / 20).contains(&scenes), "{scenes} of {all} mutants are scenes");
 }
 
-/// For searching longer: `cargo test --release --test bad_input -- --ignored --nocapture`.
+/// For searching longer, over a million: `cargo test --release --test bad_input -- --ignored --nocapture`.
 #[test]
 #[ignore = "runs for minutes"]
 fn mutants_for_long() {
-    run_mutants(2_000_000, 2);
+    run_mutants(100_000, 2);
 }
 
 /// The triangles' file after each `old` became `new`.
