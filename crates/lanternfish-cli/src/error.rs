@@ -71,7 +71,7 @@ impl From<SceneError> for CliError {
                 "save it again, or choose another --environment"
             }
             SceneError::Invalid { path, .. } if has_ending(path, "obj") => {
-                "correct that line, or export the scene again, as OBJ or as glTF 2.0 (.glb)"
+                "correct the file, or export the scene again, as OBJ or as glTF 2.0 (.glb)"
             }
             SceneError::Invalid { .. } => "export the file again; the Khronos glTF validator shows every fault it has",
             SceneError::Unsupported { .. } => "export the file again without it",

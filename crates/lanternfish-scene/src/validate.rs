@@ -37,8 +37,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether every index, length and unit vector is as the types' documentation promises; if not, the first fault
-    /// and where it is. Takes time linear in the scene. Not checked: that surfaces are closed, that triangles turn
+    /// Whether every index, length and unit vector is as the types' documentation promises, and everything is within
+    /// [`Scene::FARTHEST`]; if not, the first fault and where it is. Takes time linear in the scene. Not checked: that surfaces are closed, that triangles turn
     /// the way of their normals (see [`Primitive::winding_faults`]).
     pub fn validate(&self) -> Result<(), String> {
         for (i, mesh) in self.meshes.iter().enumerate() {

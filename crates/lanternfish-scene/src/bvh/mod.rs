@@ -53,8 +53,14 @@ pub fn build(boxes: &[Aabb], effort: Effort) -> CwBvh {
         Effort::High => (24, 2, 0.2),
     };
     let mut binary = cluster::tree(boxes, &order, Search::Near { radius, narrow_passes });
-    if crowding(&binary) < CROWD {
+    let crowd = crowding(&binary);
+    if crowd < CROWD {
         ReinsertionOptimizer::default().run(&mut binary, reinserted, None);
+    } else {
+        let count = boxes.len();
+        tracing::warn!(
+            "{crowd:.0} of {count} triangles are in the place of one, on average: a ray there meets all of them"
+        );
     }
     let wide = bvh2_to_cwbvh(&binary, LEAF_SIZE, true, false);
     if depth(&wide.nodes) <= MAX_DEPTH {

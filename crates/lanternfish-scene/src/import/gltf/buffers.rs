@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
+use lanternfish_limits::caught;
+
 use super::fault::{Place, Result, invalid, item};
 use super::schema::{Buffer, BufferView, CompressedView, Root};
 use super::{meshopt, uri};
@@ -53,7 +55,7 @@ impl<'a> Buffers<'a> {
     fn decoded(&self, index: usize, view: &BufferView, compressed: &CompressedView) -> Result<&[u8]> {
         let decode = || {
             let stored = self.stored(compressed.buffer, compressed.byte_offset, compressed.byte_length)?;
-            meshopt::decode(compressed, stored, self.files.budget)
+            caught(|| meshopt::decode(compressed, stored, self.files.budget)).map_err(invalid)?
         };
         let (length, have) = (view.byte_length, compressed.count.saturating_mul(compressed.byte_stride));
         if length > have {

@@ -59,6 +59,9 @@ use super::LoadOptions;
 use super::files::Files;
 use crate::{AlphaMode, Instance, Material, Mesh, Scene, SceneError};
 
+/// What drawing a primitive that is placed takes: nothing here, but who places many asks for more than can be looked through.
+const BYTES_PER_PLACED: u64 = 256;
+
 /// Reads the file at `path`; see [`crate::import::load_with`] for what of it.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Scene, SceneError> {
     let budget = options.budget();
@@ -105,6 +108,8 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
             .place(|| format!("nodes[{}]", placed.index))?;
     }
     drop_copies(&mut scene, &mut notes);
+    let placed: u64 = scene.instances.iter().map(|i| scene.meshes[i.mesh].primitives.len() as u64).sum();
+    files.budget.check(placed.saturating_mul(BYTES_PER_PLACED), || format!("{placed} placed primitives need"))?;
     notes.log(path);
     Ok(scene)
 }

@@ -129,6 +129,19 @@ fn instances_are_counted_before_they_are_made() {
     assert_eq!(warnings(&crowd), ["folder/test.glb: left out: instances that stand in the place of a copy (99999)"]);
 }
 
+/// 3,000 primitives at 100,000 places: each can be told, all cannot.
+#[test]
+fn placed_primitives_are_counted_before_they_are_looked_at() {
+    let mut file = File::with_triangle();
+    let primitive = file.json["meshes"][0]["primitives"][0].clone();
+    file.json["meshes"][0]["primitives"] = vec![primitive; 3000].into();
+    let places: Vec<f32> = (0..300_000).map(|i| i as f32).collect();
+    let places = file.floats("VEC3", &places);
+    file.json["nodes"][0]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+    assert_contains(&too_much(&file, 50_000_000_000), "300000000 placed primitives need 76.8 GB");
+}
+
 /// What is blended is seen as often as it is there; what stands elsewhere, or is another mesh, is no copy.
 #[test]
 fn copies_that_are_seen_stay() {
