@@ -66,6 +66,13 @@ impl Progress {
         }
     }
 
+    /// Something that is wrong with the result, if anything is. Shown as [`Progress::note`] is.
+    pub fn warn(&self, text: Option<String>) {
+        if let Some(text) = text.filter(|_| !self.quiet) {
+            self.line.suspend(|| say(&format_args!("warning: {text}")));
+        }
+    }
+
     /// The line as a bar, for a step that knows how far it is.
     pub fn bar(&self) -> Bar {
         Bar { line: self.line.clone(), quiet: self.quiet }

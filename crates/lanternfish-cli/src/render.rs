@@ -4,7 +4,7 @@ use std::{path::Path, time::Instant};
 
 use glam::Vec3;
 use lanternfish::{Renderer, Report, settings::Occlusion};
-use lanternfish_gpu::Gpu;
+use lanternfish_gpu::{Gpu, driver_warning};
 use lanternfish_scene::{
     Environment, Scene,
     generate::{light_rain, random_lights},
@@ -74,6 +74,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
 
     let choice = args.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+    progress.warn(driver_warning(&gpu.device.adapter_info()));
     let mut renderer =
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;

@@ -14,6 +14,7 @@ mod adapter;
 mod bindings;
 mod buffer;
 mod compute;
+mod driver;
 mod error;
 mod frame;
 mod gpu_struct;
@@ -30,6 +31,7 @@ pub use buffer::{
     checked, indirect_buffer, read_back, read_texture, storage_buffer, storage_buffer_of, uniform_buffer_of,
 };
 pub use compute::ComputeKernel;
+pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, WgslType, check_layout};

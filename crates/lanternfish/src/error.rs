@@ -34,6 +34,18 @@ pub enum RenderError {
         /// What works everywhere.
         instead: &'static str,
     },
+    /// A setting meets a fault of the device's driver.
+    #[error("{setting}: {driver} {fault}; use {instead}, or install a newer driver")]
+    Driver {
+        /// The setting, as on the command line.
+        setting: &'static str,
+        /// The driver and its version.
+        driver: String,
+        /// What it does.
+        fault: &'static str,
+        /// What works there.
+        instead: &'static str,
+    },
     /// A mean of no frames.
     #[error("--accumulate 0: a picture is the mean of 1 frame or more")]
     NoFrames,

@@ -93,6 +93,9 @@ impl Renderer {
         let occlusion = Occlusion::new(device, &settings)?;
         // Rays of several samples a pixel go through the BVH.
         let of_shadows = tracer == Tracer::DeepImage && settings.samples == Samples::One;
+        if of_shadows {
+            crate::shadows::check_driver(&device.adapter_info())?;
+        }
         let deep_images = settings.indirect.uses_deep_images() || of_shadows;
         let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
         let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;

@@ -49,8 +49,12 @@ mod tests {
         lights::Light,
         occlusion::{DirectionRun, HbaoParameters},
         output::OutputParameters,
-        settings::{Attenuation, ToneMap},
-        shadows::{SoftShadows, VisibilityGrid},
+        settings::{
+            Attenuation, Culling, DebugView, DeepDepth, Indirect, Occlusion, RayCulling, Sampled, Samples, Settings,
+            Tiled, ToneMap,
+        },
+        shading,
+        shadows::{self, SoftShadows, Tracer, VisibilityGrid},
         sky::EnvironmentParameters,
         view::View,
     };
@@ -64,6 +68,8 @@ mod tests {
     }
 
     const CULLING: &[&str] = &["", "culling_all", "culling_clustered"];
+    /// Choices of a room that says itself which features settings ask for: [`asked_by_settings`].
+    const BY_SETTINGS: &[&[&str]] = &[];
     const TEXTURES: &[&str] = &["", "binding_arrays"];
 
     /// What deep images' stores ask of builders: to count (linear array), or to put.
@@ -151,49 +157,9 @@ mod tests {
             choices: &[&["", "tracer_ray_query"], &["", "environment"]],
         },
         Root { module: "indirect/sampled/filter", entries: &["resolve", "filter_axis"], choices: &[] },
-        Root { module: "shadows/plan", entries: &["plan"], choices: &[CULLING, &["", "soft"]] },
-        Root {
-            module: "shadows/trace",
-            entries: &["trace"],
-            choices: &[
-                CULLING,
-                &["visibility_written"],
-                &["", "tracer_ray_query", "tracer_deep_image", "tracer_deep_image+depth_16"],
-                &["", "cull_naive", "cull_improved", "cull_surface"],
-                &["", "ray_counts"],
-                &["", "soft"],
-            ],
-        },
-        Root {
-            module: "shading/forward",
-            entries: &["vertex", "fragment"],
-            choices: &[
-                CULLING,
-                &[
-                    "",
-                    "masked",
-                    "shadow_bits",
-                    "shadow_bits+masked",
-                    "shadow_bits+soft",
-                    "shadow_bits+soft+masked",
-                    "shadow_rays",
-                    "shadow_rays+masked",
-                    "shadow_rays+soft",
-                    "shadow_rays+soft+masked",
-                    "shadow_rays+tracer_ray_query",
-                    "shadow_rays+tracer_ray_query+masked",
-                    "shadow_rays+soft+tracer_ray_query",
-                    "shadow_rays+soft+tracer_ray_query+masked",
-                    "transparent",
-                    "transparent+shadow_rays",
-                    "transparent+shadow_rays+soft",
-                    "transparent+shadow_rays+tracer_ray_query",
-                    "transparent+shadow_rays+soft+tracer_ray_query",
-                ],
-                &["", "indirect", "indirect+multisampled", "occlusion", "occlusion+multisampled"],
-                TEXTURES,
-            ],
-        },
+        Root { module: "shadows/plan", entries: &["plan"], choices: BY_SETTINGS },
+        Root { module: "shadows/trace", entries: &["trace"], choices: BY_SETTINGS },
+        Root { module: "shading/forward", entries: &["vertex", "fragment"], choices: BY_SETTINGS },
         Root { module: "shading/dim", entries: &["vertex", "fragment"], choices: &[TEXTURES] },
         Root { module: "environment_light/levels", entries: &["fill", "halve", "filter_level"], choices: &[] },
         Root { module: "environment_light/by_normal", entries: &["by_normal"], choices: &[] },
@@ -213,6 +179,10 @@ mod tests {
     impl Root {
         /// Every combination of choices.
         fn variants(&self) -> Vec<Vec<&'static str>> {
+            let asked = asked_by_settings();
+            if let Some(asked) = asked.get(self.module) {
+                return asked.iter().cloned().collect();
+            }
             self.choices.iter().fold(vec![Vec::new()], |variants, choices| {
                 let extended = |v: &Vec<&'static str>, c: &'static str| {
                     v.iter().copied().chain(c.split('+').filter(|feature| !feature.is_empty())).collect()
@@ -220,6 +190,55 @@ mod tests {
                 variants.iter().flat_map(|v| choices.iter().map(move |c| extended(v, c))).collect()
             })
         }
+    }
+
+    /// `settings`, each with each of the values.
+    fn with<T: Copy>(settings: &[Settings], values: &[T], set: impl Fn(&mut Settings, T)) -> Vec<Settings> {
+        let changed = |settings: &Settings, value| {
+            let mut settings = settings.clone();
+            set(&mut settings, value);
+            settings
+        };
+        settings.iter().flat_map(|settings| values.iter().map(|value| changed(settings, *value))).collect()
+    }
+
+    /// All that finding shadows and shading look at, each with each.
+    fn all_settings() -> Vec<Settings> {
+        let tiled = Culling::Tiled(Tiled::default());
+        let all = with(&[Settings::default()], &[Culling::All, tiled, Culling::default()], |s, v| s.culling = v);
+        let all = with(&all, RayCulling::ALL, |s, v| s.ray_culling = v);
+        let all = with(&all, &[0.0, 0.1], |s, v| s.light_radius = v);
+        let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.samples = v);
+        let all = with(&all, &[Indirect::None, Indirect::Sampled(Sampled::default())], |s, v| s.indirect = v);
+        let all = with(&all, &[Occlusion::None, Occlusion::Deep { max_distance: None }], |s, v| s.occlusion = v);
+        let all = with(&all, DeepDepth::ALL, |s, v| s.deep_images.depth = v);
+        with(&all, &[None, Some(DebugView::RayCount)], |s, v| s.debug_view = v)
+    }
+
+    /// Features by module, of rooms that say which they are; what they refuse is no variant.
+    fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<&'static str>>> {
+        let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+        for settings in all_settings() {
+            for tracer in [Tracer::None, Tracer::Bvh, Tracer::RayQuery, Tracer::DeepImage] {
+                // What each draw asks for beside.
+                let [opaque, blended] = shading::features(&settings, tracer);
+                for (features, draws) in [(opaque, &["", "masked"][..]), (blended, &[""])] {
+                    let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
+                    let added = drawn.map(|more| [&features[..], &more].concat());
+                    asked.entry("shading/forward").or_default().extend(
+                        added.map(|all| all.into_iter().filter(|feature| !feature.is_empty()).collect::<Vec<_>>()),
+                    );
+                }
+                if tracer == Tracer::None {
+                    continue;
+                }
+                if let Ok([plan, trace]) = shadows::features(&settings, tracer) {
+                    asked.entry("shadows/plan").or_default().insert(plan);
+                    asked.entry("shadows/trace").or_default().insert(trace);
+                }
+            }
+        }
+        asked
     }
 
     fn all_variants() -> Vec<LinkedShader> {
@@ -235,13 +254,21 @@ mod tests {
         linked_name.and_then(|name| name.split("__").next()).unwrap_or_default()
     }
 
+    /// One test, so that all are linked once.
     #[test]
-    fn every_entry_point_is_in_the_table_and_every_variant_validates() {
+    fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
+        let shaders = all_variants();
+        println!("{} variants", shaders.len());
+        check_entry_points(&shaders);
+        check_floor(&shaders);
+        check_shared_structs(&shaders);
+    }
+
+    fn check_entry_points(shaders: &[LinkedShader]) {
         for (path, text) in SHADERS.sources() {
             let declares_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
             assert_eq!(declares_entry, ROOTS.iter().any(|root| root.module == *path), "{path} and the table differ");
         }
-        let shaders = all_variants();
         for root in ROOTS {
             let any = shaders.iter().find(|shader| shader.label.split('+').next() == Some(root.module));
             let any = any.expect("linked above");
@@ -254,8 +281,7 @@ mod tests {
 
     #[test]
     fn every_feature_that_a_shader_asks_for_is_in_the_table() {
-        let known: BTreeSet<&str> =
-            ROOTS.iter().flat_map(|root| root.choices.concat()).flat_map(|choice| choice.split('+')).collect();
+        let known: BTreeSet<&str> = ROOTS.iter().flat_map(Root::variants).flatten().collect();
         let mut asked = BTreeSet::new();
         for (_, text) in SHADERS.sources() {
             for condition in text.split("@if(").skip(1).filter_map(|rest| rest.split(')').next()) {
@@ -263,7 +289,7 @@ mod tests {
                 asked.extend(names.filter(|name| !name.is_empty()));
             }
         }
-        assert_eq!(asked, known.into_iter().filter(|name| !name.is_empty()).collect());
+        assert_eq!(asked, known);
     }
 
     /// Resources of one entry point that WebGPU counts.
@@ -306,14 +332,13 @@ mod tests {
         found
     }
 
-    #[test]
-    fn every_variant_fits_the_floor() {
+    fn check_floor(shaders: &[LinkedShader]) {
         // WebGPU's default limits, https://www.w3.org/TR/webgpu/#limits.
         let floor = wgpu::Limits::default();
         let mut most_storage_buffers = 0;
-        for shader in all_variants() {
+        for shader in shaders {
             for (i, entry) in shader.module.entry_points.iter().enumerate() {
-                let found = resources(&shader, i);
+                let found = resources(shader, i);
                 let name = format!("{} {}", shader.label, entry.name);
                 let fits = |what: &str, count: usize, limit: u32| {
                     assert!(count <= limit as usize, "{name}: {count} {what}, the floor has {limit}");
@@ -335,9 +360,7 @@ mod tests {
         assert!(most_storage_buffers >= 7, "{most_storage_buffers} storage buffers found at most");
     }
 
-    #[test]
-    fn every_shared_struct_is_laid_out_as_every_shader_reads_it() {
-        let shaders = all_variants();
+    fn check_shared_structs(shaders: &[LinkedShader]) {
         let mut checked: BTreeMap<&str, usize> = BTreeMap::new();
         fn check<T: GpuStruct>(shaders: &[LinkedShader], checked: &mut BTreeMap<&str, usize>) {
             let has_it = |shader: &&LinkedShader| {
@@ -348,40 +371,40 @@ mod tests {
                 *checked.entry(T::NAME).or_default() += 1;
             }
         }
-        check::<View>(&shaders, &mut checked);
-        check::<Light>(&shaders, &mut checked);
-        check::<DrawInstance>(&shaders, &mut checked);
-        check::<Material>(&shaders, &mut checked);
-        check::<TextureSlot>(&shaders, &mut checked);
-        check::<BvhTriangle>(&shaders, &mut checked);
-        check::<MaskRecord>(&shaders, &mut checked);
-        check::<MaskHeader>(&shaders, &mut checked);
-        check::<TileGrid>(&shaders, &mut checked);
-        check::<DeepGrid>(&shaders, &mut checked);
-        check::<DeepFrame>(&shaders, &mut checked);
-        check::<PeeledFragment>(&shaders, &mut checked);
-        check::<SurfaceSample>(&shaders, &mut checked);
-        check::<TracedRay>(&shaders, &mut checked);
-        check::<HitTriangle>(&shaders, &mut checked);
-        check::<HitMaterial>(&shaders, &mut checked);
-        check::<SampledParameters>(&shaders, &mut checked);
-        check::<SampledHit>(&shaders, &mut checked);
-        check::<PointRange>(&shaders, &mut checked);
-        check::<TexelQuery>(&shaders, &mut checked);
-        check::<TexelScale>(&shaders, &mut checked);
-        check::<Volume>(&shaders, &mut checked);
-        check::<ClusterGrid>(&shaders, &mut checked);
-        check::<LightTree>(&shaders, &mut checked);
-        check::<LevelToJoin>(&shaders, &mut checked);
-        check::<VisibilityGrid>(&shaders, &mut checked);
-        check::<SoftShadows>(&shaders, &mut checked);
-        check::<EnvironmentParameters>(&shaders, &mut checked);
-        check::<EnvironmentLightParameters>(&shaders, &mut checked);
-        check::<LevelParameters>(&shaders, &mut checked);
-        check::<DirectionRun>(&shaders, &mut checked);
-        check::<HbaoParameters>(&shaders, &mut checked);
-        check::<OutputParameters>(&shaders, &mut checked);
-        check::<DebugParameters>(&shaders, &mut checked);
+        check::<View>(shaders, &mut checked);
+        check::<Light>(shaders, &mut checked);
+        check::<DrawInstance>(shaders, &mut checked);
+        check::<Material>(shaders, &mut checked);
+        check::<TextureSlot>(shaders, &mut checked);
+        check::<BvhTriangle>(shaders, &mut checked);
+        check::<MaskRecord>(shaders, &mut checked);
+        check::<MaskHeader>(shaders, &mut checked);
+        check::<TileGrid>(shaders, &mut checked);
+        check::<DeepGrid>(shaders, &mut checked);
+        check::<DeepFrame>(shaders, &mut checked);
+        check::<PeeledFragment>(shaders, &mut checked);
+        check::<SurfaceSample>(shaders, &mut checked);
+        check::<TracedRay>(shaders, &mut checked);
+        check::<HitTriangle>(shaders, &mut checked);
+        check::<HitMaterial>(shaders, &mut checked);
+        check::<SampledParameters>(shaders, &mut checked);
+        check::<SampledHit>(shaders, &mut checked);
+        check::<PointRange>(shaders, &mut checked);
+        check::<TexelQuery>(shaders, &mut checked);
+        check::<TexelScale>(shaders, &mut checked);
+        check::<Volume>(shaders, &mut checked);
+        check::<ClusterGrid>(shaders, &mut checked);
+        check::<LightTree>(shaders, &mut checked);
+        check::<LevelToJoin>(shaders, &mut checked);
+        check::<VisibilityGrid>(shaders, &mut checked);
+        check::<SoftShadows>(shaders, &mut checked);
+        check::<EnvironmentParameters>(shaders, &mut checked);
+        check::<EnvironmentLightParameters>(shaders, &mut checked);
+        check::<LevelParameters>(shaders, &mut checked);
+        check::<DirectionRun>(shaders, &mut checked);
+        check::<HbaoParameters>(shaders, &mut checked);
+        check::<OutputParameters>(shaders, &mut checked);
+        check::<DebugParameters>(shaders, &mut checked);
 
         // None is missing above, and each is in some shader.
         let mut declared = BTreeSet::new();

@@ -15,6 +15,7 @@ use super::{
     ForwardPlusArgs, make_folder,
     markdown::to_markdown,
     normals::{self, NormalErrors},
+    open,
 };
 use crate::{
     args::LightArgs,
@@ -238,7 +239,7 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     }
     let camera = camera::choose(&scene, view, args.size.width as f32 / args.size.height as f32)?;
     make_folder(&args.output)?;
-    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    let gpu = open(args.adapter.as_ref())?;
     let bench = Bench { gpu, scene, camera, lights, args };
 
     let mut rows = Vec::new();

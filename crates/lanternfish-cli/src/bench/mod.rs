@@ -18,13 +18,13 @@ use std::{
 
 use clap::{Args, Subcommand};
 use lanternfish::settings::{Settings, Shadows};
-use lanternfish_gpu::AdapterChoice;
+use lanternfish_gpu::{AdapterChoice, Gpu, driver_warning};
 
 use self::{attenuation::AttenuationArgs, clustered::ClusteredArgs, quality::QualityArgs};
 use crate::{
     args::{LightArgs, ViewArgs, adapter},
     choices::choice,
-    error::CliError,
+    error::{self, CliError},
     parse::{self, Size},
     scene::SceneName,
 };
@@ -119,6 +119,15 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         Paper::Attenuation(args) => attenuation::run(args),
         Paper::Quality(args) => quality::run(args),
     }
+}
+
+/// Opens an adapter, and says what is wrong with its driver.
+fn open(choice: Option<&AdapterChoice>) -> Result<Gpu, CliError> {
+    let gpu = Gpu::open(&choice.cloned().unwrap_or_default())?;
+    if let Some(warning) = driver_warning(&gpu.device.adapter_info()) {
+        error::say(&format_args!("warning: {warning}"));
+    }
+    Ok(gpu)
 }
 
 /// With all folders above it.

@@ -15,7 +15,7 @@ use lanternfish_reference::Random;
 use lanternfish_scene::{Bounds, Instance, Mesh, Scene};
 use serde::Serialize;
 
-use super::make_folder;
+use super::{make_folder, open};
 use crate::{
     args::adapter,
     error::CliError,
@@ -86,7 +86,7 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
     let scene = progress.step("load", &format!("Loading {}", args.scene), || scene::load_part(&args.scene, None))?;
     let scene = apart(&scene);
-    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    let gpu = open(args.adapter.as_ref())?;
     let tracers: &[Shadows] =
         if gpu.description.ray_query { &[Shadows::Bvh, Shadows::RayQuery] } else { &[Shadows::Bvh] };
     let times = tracers.iter().map(|tracer| times(&gpu, &scene, *tracer, args.runs)).collect::<Result<_, _>>()?;

@@ -10,7 +10,7 @@ mod sheet;
 
 use glam::{UVec2, Vec3};
 use lanternfish::view::View;
-use lanternfish_gpu::{Gpu, checked};
+use lanternfish_gpu::{Gpu, checked, driver_warning};
 
 pub use self::args::{DeepImagesArgs, HELP};
 use crate::{
@@ -41,6 +41,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
 
     let choice = flags.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+    progress.warn(driver_warning(&gpu.device.adapter_info()));
     let looked = checked(&gpu.device, "deep images", || looker::look(args, &gpu, &scene, &view, &mut progress));
     let (picture, said) = looked?;
     progress.step("write", &format!("Writing {}", path.display()), || output.write(&picture))?;

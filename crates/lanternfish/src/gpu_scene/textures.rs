@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use lanternfish_gpu::{Bindings, GpuError};
+use lanternfish_gpu::{Bindings, GpuError, software_mesa};
 use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
 use rayon::prelude::*;
 
@@ -205,8 +205,7 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
 
 /// Samples along the long axis of a footprint, at most, of a setting on an adapter.
 pub fn anisotropy(setting: Anisotropy, adapter: &wgpu::AdapterInfo) -> u16 {
-    let software = adapter.device_type == wgpu::DeviceType::Cpu;
-    let samples = setting.samples().unwrap_or_else(|| automatic_anisotropy(software, &adapter.driver_info));
+    let samples = setting.samples().unwrap_or_else(|| automatic_anisotropy(adapter));
     if setting == Anisotropy::Auto && samples == 1 {
         tracing::info!(
             driver = adapter.driver_info,
@@ -217,12 +216,11 @@ pub fn anisotropy(setting: Anisotropy, adapter: &wgpu::AdapterInfo) -> u16 {
 }
 
 /// 1 on a software driver that is known to stall on more.
-fn automatic_anisotropy(software: bool, driver: &str) -> u16 {
-    let mesa = driver.strip_prefix("Mesa ").and_then(|version| version.split('.').next()?.parse().ok());
-    match (software, mesa) {
-        (false, _) => HARDWARE_ANISOTROPY,
-        (true, Some(0..FIRST_ANISOTROPIC_MESA)) => 1,
-        (true, _) => SOFTWARE_ANISOTROPY,
+fn automatic_anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
+    match (adapter.device_type, software_mesa(adapter)) {
+        (_, Some(0..FIRST_ANISOTROPIC_MESA)) => 1,
+        (wgpu::DeviceType::Cpu, _) => SOFTWARE_ANISOTROPY,
+        _ => HARDWARE_ANISOTROPY,
     }
 }
 
@@ -262,15 +260,20 @@ mod tests {
 
     #[test]
     fn anisotropy_is_as_asked_or_as_the_driver_bears() {
-        for (software, driver, samples) in [
-            (false, "Mesa 22.3.6", 16),
-            (false, "555.42", 16),
-            (true, "Mesa 22.3.6", 1),
-            (true, "Mesa 24.3.1 (LLVM 19)", 1),
-            (true, "Mesa 25.0.7-2 (LLVM 15.0.6)", 4),
-            (true, "SwiftShader", 4),
+        let (hardware, software) = (wgpu::DeviceType::DiscreteGpu, wgpu::DeviceType::Cpu);
+        for (device_type, driver, samples) in [
+            (hardware, "Mesa 22.3.6", 16),
+            (hardware, "555.42", 16),
+            (software, "Mesa 22.3.6", 1),
+            (software, "Mesa 24.3.1 (LLVM 19)", 1),
+            (software, "Mesa 25.0.7-2 (LLVM 15.0.6)", 4),
+            (software, "SwiftShader", 4),
         ] {
-            assert_eq!(automatic_anisotropy(software, driver), samples, "{driver}");
+            let adapter = wgpu::AdapterInfo {
+                driver_info: driver.to_owned(),
+                ..wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan)
+            };
+            assert_eq!(automatic_anisotropy(&adapter), samples, "{driver}");
         }
         for setting in Anisotropy::ALL {
             assert_eq!(setting.samples().map(|n| n.to_string()).unwrap_or("auto".to_owned()), setting.name());

@@ -11,13 +11,13 @@ mod tests;
 pub mod tiled;
 
 use glam::Vec4;
-use lanternfish_gpu::{Bindings, Frame, gpu_struct};
+use lanternfish_gpu::{Bindings, FAULTY_LOOP_STEPS, Frame, faulty_software, gpu_struct};
 
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::Surface,
-    settings::{Culling, Samples},
+    settings::{Assignment, Culling, Samples},
     view::{View, ViewBuffer},
 };
 
@@ -125,6 +125,15 @@ impl LightCulling {
         }
     }
 
+    /// Whether one invocation tests all lights, or shades them.
+    fn tests_every_light(&self) -> bool {
+        match self {
+            Self::All => true,
+            Self::Tiled(_) => false,
+            Self::Clustered(clustered) => clustered.settings.assignment == Assignment::BruteForce,
+        }
+    }
+
     /// Fills the lists of views of one scene, in their order.
     pub fn record(
         &mut self,
@@ -133,6 +142,9 @@ impl LightCulling {
         seen: &[Seen<'_>],
         reach: Reach,
     ) -> Result<Vec<LightLists>, RenderError> {
+        if self.tests_every_light() {
+            check_driver(&frame.device.adapter_info(), scene.light_count)?;
+        }
         match self {
             Self::All => seen.iter().map(|_| all::record(frame, scene)).collect(),
             Self::Tiled(tiled) => {
@@ -150,9 +162,31 @@ impl LightCulling {
     }
 }
 
+/// An error where a loop over so many lights ends too early.
+fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), RenderError> {
+    if light_count <= FAULTY_LOOP_STEPS || !faulty_software(adapter) {
+        return Ok(());
+    }
+    let driver = adapter.driver_info.clone();
+    let fault = "ends loops after 65,535 steps, and there are more lights";
+    Err(RenderError::Driver { setting: "a test of every light", driver, fault, instead: "the default --culling" })
+}
+
 /// The sum of all counts from an exclusive scan of them modulo 2³², the last count being zero.
 fn total(starts: &[u32]) -> u64 {
     starts.windows(2).map(|pair| u64::from(pair[1].wrapping_sub(pair[0]))).sum()
+}
+
+#[test]
+fn more_lights_than_a_faulty_drivers_loops_have_steps_are_refused() {
+    let adapter = |driver: &str| wgpu::AdapterInfo {
+        driver_info: driver.to_owned(),
+        ..wgpu::AdapterInfo::new(wgpu::DeviceType::Cpu, wgpu::Backend::Vulkan)
+    };
+    let error = check_driver(&adapter("Mesa 22.3.6"), 65_536).unwrap_err().to_string();
+    assert!(error.contains("Mesa 22.3.6 ends loops after 65,535 steps") && error.contains("--culling"), "{error}");
+    assert!(check_driver(&adapter("Mesa 22.3.6"), 65_535).is_ok());
+    assert!(check_driver(&adapter("Mesa 25.0.7"), 100_000).is_ok());
 }
 
 #[test]

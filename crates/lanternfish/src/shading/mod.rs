@@ -70,35 +70,8 @@ impl Forward {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let tracer = tracer.exact();
-        let culling = LightCulling::feature(settings.culling);
         let samples = settings.samples.count();
-        let mut opaque: Vec<_> = culling.into_iter().collect();
-        let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
-        // Rays of indirect light see the surroundings themselves.
-        let arriving = match settings.indirect {
-            Indirect::None => Occlusion::feature(settings.occlusion),
-            Indirect::Sampled(_) => Some("indirect"),
-        };
-        opaque.extend(arriving);
-        opaque.extend(arriving.filter(|_| samples > 1).map(|_| "multisampled"));
-        blended.extend(arriving);
-        blended.extend(arriving.filter(|_| samples > 1).map(|_| "multisampled"));
-        if tracer != Tracer::None {
-            // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
-            if samples == 1 {
-                opaque.push("shadow_bits");
-            } else {
-                opaque.push("shadow_rays");
-                opaque.extend(tracer.feature());
-            }
-            blended.push("shadow_rays");
-            blended.extend(tracer.feature());
-            if settings.casts_soft_shadows() {
-                opaque.push("soft");
-                blended.push("soft");
-            }
-        }
+        let [opaque, blended] = features(settings, tracer);
         let over = wgpu::ColorTargetState {
             format: RADIANCE_FORMAT,
             blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
@@ -225,6 +198,40 @@ impl Forward {
         });
         Ok(())
     }
+}
+
+/// Of the opaque and of the blended pass, before those that draws ask for.
+pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<&'static str>; 2] {
+    let tracer = tracer.exact();
+    let culling = LightCulling::feature(settings.culling);
+    let samples = settings.samples.count();
+    let mut opaque: Vec<_> = culling.into_iter().collect();
+    let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
+    // Rays of indirect light see the surroundings themselves.
+    let arriving = match settings.indirect {
+        Indirect::None => Occlusion::feature(settings.occlusion),
+        Indirect::Sampled(_) => Some("indirect"),
+    };
+    for features in [&mut opaque, &mut blended] {
+        features.extend(arriving);
+        features.extend(arriving.filter(|_| samples > 1).map(|_| "multisampled"));
+    }
+    if tracer != Tracer::None {
+        // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
+        if samples == 1 {
+            opaque.push("shadow_bits");
+        } else {
+            opaque.push("shadow_rays");
+            opaque.extend(tracer.feature());
+        }
+        blended.push("shadow_rays");
+        blended.extend(tracer.feature());
+        if settings.casts_soft_shadows() {
+            opaque.push("soft");
+            blended.push("soft");
+        }
+    }
+    [opaque, blended]
 }
 
 /// At most the target's largest number, as all that is drawn to it: a mean of frames stays a number.

@@ -10,7 +10,7 @@ mod tests;
 use std::ops::Range;
 
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of,
+    Bindings, ComputeKernel, Frame, faulty_software, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of,
 };
 
 use crate::{
@@ -153,38 +153,17 @@ impl VisibilityPlan {
 impl Shadows {
     /// Compiles the passes for a tracer (not [`Tracer::None`]).
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
-        let soft = settings.casts_soft_shadows();
-        let culling = LightCulling::feature(settings.culling);
-        let culling: Vec<&str> = culling.into_iter().chain(soft.then_some("soft")).collect();
-        let count_rays = matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility));
-        let mut features = culling.clone();
-        features.push("visibility_written");
-        features.extend(tracer.feature());
-        if tracer == Tracer::DeepImage {
-            if settings.deep_images.store != DeepStore::LinearArray {
-                return Err(RenderError::Together { setting: DEEP_SHADOWS, needed: "the store linear_array" });
-            }
-            if count_rays {
-                return Err(RenderError::Together { setting: "--debug-view of shadow rays", needed: "--shadows bvh" });
-            }
-            features.extend((settings.deep_images.depth == DeepDepth::Bits16).then_some("depth_16"));
-        }
-        features.extend(match settings.ray_culling {
-            RayCulling::None => None,
-            RayCulling::Naive => Some("cull_naive"),
-            RayCulling::Improved => Some("cull_improved"),
-            RayCulling::Surface => Some("cull_surface"),
-        });
-        features.extend(count_rays.then_some("ray_counts"));
-        let plan = SHADERS.link("shadows/plan", &culling)?;
-        let trace = SHADERS.link("shadows/trace", &features)?;
-        let (rays, lights_a_word) = if soft { (settings.shadow_rays, 32 / SOFT_LIGHT_BITS) } else { (1, 32) };
+        let [plan, trace] = features(settings, tracer)?;
+        let plan = SHADERS.link("shadows/plan", &plan)?;
+        let trace = SHADERS.link("shadows/trace", &trace)?;
+        let (rays, lights_a_word) =
+            if settings.casts_soft_shadows() { (settings.shadow_rays, 32 / SOFT_LIGHT_BITS) } else { (1, 32) };
         let most_words = MOST_RAYS / u64::from(rays * lights_a_word);
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
             trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
             scan: Scan::new(device, "shadows")?,
-            count_rays,
+            count_rays: counts_rays(settings),
             lights_a_word,
             tracer,
             word_limit: most_words,
@@ -289,6 +268,37 @@ impl Shadows {
     }
 }
 
+/// Whether the debug view shows rays.
+fn counts_rays(settings: &Settings) -> bool {
+    matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
+}
+
+/// Of `plan` and of `trace`; an error where the tracer cannot do what is asked of it.
+pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<&'static str>; 2], RenderError> {
+    let culling = LightCulling::feature(settings.culling);
+    let plan: Vec<_> = culling.into_iter().chain(settings.casts_soft_shadows().then_some("soft")).collect();
+    let mut trace = plan.clone();
+    trace.push("visibility_written");
+    trace.extend(tracer.feature());
+    if tracer == Tracer::DeepImage {
+        if settings.deep_images.store != DeepStore::LinearArray {
+            return Err(RenderError::Together { setting: DEEP_SHADOWS, needed: "the store linear_array" });
+        }
+        if counts_rays(settings) {
+            return Err(RenderError::Together { setting: "--debug-view of shadow rays", needed: "--shadows bvh" });
+        }
+        trace.extend((settings.deep_images.depth == DeepDepth::Bits16).then_some("depth_16"));
+    }
+    trace.extend(match settings.ray_culling {
+        RayCulling::None => None,
+        RayCulling::Naive => Some("cull_naive"),
+        RayCulling::Improved => Some("cull_improved"),
+        RayCulling::Surface => Some("cull_surface"),
+    });
+    trace.extend(counts_rays(settings).then_some("ray_counts"));
+    Ok([plan, trace])
+}
+
 /// The words of one row of blocks must fit a u32, in which the device counts them.
 fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
     let most = u64::from(columns) * u64::from(BLOCK_EDGE * BLOCK_EDGE) * u64::from(words_a_pixel);
@@ -311,6 +321,15 @@ pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
         });
     }
     Ok(())
+}
+
+/// An error where the driver is one that crashes on shadows through deep images: while it compiles `trace`, Mesa 22.3.6.
+pub(crate) fn check_driver(adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
+    if !faulty_software(adapter) {
+        return Ok(());
+    }
+    let (driver, fault) = (adapter.driver_info.clone(), "crashes on it");
+    Err(RenderError::Driver { setting: DEEP_SHADOWS, driver, fault, instead: "--shadows bvh" })
 }
 
 /// Words before each row of blocks, the total last. The device's sums, which start over at 2³², are unrolled.

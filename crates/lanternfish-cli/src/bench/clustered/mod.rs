@@ -10,7 +10,7 @@ mod steps;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use lanternfish_gpu::{AdapterChoice, Gpu};
+use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{
     Camera, Light, Scene, StereoRig,
     generate::{light_rain, random_lights},
@@ -22,7 +22,7 @@ use self::{
     measure::{Bench, LeftOut, Row},
     promises::{Promise, promises},
 };
-use super::make_folder;
+use super::{make_folder, open};
 use crate::{
     args::{PartArgs, ViewArgs, adapter},
     camera,
@@ -126,7 +126,7 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let eyes = StereoRig::vive().cameras(&camera, camera.projection.near().max(1e-5));
     let eye_width = ((EYE_ASPECT * height as f32).round() as u32).max(1);
     make_folder(&args.output)?;
-    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    let gpu = open(args.adapter.as_ref())?;
 
     let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
     let bench =

@@ -25,7 +25,7 @@ use self::{
     configurations::{fitted, groups, in_words},
     trace::Traced,
 };
-use super::make_folder;
+use super::{make_folder, open};
 use crate::{
     args::{PartArgs, adapter},
     error::CliError,
@@ -108,7 +108,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     if scene.bounds().is_empty() {
         return Err(CliError::new(format_args!("{source}: no opaque surface"), "name a scene that has some"));
     }
-    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    let gpu = open(args.adapter.as_ref())?;
     if !gpu.description.timestamps {
         let name = &gpu.description.name;
         return Err(CliError::new(

@@ -15,7 +15,7 @@ use lanternfish::{
     Renderer,
     settings::{Settings, Shadows},
 };
-use lanternfish_gpu::{AdapterChoice, Gpu};
+use lanternfish_gpu::AdapterChoice;
 use serde::Serialize;
 
 use self::{
@@ -24,7 +24,7 @@ use self::{
 };
 use super::{
     deep_images::{LeftOut, build::Built, leave_out_blended},
-    make_folder,
+    make_folder, open,
 };
 use crate::{
     args::{LightArgs, PartArgs, ViewArgs, adapter},
@@ -120,7 +120,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     if let Some(shot) = &shot {
         (look.exposure, look.tone_map) = (shot.args.look.exposure, shot.args.look.tone_map);
     }
-    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    let gpu = open(args.adapter.as_ref())?;
     if !gpu.description.timestamps {
         let name = &gpu.description.name;
         return Err(CliError::new(

@@ -93,6 +93,7 @@ impl Bench<'_> {
             Err(RenderError::MissingFeature { feature, .. }) => {
                 return Ok(row(Some(format!("the adapter has no {feature}")), None));
             }
+            Err(error @ RenderError::Driver { .. }) => return Ok(row(Some(error.to_string()), None)),
             Err(error) => return Err(error.into()),
         };
         let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.picture, &picture));

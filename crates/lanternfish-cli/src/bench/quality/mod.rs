@@ -28,7 +28,7 @@ use self::{
     techniques::techniques,
     truths::{Subject, Truth},
 };
-use super::make_folder;
+use super::{make_folder, open};
 use crate::{
     args::adapter,
     error::CliError,
@@ -82,7 +82,7 @@ fn truth() -> impl TypedValueParser<Value = Truth> {
 
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     make_folder(&args.output.join("pictures"))?;
-    let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+    let gpu = open(args.adapter.as_ref())?;
     let mut report = Report::new(args, &gpu);
     let assets = args.assets();
     let surroundings = shots::surroundings(&assets)?;

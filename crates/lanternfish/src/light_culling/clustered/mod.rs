@@ -69,7 +69,7 @@ pub struct ClusterCounts {
 /// The passes, and a list that keeps its size from frame to frame.
 #[derive(Debug)]
 pub struct ClusteredCulling {
-    settings: Clustered,
+    pub(super) settings: Clustered,
     mark: ComputeKernel,
     mark_drawn: SceneRaster,
     flag: ComputeKernel,

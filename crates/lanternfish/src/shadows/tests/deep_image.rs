@@ -7,6 +7,7 @@ use lanternfish_scene::{Scene, generate};
 use crate::{
     RenderError, Renderer, Settings,
     settings::{DebugView, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, Samples, Shadows},
+    shadows::check_driver,
     testing::apart,
 };
 
@@ -30,6 +31,16 @@ fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
     picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate().element_sum()).collect()
 }
 
+/// The adapter for tests, unless its driver crashes on these shadows.
+fn sound_gpu(test: &str) -> Option<&'static Gpu> {
+    let gpu = testing::gpu(test)?;
+    let refused = check_driver(&gpu.device.adapter_info()).err();
+    if let Some(reason) = &refused {
+        testing::left_out(test, &reason.to_string());
+    }
+    refused.is_none().then_some(gpu)
+}
+
 /// Share of the pixels that are lit in any of two pictures whose values are more than a hundredth apart.
 fn differing(a: &[f32], b: &[f32]) -> f64 {
     let lit = a.iter().zip(b).filter(|(a, b)| a.max(**b) > 1e-3);
@@ -40,7 +51,7 @@ fn differing(a: &[f32], b: &[f32]) -> f64 {
 
 #[test]
 fn gpu_shadows_of_deep_images_are_close_to_exact_ones() {
-    let Some(gpu) = testing::gpu("gpu_shadows_of_deep_images_are_close_to_exact_ones") else { return };
+    let Some(gpu) = sound_gpu("gpu_shadows_of_deep_images_are_close_to_exact_ones") else { return };
     let scene = generate::demo("cornell").unwrap();
     let exact = luminance(gpu, &scene, bvh());
     let of = |settings| differing(&luminance(gpu, &scene, settings), &exact);
@@ -61,7 +72,7 @@ fn gpu_shadows_of_deep_images_are_close_to_exact_ones() {
 
 #[test]
 fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
-    let Some(gpu) = testing::gpu("gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are") else { return };
+    let Some(gpu) = sound_gpu("gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are") else { return };
     let scene = generate::demo("cornell").unwrap();
     let of = |change: &dyn Fn(&mut Settings)| {
         let mut settings = Settings { light_radius: 0.1, shadow_rays: 3, ..deep(64) };
@@ -84,7 +95,7 @@ fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
 
 #[test]
 fn gpu_a_shadow_moves_with_what_casts_it() {
-    let Some(gpu) = testing::gpu("gpu_a_shadow_moves_with_what_casts_it") else { return };
+    let Some(gpu) = sound_gpu("gpu_a_shadow_moves_with_what_casts_it") else { return };
     let before = apart(&generate::demo("cornell").unwrap());
     let mut after = before.clone();
     let shift = Affine3A::from_translation(Vec3::new(0.2, 0.0, 0.15));
@@ -113,7 +124,7 @@ fn gpu_samples_of_a_pixel_have_exact_shadows() {
 
 #[test]
 fn gpu_scenes_without_lights_are_dark() {
-    let Some(gpu) = testing::gpu("gpu_scenes_without_lights_are_dark") else { return };
+    let Some(gpu) = sound_gpu("gpu_scenes_without_lights_are_dark") else { return };
     let mut scene = generate::demo("cornell").unwrap();
     scene.lights.clear();
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
@@ -137,4 +148,18 @@ fn gpu_what_deep_images_cannot_do_is_refused() {
     assert!(refused(linked).contains("linear_array"));
     let counts = Settings { debug_view: Some(DebugView::RayCount), ..deep(16) };
     assert_eq!(refused(counts), "--shadows bvh");
+}
+
+#[test]
+fn a_driver_that_crashes_is_refused_by_name_and_with_the_remedy() {
+    let check = |device_type, driver: &str| {
+        let adapter = wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan);
+        check_driver(&wgpu::AdapterInfo { driver_info: driver.to_owned(), ..adapter })
+    };
+    let error = check(wgpu::DeviceType::Cpu, "Mesa 22.3.6 (LLVM 15.0.6)").unwrap_err().to_string();
+    for word in ["--shadows deep-image", "Mesa 22.3.6", "crashes", "use --shadows bvh", "newer driver"] {
+        assert!(error.contains(word), "{word:?} is not in {error}");
+    }
+    assert!(check(wgpu::DeviceType::Cpu, "Mesa 25.0.7").is_ok());
+    assert!(check(wgpu::DeviceType::IntegratedGpu, "Mesa 22.3.6").is_ok());
 }
