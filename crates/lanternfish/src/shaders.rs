@@ -20,7 +20,10 @@ pub(crate) fn constant(module: &str, name: &str) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::{BTreeMap, BTreeSet};
+    use std::{
+        collections::{BTreeMap, BTreeSet},
+        sync::LazyLock,
+    };
 
     use lanternfish_gpu::{GpuStruct, LinkedShader, check_layout};
     use wgpu::naga::{AddressSpace, Module, TypeInner, proc::Layouter};
@@ -179,8 +182,8 @@ mod tests {
     impl Root {
         /// Every combination of choices.
         fn variants(&self) -> Vec<Vec<&'static str>> {
-            let asked = asked_by_settings();
-            if let Some(asked) = asked.get(self.module) {
+            static ASKED: LazyLock<BTreeMap<&str, BTreeSet<Vec<&str>>>> = LazyLock::new(asked_by_settings);
+            if let Some(asked) = ASKED.get(self.module) {
                 return asked.iter().cloned().collect();
             }
             self.choices.iter().fold(vec![Vec::new()], |variants, choices| {
