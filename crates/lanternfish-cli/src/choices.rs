@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
     Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, IndirectResolution,
-    IndirectTracer, Materials, RayCulling, Samples, Shadows, TextureBinding, TileSize, ToneMap,
+    IndirectTracer, Materials, Quality, RayCulling, Samples, Shadows, TextureBinding, TileSize, ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
 
@@ -115,6 +115,11 @@ meanings! {
         Visibility: "Share of a pixel's listed lights that reach it",
         Occlusion: "How open a surface is to its surroundings; needs --occlusion",
         Nan: "Magenta where the result is not a number",
+    }
+    Quality {
+        Draft: "4 and 1 rays from every fourth pixel, through coarse deep images",
+        Good: "8 and 4 rays from every pixel, through deep images",
+        Best: "32 and 16 rays from every pixel, through the BVH: exact",
     }
     IndirectTracer {
         WithinTexel: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",

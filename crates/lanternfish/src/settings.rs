@@ -3,7 +3,8 @@
 use lanternfish_scene::named_enum;
 pub use lanternfish_scene::shading::{Attenuation, Materials};
 
-/// How an image is made from a scene and a camera. `Default` is what the renderer recommends.
+/// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
+/// without flags.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// How the lights of a point are found.
@@ -52,6 +53,21 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
+        Self::of_quality(Quality::default())
+    }
+}
+
+impl Settings {
+    /// What the renderer recommends, with this much spent on indirect light: `lanternfish render --quality`. `Settings::default()`
+    /// is that of [`Quality::Good`].
+    pub fn of_quality(quality: Quality) -> Self {
+        let deep_images = DeepImageSettings { resolution: quality.deep_resolution(), ..DeepImageSettings::default() };
+        Self { indirect: Indirect::Sampled(quality.sampled()), deep_images, ..Self::direct_light() }
+    }
+
+    /// Light straight from the listed lights alone, with their shadows: for programs that pay for every millisecond. What no
+    /// light shines on is black, emission and surroundings are seen and light nothing.
+    pub fn direct_light() -> Self {
         Self {
             culling: Culling::default(),
             shadows: Shadows::Auto,
@@ -73,9 +89,7 @@ impl Default for Settings {
             accumulate: 1,
         }
     }
-}
 
-impl Settings {
     /// Whether any light may be seen in part.
     pub(crate) fn casts_soft_shadows(&self) -> bool {
         self.light_radius > 0.0
@@ -104,7 +118,7 @@ pub use crate::{
         directions::DirectionSet,
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
     },
-    indirect::{Indirect, IndirectResolution, IndirectTracer, Sampled},
+    indirect::{Indirect, IndirectResolution, IndirectTracer, Quality, Sampled},
     light_culling::clustered::grid::ClusterShape,
 };
 

@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Sampled,
+    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Quality, Sampled, Settings,
 };
 
 use crate::{choices::choice, parse};
@@ -12,12 +12,12 @@ pub struct IndirectArgs {
     /// Indirect light.
     ///
     /// Where light comes from that is not straight from the lights: other surfaces, emission, the surroundings.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = IndirectName::Sampled)]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = IndirectName::default())]
     pub indirect: IndirectName,
     /// What that may cost.
     ///
     /// What --indirect sampled spends: the flags below that are not given.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Quality::Good)]
+    #[arg(long, value_name = "NAME", value_parser = choice::<Quality>(), default_value_t = Quality::default())]
     pub quality: Quality,
     /// Diffuse rays a pixel. More: less noise, slower.
     #[arg(long, value_name = "N")]
@@ -43,7 +43,7 @@ pub struct IndirectArgs {
     #[arg(hide_short_help = true)]
     pub indirect_filter: Option<u32>,
     /// How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with --indirect none.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::None)]
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::default())]
     #[arg(hide_short_help = true)]
     pub occlusion: OcclusionName,
     /// Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes,
@@ -71,31 +71,11 @@ pub enum IndirectName {
     Sampled,
 }
 
-/// What is spent on light that is not straight from the lights.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Quality {
-    /// 4 and 1 rays from every fourth pixel, through coarse deep images
-    Draft,
-    /// 8 and 4 rays from every pixel, through deep images
-    Good,
-    /// 32 and 16 rays from every pixel, through the BVH: exact
-    Best,
-}
-
-impl Quality {
-    /// What it spends, and the texels across a deep image.
-    fn spent(self) -> (Sampled, u32) {
-        let good = Sampled::default();
-        match self {
-            Self::Draft => {
-                let resolution = IndirectResolution::Half;
-                (Sampled { diffuse_rays: 4, glossy_rays: 1, resolution, ..good }, 64)
-            }
-            Self::Good => (good, 128),
-            Self::Best => {
-                let tracer = IndirectTracer::Bvh;
-                (Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, tracer, ..good }, 128)
-            }
+impl Default for IndirectName {
+    fn default() -> Self {
+        match Settings::default().indirect {
+            Indirect::None => Self::None,
+            Indirect::Sampled(_) => Self::Sampled,
         }
     }
 }
@@ -111,13 +91,23 @@ pub enum OcclusionName {
     Hbao,
 }
 
+impl Default for OcclusionName {
+    fn default() -> Self {
+        match Settings::default().occlusion {
+            Occlusion::None => Self::None,
+            Occlusion::Deep { .. } => Self::Deep,
+            Occlusion::Hbao { .. } => Self::Hbao,
+        }
+    }
+}
+
 impl IndirectArgs {
     /// As the library has it.
     pub fn indirect(&self) -> Indirect {
         match self.indirect {
             IndirectName::None => Indirect::None,
             IndirectName::Sampled => {
-                let (spent, _) = self.quality.spent();
+                let spent = self.quality.sampled();
                 Indirect::Sampled(Sampled {
                     diffuse_rays: self.indirect_rays.unwrap_or(spent.diffuse_rays),
                     glossy_rays: self.glossy_rays.unwrap_or(spent.glossy_rays),
@@ -145,7 +135,7 @@ impl IndirectArgs {
         let usual = DeepImageSettings::default();
         let spent = match self.indirect {
             IndirectName::None => usual.resolution,
-            IndirectName::Sampled => self.quality.spent().1,
+            IndirectName::Sampled => self.quality.deep_resolution(),
         };
         let resolution = self.deep_resolution.unwrap_or(spent);
         DeepImageSettings { directions: self.deep_directions, resolution, ..usual }

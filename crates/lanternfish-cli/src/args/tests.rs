@@ -1,6 +1,6 @@
 use clap::CommandFactory;
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Sampled,
+    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Quality, Sampled,
 };
 
 use super::*;
@@ -18,11 +18,13 @@ fn the_flags_are_consistent() {
 }
 
 #[test]
-fn without_flags_the_settings_are_the_librarys_defaults_but_for_indirect_light() {
-    // A picture wants all light; a program asks for what it can pay.
-    let indirect = Indirect::Sampled(Sampled::default());
-    let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-    assert_eq!(parsed(&[]).unwrap().settings(), Settings { indirect, deep_images, ..Settings::default() });
+fn without_flags_the_settings_are_the_librarys_defaults() {
+    assert_eq!(parsed(&[]).unwrap().settings(), Settings::default());
+    assert_eq!(parsed(&["--indirect", "none"]).unwrap().settings(), Settings::direct_light());
+    for quality in Quality::ALL {
+        let flags = ["--quality", quality.name()];
+        assert_eq!(parsed(&flags).unwrap().settings(), Settings::of_quality(*quality));
+    }
 }
 
 #[test]

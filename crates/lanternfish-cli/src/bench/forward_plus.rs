@@ -145,7 +145,7 @@ impl Bench<'_> {
             shadows: self.args.shadows,
             attenuation: self.lights.attenuation,
             range_threshold: self.lights.range_threshold,
-            ..Default::default()
+            ..Settings::direct_light()
         }
     }
 
@@ -161,7 +161,7 @@ impl Bench<'_> {
 
     /// A debug view of the frame.
     pub fn view(&self, view: DebugView, shadows: Shadows) -> Result<Picture, CliError> {
-        let settings = Settings { debug_view: Some(view), shadows, tone_map: ToneMap::None, ..Default::default() };
+        let settings = Settings { debug_view: Some(view), shadows, tone_map: ToneMap::None, ..Settings::direct_light() };
         self.render(&mut self.renderer(settings)?)
     }
 

@@ -147,7 +147,7 @@ fn timed(gpu: &Gpu, work: impl FnOnce() -> Result<(), CliError>) -> Result<f64, 
 }
 
 fn renderer(gpu: &Gpu, shadows: Shadows) -> Result<Renderer, CliError> {
-    Ok(Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::default() })?)
+    Ok(Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::direct_light() })?)
 }
 
 fn times(gpu: &Gpu, scene: &Scene, shadows: Shadows, runs: u32) -> Result<Times, CliError> {

@@ -71,7 +71,7 @@ impl<'g> Harness<'g> {
     fn new(gpu: &'g Gpu, shape: ClusterShape) -> Self {
         let culling = Culling::Clustered(Clustered { shape, ..Clustered::default() });
         let debug_view = Some(DebugView::ClusterFragments);
-        let settings = Settings { culling, debug_view, shadows: Shadows::None, ..Settings::default() };
+        let settings = Settings { culling, debug_view, shadows: Shadows::None, ..Settings::direct_light() };
         Self {
             gpu,
             renderer: Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap(),

@@ -49,12 +49,54 @@ pub struct Sampled {
 
 impl Default for Sampled {
     fn default() -> Self {
-        Self {
+        Quality::default().sampled()
+    }
+}
+
+named_enum! {
+    /// What is spent on indirect light.
+    #[derive(Default)]
+    Quality {
+        /// 4 and 1 rays from every fourth pixel, through coarse deep images.
+        Draft = "draft",
+        /// 8 and 4 rays from every pixel, through deep images.
+        #[default]
+        Good = "good",
+        /// 32 and 16 rays from every pixel, through the BVH: exact.
+        Best = "best",
+    }
+}
+
+impl Quality {
+    /// How rays are taken.
+    pub const fn sampled(self) -> Sampled {
+        let good = Sampled {
             diffuse_rays: 8,
             glossy_rays: 4,
             tracer: IndirectTracer::WithinTexel,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
+        };
+        match self {
+            Self::Draft => {
+                Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good }
+            }
+            Self::Good => good,
+            Self::Best => Sampled {
+                diffuse_rays: 32,
+                glossy_rays: 16,
+                filter_radius: 4,
+                tracer: IndirectTracer::Bvh,
+                ..good
+            },
+        }
+    }
+
+    /// Texels across the deep images that rays go through.
+    pub const fn deep_resolution(self) -> u32 {
+        match self {
+            Self::Draft => 64,
+            Self::Good | Self::Best => 128,
         }
     }
 }

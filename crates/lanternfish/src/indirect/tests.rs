@@ -27,7 +27,7 @@ fn settings(sampled: Sampled) -> Settings {
         indirect: Indirect::Sampled(sampled),
         attenuation: Attenuation::Physical,
         range_threshold: 1e-6,
-        ..Settings::default()
+        ..Settings::direct_light()
     }
 }
 

@@ -62,7 +62,7 @@ impl<'g> Bench<'g> {
             }
         }
         let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c, Samples::One).unwrap())).collect();
-        let settings = Settings { shadows: Shadows::None, ..Settings::default() };
+        let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
         Self {
             gpu,
             renderer: Renderer::new(&gpu.device, &gpu.queue, settings).unwrap(),
@@ -187,7 +187,7 @@ fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
 
 /// Pairs of a visible pixel and a light that reaches it, and those of them that the lists do not have.
 fn lost(lights: &[Light], points: &[Option<DVec3>], lists: &Lists) -> (usize, usize) {
-    let settings = Settings::default();
+    let settings = Settings::direct_light();
     let (mut pairs, mut lost) = (0, 0);
     for (point, listed) in points.iter().zip(&lists.listed) {
         let Some(point) = point else { continue };

@@ -93,7 +93,7 @@ fn gpu_incidence_is_the_path_tracers() {
             ..Light::point(5.0 * random.point(), 10.0 * (random.point() + 1.0))
         };
         let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
-        let settings = Settings { attenuation, range_threshold: 0.1, ..Default::default() };
+        let settings = Settings { attenuation, range_threshold: 0.1, ..Settings::direct_light() };
         let place = 5.0 * random.point();
         lights.push(super::Light::new(&light, &settings));
         queries.push(place.extend(f32::INFINITY));
@@ -127,7 +127,7 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
     let mut found = Vec::new();
     for attenuation in Attenuation::ALL.iter().copied() {
         let settings =
-            Settings { attenuation, materials: Materials::Lambert, shadows: Shadows::None, ..Default::default() };
+            Settings { attenuation, materials: Materials::Lambert, shadows: Shadows::None, ..Settings::direct_light() };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         // The middle of an odd image looks at the quad's centre, straight below the light.
@@ -156,7 +156,7 @@ fn kinds_are_the_shaders() {
     let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.5 };
     for (kind, name) in [(point.kind, "POINT"), (spot, "SPOT"), (LightKind::Directional, "DIRECTIONAL")] {
         let light = Light { kind, ..point.clone() };
-        let number = f64::from(super::Light::new(&light, &Settings::default()).kind);
+        let number = f64::from(super::Light::new(&light, &Settings::direct_light()).kind);
         assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
     }
     assert_eq!(

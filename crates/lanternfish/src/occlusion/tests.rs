@@ -21,7 +21,7 @@ const SIZE: UVec2 = UVec2::new(61, 45);
 const DEEP: Occlusion = Occlusion::Deep { max_distance: None };
 
 fn settings(occlusion: Occlusion) -> Settings {
-    Settings { occlusion, shadows: Shadows::None, ..Settings::default() }
+    Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {

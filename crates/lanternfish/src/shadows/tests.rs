@@ -185,7 +185,7 @@ fn answer(faces: &[Face<'_>], p: Vec3, q: Vec3) -> Answer {
 /// Which of the segments a tracer finds open.
 fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Vec<bool> {
     let shadows = if tracer == Tracer::RayQuery { Shadows::RayQuery } else { Shadows::Bvh };
-    let renderer = Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::default() }).unwrap();
+    let renderer = Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::direct_light() }).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let features: Vec<_> = tracer.feature().into_iter().collect();
     let kernel = probe(gpu, "testing/segments", &features, "segments");
@@ -444,7 +444,7 @@ fn gpu_one_band_or_many_give_the_same_picture() {
     let picture = |word_limit: Option<u64>, seed: u32| {
         let mut scene = scene.clone();
         scene.lights.truncate(scene.lights.len() - seed as usize);
-        let settings = Settings { shadows: Shadows::Bvh, ..Settings::default() };
+        let settings = Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         if let Some(limit) = word_limit {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;

@@ -21,7 +21,7 @@ fn gpu_empty_scenes_show_the_sky() {
         for culling in [Culling::All, Culling::default()] {
             for lights in [vec![], vec![light.clone()]] {
                 let scene = Scene { sky, lights, ..Scene::default() };
-                let front = Front::render(gpu, &scene, Settings { shadows, culling, ..Default::default() });
+                let front = Front::render(gpu, &scene, Settings { shadows, culling, ..Settings::direct_light() });
                 assert!(
                     front.0.radiance.iter().all(|texel| *texel == [sky.x, sky.y, sky.z, 0.0]),
                     "{shadows}, {culling:?}"
@@ -36,10 +36,10 @@ fn gpu_a_scene_without_lights_is_dark_but_for_what_glows() {
     let Some(gpu) = testing::gpu("gpu_a_scene_without_lights_is_dark_but_for_what_glows") else { return };
     let mut scene = generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
-    let lit = render(gpu, &scene, &camera, (40, 40), Settings::default());
+    let lit = render(gpu, &scene, &camera, (40, 40), Settings::direct_light());
     scene.lights.clear();
     for culling in [Culling::All, Culling::default()] {
-        let dark = render(gpu, &scene, &camera, (40, 40), Settings { culling, ..Default::default() });
+        let dark = render(gpu, &scene, &camera, (40, 40), Settings { culling, ..Settings::direct_light() });
         let bright = |picture: &lanternfish::Picture| picture.radiance.iter().filter(|texel| texel[0] > 0.0).count();
         // The lamp is an emissive quad.
         let glowing = dark.radiance.iter().filter(|texel| texel[..3] == [17.0, 12.0, 4.0]).count();
@@ -56,7 +56,7 @@ fn gpu_any_size_shows_the_same_scene() {
     scene.lights.extend(generate::light_rain(&scene.bounds(), 40, Some(1.0), 1, 0.0));
     for size in [(1, 1), (1, 9), (9, 1), (37, 23), (16, 16), (17, 33)] {
         for view in [None, Some(DebugView::NormalImproved), Some(DebugView::LightCount), Some(DebugView::RayCount)] {
-            let settings = |culling| Settings { culling, debug_view: view, ..Default::default() };
+            let settings = |culling| Settings { culling, debug_view: view, ..Settings::direct_light() };
             let tiled = render(gpu, &scene, &camera, size, settings(Culling::default()));
             assert_eq!(tiled.radiance.len(), (size.0 * size.1) as usize);
             assert_eq!(tiled.display.len(), tiled.radiance.len());
@@ -77,7 +77,7 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
     // One light alone is the same colour in every heat map of lights.
     scene.lights.extend(generate::light_rain(&scene.bounds(), 60, Some(0.5), 2, 0.0));
     let camera = scene.cameras[0].clone();
-    let plain = render(gpu, &scene, &camera, (40, 30), Settings::default());
+    let plain = render(gpu, &scene, &camera, (40, 30), Settings::direct_light());
     let mut seen = vec![plain.display.clone()];
     for view in DebugView::ALL.iter().copied() {
         // One shows what is otherwise not asked for; under a black sky it lights nothing.
@@ -85,7 +85,7 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
             DebugView::Occlusion => Occlusion::Deep { max_distance: None },
             _ => Occlusion::None,
         };
-        let settings = Settings { debug_view: Some(view), occlusion, ..Default::default() };
+        let settings = Settings { debug_view: Some(view), occlusion, ..Settings::direct_light() };
         let picture = render(gpu, &scene, &camera, (40, 30), settings);
         if view == DebugView::BaseColor {
             assert_ne!(bits(&picture), bits(&plain));
@@ -107,7 +107,7 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
 #[test]
 fn gpu_sizes_out_of_reach_are_errors() {
     let Some(gpu) = testing::gpu("gpu_sizes_out_of_reach_are_errors") else { return };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light()).unwrap();
     let scene = generate::demo("cornell").unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     for (width, height) in [(0, 5), (5, 0), (100_000, 5)] {
@@ -125,7 +125,7 @@ fn gpu_every_ray_culling_renders_without_depth() {
     let scene = generate::demo("cornell").unwrap();
     for ray_culling in RayCulling::ALL.iter().copied() {
         for size in [(1, 1), (2, 2), (3, 1)] {
-            let settings = Settings { ray_culling, shadows: Shadows::Bvh, ..Default::default() };
+            let settings = Settings { ray_culling, shadows: Shadows::Bvh, ..Settings::direct_light() };
             let picture = render(gpu, &scene, &scene.cameras[0], size, settings);
             assert!(picture.radiance.iter().flatten().all(|v| v.is_finite()), "{ray_culling} at {size:?}");
         }

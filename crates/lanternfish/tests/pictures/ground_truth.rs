@@ -54,7 +54,7 @@ impl Reference {
             materials: Materials::Lambert,
             attenuation: Attenuation::Physical,
             tone_map: ToneMap::None,
-            ..Default::default()
+            ..Settings::direct_light()
         };
         let size = (scale * self.image.width as u32, scale * self.image.height as u32);
         let ours = linear(&render(gpu, &scene, &self.camera, size, settings));

@@ -65,7 +65,7 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
     let Some(gpu) = testing::gpu("gpu_tiles_and_clusters_change_no_pixel") else { return };
     let (scene, camera) = cornell_in_rain(1);
     let picture =
-        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Default::default() });
+        |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
     let all = picture(&scene, Culling::All);
     let mut listed = Vec::new();
     for culling in all_cullings() {
@@ -101,7 +101,7 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     head.world_from_camera *= glam::Affine3A::from_translation(2.0 * Vec3::NEG_Z);
     let cameras = views(&head);
     let pictures = |cameras: &[Camera], culling, samples| {
-        let settings = Settings { culling, samples, ..Settings::default() };
+        let settings = Settings { culling, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let scene = renderer.upload(&scene).unwrap();
         let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.0, SIZE.1)).collect();
@@ -145,7 +145,7 @@ fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
     let Some(gpu) = testing::gpu("gpu_more_samples_are_closer_to_the_truth_at_edges") else { return };
     let (scene, camera) = cornell_in_rain(1);
     let picture = |samples, scale: u32| {
-        let settings = Settings { samples, ..Settings::default() };
+        let settings = Settings { samples, ..Settings::direct_light() };
         linear(&render(gpu, &scene, &camera, (scale * SIZE.0, scale * SIZE.1), settings))
     };
     // What is brighter than a display shows is left out: highlights are no edges of triangles.
@@ -169,7 +169,7 @@ fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
 fn gpu_pictures_are_the_same_from_run_to_run() {
     let Some(gpu) = testing::gpu("gpu_pictures_are_the_same_from_run_to_run") else { return };
     let (scene, camera) = cornell_in_rain(3);
-    let settings = || Settings { shadows: Shadows::Bvh, ..Default::default() };
+    let settings = || Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
     let first = render(gpu, &scene, &camera, SIZE, settings());
     assert_eq!(differing(&render(gpu, &scene, &camera, SIZE, settings()), &first), 0, "a new renderer");
 
@@ -202,7 +202,7 @@ fn gpu_texture_arrays_change_no_pixel() {
     }
     let (scene, camera) = atrium();
     let picture = |scene: &Scene, textures| {
-        render(gpu, scene, &camera, SIZE, Settings { textures, shadows: Shadows::None, ..Default::default() })
+        render(gpu, scene, &camera, SIZE, Settings { textures, shadows: Shadows::None, ..Settings::direct_light() })
     };
     let array = picture(&scene, TextureBinding::Array);
     assert_eq!(differing(&picture(&scene, TextureBinding::PerMaterial), &array), 0);
@@ -220,7 +220,7 @@ fn gpu_a_thousand_lights_over_one_tile() {
     scene.lights = generate::light_rain(&scene.bounds(), 1000, Some(3.0), 5, 0.0);
     let picture = |culling, count: usize| {
         let scene = Scene { lights: scene.lights[..count].to_vec(), ..scene.clone() };
-        render(gpu, &scene, &camera, (16, 16), Settings { culling, ..Default::default() })
+        render(gpu, &scene, &camera, (16, 16), Settings { culling, ..Settings::direct_light() })
     };
     let all = picture(Culling::All, 1000);
     let tiled = picture(Culling::default(), 1000);
@@ -250,7 +250,7 @@ fn gpu_rays_to_lights_behind_a_surface_change_no_pixel() {
     atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
         let picture = |ray_culling| {
-            let settings = Settings { ray_culling, shadows: Shadows::Bvh, ..Default::default() };
+            let settings = Settings { ray_culling, shadows: Shadows::Bvh, ..Settings::direct_light() };
             render(gpu, &scene, &camera, SIZE, settings)
         };
         let rays = |picture: &Picture| counter(picture, "shadows/rays");
@@ -289,7 +289,7 @@ fn gpu_tracers_agree() {
     let (atrium, atrium_camera) = atrium();
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
         let picture =
-            |gpu: &Gpu, shadows| render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Default::default() });
+            |gpu: &Gpu, shadows| render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Settings::direct_light() });
         let [bvh, ray_query, none] = [Shadows::Bvh, Shadows::RayQuery, Shadows::None].map(|s| picture(gpu, s));
         let pixels = (bvh.width * bvh.height) as usize;
         let differ = differing(&bvh, &ray_query);

@@ -15,7 +15,7 @@ use crate::support::render;
 /// Normals of a demo's first view as a debug view shows them; none where the sky is.
 fn normals(gpu: &Gpu, demo: &str, size: (u32, u32), view: DebugView) -> Vec<Option<Vec3>> {
     let scene = generate::demo(demo).unwrap();
-    let settings = Settings { debug_view: Some(view), shadows: Shadows::None, ..Default::default() };
+    let settings = Settings { debug_view: Some(view), shadows: Shadows::None, ..Settings::direct_light() };
     let picture = render(gpu, &scene, &scene.cameras[0], size, settings);
     let texels = picture.display.iter().zip(&picture.radiance);
     let normal = |[r, g, b, _]: &[u8; 4]| (2.0 / 255.0 * Vec3::new(*r as f32, *g as f32, *b as f32) - 1.0).normalize();

@@ -27,11 +27,11 @@ fn gpu_a_texture_seen_at_one_point_is_not_nan() {
     let Some(gpu) = testing::gpu("gpu_a_texture_seen_at_one_point_is_not_nan") else { return };
     let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::new(0.5, 0.4, 0.3))]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
-    let plain = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    let plain = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
     scene.materials[0].base_color_texture = Some(white_texture(&mut scene));
     for uv in [vec![Vec2::splat(0.5); 4], vec![Vec2::splat(-1000.3); 4], Vec::new()] {
         scene.meshes[0].primitives[0].uv0 = uv;
-        let front = Front::render(gpu, &scene, Settings::default());
+        let front = Front::render(gpu, &scene, Settings::direct_light());
         for (x, y) in [(0.0, 0.0), (-1.9, 1.9), (1.3, -0.2)] {
             assert_near(front.at(x, y), plain, 1.0, "one point of a white texture");
         }
@@ -48,10 +48,10 @@ fn gpu_a_tangent_along_the_normal_is_not_nan() {
     scene.images[0].rgba = [128, 128, 255, 255].repeat(16);
     scene.materials[0].normal_texture = Some(normal_map);
     scene.meshes[0].primitives[0].tangents = vec![Vec3::X.extend(1.0); 4];
-    let sound = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    let sound = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
     assert!(sound.min_element() > 0.1);
     scene.meshes[0].primitives[0].tangents = vec![Vec3::Z.extend(1.0); 4];
-    let along = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    let along = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
     // The map's 128 is 0.004 off its middle, which only a sound tangent applies.
     assert!((along - sound).abs().max_element() < 0.01 * sound.x, "{along}, not {sound}");
 }
@@ -67,7 +67,7 @@ fn gpu_a_far_plane_far_away_casts_no_shadows() {
     let lit = |far: f32| {
         let projection = Projection::Orthographic { half_height: 2.0, near: 0.0, far };
         let camera = Camera::look_at(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, projection);
-        let picture = render(gpu, &scene, &camera, (64, 64), Settings::default());
+        let picture = render(gpu, &scene, &camera, (64, 64), Settings::direct_light());
         picture.radiance.iter().filter(|texel| texel[0] > 0.0).count()
     };
     let near = lit(20.0);
@@ -85,7 +85,7 @@ fn gpu_light_from_behind_does_not_come_through() {
     scene.meshes[0].primitives[0].normals = vec![Vec3::new(0.866, 0.0, 0.5).normalize(); 4];
     let lamp = |z: f32| Light { range: Some(50.0), ..Light::point(Vec3::new(3.0, 0.0, z), Vec3::splat(20.0)) };
     for ray_culling in RayCulling::ALL {
-        let settings = || Settings { ray_culling: *ray_culling, ..Default::default() };
+        let settings = || Settings { ray_culling: *ray_culling, ..Settings::direct_light() };
         scene.lights = vec![lamp(-0.5)];
         assert_eq!(Front::render(gpu, &scene, settings()).at(0.0, 0.0), Vec3::ZERO, "{ray_culling}");
         scene.lights = vec![lamp(0.5)];
@@ -108,7 +108,7 @@ fn gpu_the_sun_ends_beyond_the_largest_scene() {
     let roof = |x: f32| quad(1, Vec3::new(x, 0.0, 1e6), Vec3::X * 5.0 * kilometre, Vec3::Y * 5.0 * kilometre);
     let camera =
         Camera::look_at(Vec3::Z * 2.0 * kilometre, Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 1.0 });
-    let middle = |scene: &Scene| render(gpu, scene, &camera, (9, 9), Settings::default()).radiance[40][0];
+    let middle = |scene: &Scene| render(gpu, scene, &camera, (9, 9), Settings::direct_light()).radiance[40][0];
     let sun = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
     let materials = vec![glass, matt(Vec3::ONE)];
     let open = Scene { lights: sun.clone(), ..scene_of(vec![pane.clone(), roof(20.0 * kilometre)], materials.clone()) };
@@ -122,7 +122,7 @@ fn gpu_base_color_is_shown_as_it_is() {
     let Some(gpu) = testing::gpu("gpu_base_color_is_shown_as_it_is") else { return };
     let scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
     for (tone_map, exposure) in [(ToneMap::Neutral, 0.0), (ToneMap::Reinhard, 2.0)] {
-        let settings = Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Default::default() };
+        let settings = Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Settings::direct_light() };
         assert_eq!(Front::render(gpu, &scene, settings).0.display[0], [255; 4]);
     }
 }
@@ -133,7 +133,7 @@ fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
     let red = Vec3::new(0.8, 0.1, 0.1);
     let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(red)]);
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(3.0))];
-    let alone = Front::render(gpu, &scene, Settings::default()).at(0.0, 0.0);
+    let alone = Front::render(gpu, &scene, Settings::direct_light()).at(0.0, 0.0);
     // The same pane again, drawn later, green, and all of it a hole.
     let hole = Material {
         base_color: Vec4::new(0.1, 0.8, 0.1, 0.0),
@@ -143,7 +143,7 @@ fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
     scene.materials.push(hole);
     scene.meshes[0].primitives.push(pane(1, 0.0, 2.0));
     for shadows in [Shadows::Bvh, Shadows::None] {
-        let settings = Settings { shadows, ..Default::default() };
+        let settings = Settings { shadows, ..Settings::direct_light() };
         assert_eq!(Front::render(gpu, &scene, settings).at(0.0, 0.0), alone, "{shadows}");
     }
 }

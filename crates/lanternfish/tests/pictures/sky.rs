@@ -46,7 +46,7 @@ fn gpu_every_pixel_of_an_empty_view_is_the_environments_radiance() {
         let mut camera =
             Camera::look_at(Vec3::new(3.0, -2.0, 1.0), Vec3::ZERO, Projection::Perspective { fov_y: 2.0, near: 0.1 });
         camera.world_from_camera.matrix3 = Mat3A::from_euler(EulerRot::YXZ, yaw, pitch, roll);
-        let picture = render(gpu, &empty(environment.clone()), &camera, size, Settings::default());
+        let picture = render(gpu, &empty(environment.clone()), &camera, size, Settings::direct_light());
         let turned = Environment { rotation: rotation + 0.1, ..environment.clone() };
         let mut differs_turned = 0;
         for (x, y) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y))) {
@@ -69,7 +69,7 @@ fn gpu_parallel_rays_see_one_point_of_the_environment() {
     let target = Vec3::new(0.3, -0.2, 0.9);
     let projection = Projection::Orthographic { half_height: 50.0, near: 0.0, far: 10.0 };
     let camera = Camera::look_at(Vec3::ZERO, target, projection);
-    let picture = render(gpu, &empty(environment.clone()), &camera, (9, 5), Settings::default());
+    let picture = render(gpu, &empty(environment.clone()), &camera, (9, 5), Settings::direct_light());
     for texel in &picture.radiance {
         assert_near(Vec4::from(*texel).truncate(), environment.radiance(target.normalize()), 1.0, "one direction");
     }
@@ -102,7 +102,7 @@ fn gpu_surfaces_cover_the_environment_and_blend_over_it() {
     let plain = covered();
     let surrounded = Scene { environment: Some(environment()), ..covered() };
     for shadows in [Shadows::None, Shadows::Bvh] {
-        let settings = Settings { shadows, ..Default::default() };
+        let settings = Settings { shadows, ..Settings::direct_light() };
         let [without, with] = [&plain, &surrounded].map(|scene| Front::render(gpu, scene, settings.clone()));
         let behind = environment().radiance(Vec3::NEG_Z);
         assert_near(with.at(0.0, 0.0), behind, 1.0, "nothing covers it");
@@ -126,7 +126,7 @@ fn gpu_surfaces_cover_the_environment_and_blend_over_it() {
 fn gpu_radiance_beyond_half_floats_is_their_largest() {
     let Some(gpu) = testing::gpu("gpu_radiance_beyond_half_floats_is_their_largest") else { return };
     let sun = Environment { width: 1, height: 1, pixels: vec![Vec3::new(1e9, f32::MAX, 3.0)], rotation: 0.0 };
-    let front = Front::render(gpu, &empty(sun), Settings::default());
+    let front = Front::render(gpu, &empty(sun), Settings::direct_light());
     assert_eq!(front.at(0.0, 0.0), Vec3::new(65504.0, 65504.0, 3.0));
 }
 
@@ -139,6 +139,6 @@ fn gpu_one_radiance_everywhere_is_the_sky() {
     constant.sky = sky;
     let image = Environment { width: 4, height: 2, pixels: vec![sky; 8], rotation: 1.0 };
     let surrounded = Scene { environment: Some(image), sky: Vec3::ZERO, ..constant.clone() };
-    let [a, b] = [constant, surrounded].map(|scene| Front::render(gpu, &scene, Settings::default()));
+    let [a, b] = [constant, surrounded].map(|scene| Front::render(gpu, &scene, Settings::direct_light()));
     assert_eq!(bits(&a.0), bits(&b.0));
 }

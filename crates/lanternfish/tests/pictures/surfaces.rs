@@ -43,19 +43,19 @@ fn gpu_unlit_and_emissive_surfaces_shine_as_said() {
     );
     scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::splat(100.0))];
     scene.sky = Vec3::new(0.25, 0.5, 1.0);
-    let front = Front::render(gpu, &scene, Settings::default());
+    let front = Front::render(gpu, &scene, Settings::direct_light());
     assert_near(front.at(-1.0, 0.0), orange, 1.0, "unlit is its base colour");
     assert_near(front.at(1.0, 0.0), glow, 1.0, "emissive is nits");
     assert_eq!(front.at(0.0, 0.0), scene.sky, "the sky is between them");
 
     // It can fail: lit, the first is something else.
     scene.materials[0].unlit = false;
-    let lit = Front::render(gpu, &scene, Settings::default()).at(-1.0, 0.0);
+    let lit = Front::render(gpu, &scene, Settings::direct_light()).at(-1.0, 0.0);
     assert!((lit - orange).abs().max_element() > 0.05, "{lit}");
 
     // A display of exposure 1 shows twice as much; unlit white is white.
     scene.materials[0] = unlit(Vec3::splat(0.25));
-    let settings = Settings { exposure: 1.0, tone_map: ToneMap::None, ..Default::default() };
+    let settings = Settings { exposure: 1.0, tone_map: ToneMap::None, ..Settings::direct_light() };
     let picture = Front::render(gpu, &scene, settings).0;
     let display = picture.display[(32 * 64 + 16) as usize];
     // sRGB of 0.5 is 187.5.
@@ -67,7 +67,7 @@ fn gpu_a_white_matt_surface_reflects_what_lambert_says() {
     let Some(gpu) = testing::gpu("gpu_a_white_matt_surface_reflects_what_lambert_says") else { return };
     let mut scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::new(0.9, 0.5, 0.1))]);
     scene.lights = vec![Light::directional(Vec3::new(0.0, -3.0, -4.0), Vec3::splat(2.0))];
-    let settings = Settings { materials: Materials::Lambert, ..Default::default() };
+    let settings = Settings { materials: Materials::Lambert, ..Settings::direct_light() };
     let front = Front::render(gpu, &scene, settings);
     // cos = 4/5.
     let expected = Vec3::new(0.9, 0.5, 0.1) * (2.0 * 0.8 / std::f32::consts::PI);
@@ -112,7 +112,7 @@ fn gpu_masks_have_holes_for_the_eye_and_for_light() {
     masked.meshes[0].primitives.push(pane(1, 1.0, 1.0));
     for shadows in tracers(test, gpu) {
         for materials in Materials::ALL.iter().copied() {
-            let settings = || Settings { shadows, materials, ..Default::default() };
+            let settings = || Settings { shadows, materials, ..Settings::direct_light() };
             let wall = Front::render(gpu, &scene, settings());
             let front = Front::render(gpu, &masked, settings());
             let what = format!("{shadows}, {materials}");
@@ -143,7 +143,7 @@ fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
     let mut pictures = Vec::new();
     for primitives in [[&wall, &red, &green], [&green, &red, &wall], [&red, &wall, &green]] {
         let scene = scene_of(primitives.into_iter().cloned().collect(), materials.clone());
-        let front = Front::render(gpu, &scene, Settings::default());
+        let front = Front::render(gpu, &scene, Settings::direct_light());
         // Each blend rounds.
         assert_near(front.at(0.0, 0.0), expected, 2.0, "both panes");
         assert_near(front.at(1.25, 0.0), behind, 1.0, "the far pane alone");
@@ -154,16 +154,16 @@ fn gpu_panes_are_blended_far_to_near_in_any_order_of_drawing() {
 
     // It can fail: the panes the other way round are another colour.
     let swapped = scene_of(vec![wall, pane(1, 1.0, 1.0), pane(2, 2.0, 1.5)], materials.clone());
-    let swapped = Front::render(gpu, &swapped, Settings::default()).at(0.0, 0.0);
+    let swapped = Front::render(gpu, &swapped, Settings::direct_light()).at(0.0, 0.0);
     assert!((swapped - expected).abs().max_element() > 0.1, "{swapped}");
 
     // Over the sky, coverage is what the panes cover; behind something solid they do not show.
     let scene = scene_of(vec![pane(1, 2.0, 1.0)], materials.clone());
     let sky = Scene { sky: Vec3::splat(0.5), ..scene };
-    let front = Front::render(gpu, &sky, Settings::default());
+    let front = Front::render(gpu, &sky, Settings::direct_light());
     assert_near(front.at(0.0, 0.0), Vec3::new(0.75, 0.25, 0.25), 1.0, "a pane over the sky");
     let hidden = scene_of(vec![pane(1, -2.0, 1.0), pane(0, 0.0, 1.5)], materials);
-    assert_near(Front::render(gpu, &hidden, Settings::default()).at(0.0, 0.0), Vec3::ONE, 1.0, "a hidden pane");
+    assert_near(Front::render(gpu, &hidden, Settings::direct_light()).at(0.0, 0.0), Vec3::ONE, 1.0, "a hidden pane");
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
     let mut scene = scene_of(vec![pane(0, -4.0, 2.0), pane(1, 2.0, 1.0)], vec![matt(Vec3::ONE), glass]);
     scene.lights = vec![Light { range: Some(2.0), ..Light::point(Vec3::new(0.5, 0.0, 2.5), Vec3::splat(3.0)) }];
     for shadows in tracers(test, gpu) {
-        let settings = || Settings { shadows, ..Default::default() };
+        let settings = || Settings { shadows, ..Settings::direct_light() };
         let lit = Front::render(gpu, &scene, settings());
         assert!(lit.at(0.0, 0.0).min_element() > 0.1 && lit.at(0.0, 0.5).min_element() > 0.05, "{shadows}: not lit");
         assert_eq!(lit.at(1.5, 0.0), Vec3::ZERO, "{shadows}: the wall is out of reach");
@@ -192,7 +192,7 @@ fn gpu_a_pane_is_lit_by_lights_that_reach_only_it_and_shadowed() {
         assert_eq!(blocked.at(0.0, 0.5), lit.at(0.0, 0.5), "{shadows}: shadowed beside the blocker");
     }
     // Without shadows the blocker does nothing to it.
-    let open = Front::render(gpu, &scene, Settings { shadows: Shadows::None, ..Default::default() });
+    let open = Front::render(gpu, &scene, Settings { shadows: Shadows::None, ..Settings::direct_light() });
     assert!(open.at(0.0, 0.0).min_element() > 0.1);
 }
 
@@ -209,13 +209,13 @@ fn gpu_back_faces_show_where_a_material_is_double_sided() {
         scene.sky = Vec3::Z;
         Front::render(gpu, &scene, settings).at(0.0, 0.0)
     };
-    let front = render(&towards, false, Settings::default());
+    let front = render(&towards, false, Settings::direct_light());
     assert!(front.min_element() > 0.1);
-    assert_eq!(render(&turned, false, Settings::default()), Vec3::Z, "a back face shows");
+    assert_eq!(render(&turned, false, Settings::direct_light()), Vec3::Z, "a back face shows");
     // Lit as if it faced the viewer: its normal is turned.
-    assert_near(render(&turned, true, Settings::default()), front, 1.0, "the back of a double-sided surface");
+    assert_near(render(&turned, true, Settings::direct_light()), front, 1.0, "the back of a double-sided surface");
     // `lambert` is two-sided.
-    let lambert = || Settings { materials: Materials::Lambert, ..Default::default() };
+    let lambert = || Settings { materials: Materials::Lambert, ..Settings::direct_light() };
     assert_near(render(&turned, false, lambert()), render(&towards, false, lambert()), 1.0, "the back under lambert");
 }
 
@@ -275,7 +275,7 @@ fn gpu_a_mirrored_instance_is_the_picture_in_a_mirror() {
         light.direction = mirror.transform_vector3(light.direction);
     }
     for materials in Materials::ALL.iter().copied() {
-        let settings = || Settings { materials, ..Default::default() };
+        let settings = || Settings { materials, ..Settings::direct_light() };
         let plain = Front::render(gpu, &scene, settings()).0;
         let other = Front::render(gpu, &mirrored, settings()).0;
         let width = plain.width as usize;
@@ -311,7 +311,7 @@ fn gpu_two_instances_of_a_mesh_stand_where_they_are_placed() {
         ),
     };
     scene.instances = vec![place(-1.0, 1.0), place(1.0, -1.0), place(0.0, 0.4)];
-    let front = Front::render(gpu, &scene, Settings::default());
+    let front = Front::render(gpu, &scene, Settings::direct_light());
     for (x, y, there) in [(-1.0, 0.5, 1.0), (1.0, 0.5, 1.0), (0.0, 0.5, 1.0), (0.2, 0.5, 0.0), (-1.0, 0.0, 0.0)] {
         assert_eq!(front.at(x, y), Vec3::splat(there), "at {x}, {y}");
     }
@@ -324,7 +324,7 @@ fn gpu_parallel_and_central_views_show_the_same_scene() {
     let picture = |projection| {
         // From very far the two are nearly one.
         let camera = Camera::look_at(Vec3::new(0.0, 1.0, 400.0), Vec3::Y, projection);
-        render(gpu, &scene, &camera, (60, 60), Settings { materials: Materials::Lambert, ..Default::default() })
+        render(gpu, &scene, &camera, (60, 60), Settings { materials: Materials::Lambert, ..Settings::direct_light() })
     };
     let half_height = 1.2f32;
     let parallel = picture(Projection::Orthographic { half_height, near: 390.0, far: 410.0 });
@@ -358,7 +358,7 @@ fn gpu_anisotropy_keeps_stripes_that_are_seen_at_an_angle() {
     scene.textures.push(Texture { image: 0, sampler: 0 });
     scene.materials[0].base_color_texture = Some(TextureRef::new(0));
     let contrast = |anisotropy| {
-        let front = Front::render(gpu, &scene, Settings { anisotropy, ..Default::default() });
+        let front = Front::render(gpu, &scene, Settings { anisotropy, ..Settings::direct_light() });
         (0..62).map(|i| (front.at(-1.97 + i as f32 / 16.0, 0.0).x - 0.5).abs()).sum::<f32>() / 62.0
     };
     let contrasts = [Anisotropy::X1, Anisotropy::X2, Anisotropy::X4, Anisotropy::X8].map(contrast);

@@ -74,7 +74,7 @@ fn two_digits(value: f32) -> f32 {
 /// No shadows: it is lists that are measured.
 pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment) -> Settings {
     let clustered = Clustered { shape, grouping, assignment, ..Clustered::default() };
-    Settings { culling: Culling::Clustered(clustered), shadows: Shadows::None, ..Settings::default() }
+    Settings { culling: Culling::Clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 #[test]

@@ -134,7 +134,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
 impl Bench {
     fn new(gpu: Gpu, scene: &Scene, runs: u32) -> Result<Self, CliError> {
         let upload = |shadows| {
-            let settings = Settings { shadows, ..Settings::default() };
+            let settings = Settings { shadows, ..Settings::direct_light() };
             Renderer::new(&gpu.device, &gpu.queue, settings)?.upload(scene)
         };
         let uploaded = upload(Shadows::Bvh)?;

@@ -115,7 +115,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         shadows: Shadows::Bvh,
         attenuation: lights.attenuation,
         range_threshold: lights.range_threshold,
-        ..Settings::default()
+        ..Settings::direct_light()
     };
     if let Some(shot) = &shot {
         (look.exposure, look.tone_map) = (shot.args.look.exposure, shot.args.look.tone_map);

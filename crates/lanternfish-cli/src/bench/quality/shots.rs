@@ -174,13 +174,13 @@ impl Shot {
         self.points.iter().map(|(p, intensity)| Light::point(Vec3::from(*p), Vec3::from(*intensity)))
     }
 
-    /// What the renderer recommends, under this shot's lights and exposure.
+    /// Direct light, under this shot's lights and exposure.
     pub fn settings(&self) -> Settings {
         Settings {
             attenuation: self.attenuation,
             range_threshold: self.range_threshold,
             exposure: self.exposure,
-            ..Settings::default()
+            ..Settings::direct_light()
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Every technique the renderer has, a row each.
 //!
-//! One row changes one setting from what the renderer recommends. The rows are made of the settings' own lists of values, and
-//! [`techniques`] takes [`Settings`] apart whole, so that a new setting does not compile, and a new value does not pass,
-//! without a row.
+//! One row changes one setting from direct light as the renderer recommends it. The rows are made of the settings' own lists of
+//! values, and [`techniques`] takes [`Settings`] apart whole, so that a new setting does not compile, and a new value does not
+//! pass, without a row.
 
 use lanternfish::settings::{
     Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, Indirect,
@@ -30,7 +30,7 @@ impl Technique {
     }
 }
 
-/// The rows of a shot whose recommended settings are `default`, which come first, and of a scene of this diagonal, m.
+/// The rows of a shot whose settings for direct light are `default`, which come first, and of a scene of this diagonal, m.
 pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let row = |name: String, truth, settings| Technique { name, settings, truth };
     let mut rows = vec![row("default".to_owned(), Truth::Direct, default.clone())];
@@ -102,7 +102,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     // What is missing from all the light there is, and what one bounce adds.
     let settings = Settings { indirect: Indirect::None, ..default.clone() };
     rows.push(row("indirect none".to_owned(), Truth::Full, settings));
-    let settings = Settings { indirect: Indirect::Sampled(Sampled::default()), ..default.clone() };
+    let Settings { indirect, deep_images, .. } = Settings::default();
+    let settings = Settings { indirect, deep_images, ..default.clone() };
     rows.push(row("indirect sampled".to_owned(), Truth::Full, settings));
     rows.extend(bounces(default));
     rows.extend(glossy_bounces(default));
@@ -238,7 +239,7 @@ mod tests {
     use super::*;
 
     fn rows() -> Vec<Technique> {
-        techniques(&Settings::default(), 10.0)
+        techniques(&Settings::direct_light(), 10.0)
     }
 
     #[track_caller]
@@ -319,7 +320,7 @@ mod tests {
 
     #[test]
     fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
-        let default = Settings::default();
+        let default = Settings::direct_light();
         let rows = rows();
         for (i, row) in rows.iter().enumerate() {
             let s = &row.settings;

@@ -28,7 +28,7 @@ use crate::{
 
 /// Uploads for the BVH, whose triangles the builders draw.
 pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
-    let settings = Settings { shadows: Shadows::Bvh, ..Settings::default() };
+    let settings = Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
     Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(scene).unwrap()
 }
 

@@ -26,7 +26,7 @@ fn gpu_ray_query_finds_what_the_bvh_finds() {
     let buffer = tracer.upload(&gpu.device, &rays).unwrap();
     let [bvh, ray_query] =
         [(Shadows::Bvh, Structure::Bvh), (Shadows::RayQuery, Structure::RayQuery)].map(|(shadows, structure)| {
-            let settings = Settings { shadows, ..Settings::default() };
+            let settings = Settings { shadows, ..Settings::direct_light() };
             let uploaded = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(&scene).unwrap();
             let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
             let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);

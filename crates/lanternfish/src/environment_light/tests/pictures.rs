@@ -21,7 +21,7 @@ const DEEP: Occlusion = Occlusion::Deep { max_distance: None };
 const HBAO: Occlusion = Occlusion::Hbao { radius: 1.0 };
 
 fn settings(occlusion: Occlusion) -> Settings {
-    Settings { occlusion, shadows: Shadows::None, ..Settings::default() }
+    Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 fn picture(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {

@@ -27,7 +27,7 @@ fn scene() -> Scene {
 }
 
 fn renderer(gpu: &Gpu, shadows: Shadows) -> Renderer {
-    Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::default() }).unwrap()
+    Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::direct_light() }).unwrap()
 }
 
 fn shown(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Picture {

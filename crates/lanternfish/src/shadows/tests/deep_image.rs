@@ -17,11 +17,11 @@ fn deep(resolution: u32) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 60 };
     let deep_images =
         DeepImageSettings { directions, resolution, fragments_a_texel: 8, ..DeepImageSettings::default() };
-    Settings { shadows: Shadows::DeepImage, deep_images, ..Settings::default() }
+    Settings { shadows: Shadows::DeepImage, deep_images, ..Settings::direct_light() }
 }
 
 fn bvh() -> Settings {
-    Settings { shadows: Shadows::Bvh, ..Settings::default() }
+    Settings { shadows: Shadows::Bvh, ..Settings::direct_light() }
 }
 
 fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {

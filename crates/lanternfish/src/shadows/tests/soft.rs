@@ -25,7 +25,7 @@ fn luminance(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings, size
 }
 
 fn soft(shadow_rays: u32) -> Settings {
-    Settings { light_radius: RADIUS, shadow_rays, shadows: Shadows::Bvh, ..Settings::default() }
+    Settings { light_radius: RADIUS, shadow_rays, shadows: Shadows::Bvh, ..Settings::direct_light() }
 }
 
 /// A floor in the plane z = 0, a light 2 m before it, and halfway a sheet that hides all with x < 0.
@@ -62,7 +62,7 @@ fn gpu_a_penumbra_is_the_share_of_the_disk_that_is_seen() {
     let Some(gpu) = testing::gpu("gpu_a_penumbra_is_the_share_of_the_disk_that_is_seen") else { return };
     let (scene, camera) = edge();
     let of = |settings| luminance(gpu, &scene, &camera, settings, SIZE);
-    let unshadowed = of(Settings { shadows: Shadows::None, ..Settings::default() });
+    let unshadowed = of(Settings { shadows: Shadows::None, ..Settings::direct_light() });
     let [few, some, many] = [4, 16, 255].map(|rays| off(&of(soft(rays)), &unshadowed, RADIUS));
     let converged = off(&of(Settings { accumulate: 32, ..soft(16) }), &unshadowed, RADIUS);
     println!(
@@ -149,7 +149,7 @@ fn gpu_numbers_that_make_no_sense_are_refused() {
         other => panic!("{other:?}"),
     };
     for light_radius in [-0.1, f32::NAN, f32::INFINITY] {
-        assert_eq!(refused(Settings { light_radius, ..Settings::default() }), "--light-radius");
+        assert_eq!(refused(Settings { light_radius, ..Settings::direct_light() }), "--light-radius");
     }
     assert_eq!(refused(soft(0)), "--shadow-rays");
     assert_eq!(refused(soft(256)), "--shadow-rays");
