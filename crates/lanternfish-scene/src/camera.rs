@@ -1,8 +1,10 @@
 //! Cameras in world space.
 
-use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A};
+use std::f32::consts::PI;
 
-use crate::Bounds;
+use glam::{Affine3A, Mat3, Mat3A, Vec2, Vec3, Vec3A};
+
+use crate::{Bounds, validate::UNIT_TOLERANCE};
 
 /// A camera: looks down its own −z, +y up, +x right.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +22,7 @@ pub struct Camera {
 pub enum Projection {
     /// Through a point. The far plane is at infinity.
     Perspective {
-        /// Full vertical angle, radians, in (0, π).
+        /// Full vertical angle, radians, in (0, π): 45° are `45f32.to_radians()`.
         fov_y: f32,
         /// Distance of the near plane, m, > 0.
         near: f32,
@@ -64,6 +66,38 @@ impl Projection {
         }
     }
 
+    /// Whether it shows anything; if not, the field that is wrong.
+    fn validate(&self) -> Result<(), String> {
+        let is_distance = |x: f32| x > 0.0 && x.is_finite();
+        match *self {
+            Self::Perspective { fov_y, .. } if !(fov_y > 0.0 && fov_y < PI) => {
+                let degrees = "radians between 0 and π are meant; 45 degrees are 45f32.to_radians()";
+                return Err(format!("fov_y is {fov_y}: {degrees}"));
+            }
+            Self::Frustum { left, right, bottom, top, .. } => {
+                let finite = [left, right, bottom, top].iter().all(|slope| slope.is_finite());
+                if !(finite && left < right && bottom < top) {
+                    let slopes = format!("left {left}, right {right}, bottom {bottom}, top {top}");
+                    return Err(format!("{slopes}: finite slopes are meant, left below right and bottom below top"));
+                }
+            }
+            Self::Orthographic { half_height, near, far } => {
+                if !is_distance(half_height) {
+                    return Err(format!("half_height is {half_height}: metres above 0 are meant"));
+                }
+                if !(near >= 0.0 && far > near && far.is_finite()) {
+                    return Err(format!("near is {near} and far is {far}: 0 <= near < far is meant, metres"));
+                }
+                return Ok(());
+            }
+            Self::Perspective { .. } => (),
+        }
+        match self.near() {
+            near if is_distance(near) => Ok(()),
+            near => Err(format!("near is {near}: metres above 0 are meant (near_plane() has one that fits a scene)")),
+        }
+    }
+
     /// Distance of the near plane, m.
     pub fn near(&self) -> f32 {
         match *self {
@@ -75,7 +109,7 @@ impl Projection {
 impl Camera {
     /// At `eye`, looking at `target`, +y up as far as that goes (looking straight up or down, −z is up).
     ///
-    /// `eye` and `target` must differ.
+    /// `eye` and `target` must differ: else the camera looks nowhere, and is refused where it is used ([`Camera::validate`]).
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
         let back = (eye - target).normalize();
         let up = if back.y.abs() > 0.999_999 { Vec3::NEG_Z * back.y.signum() } else { Vec3::Y };
@@ -103,6 +137,24 @@ impl Camera {
         }
         let eye = center + (1.05 * distance).max(1e-3) * towards_eye;
         Self::look_at(eye, center, Projection::Perspective { fov_y, near: near_plane(bounds) })
+    }
+
+    /// Whether there is a view through it; if not, what is wrong, by the field's name, and how it is put right.
+    pub fn validate(&self) -> Result<(), String> {
+        let (axes, eye) = (self.world_from_camera.matrix3, self.eye());
+        if !eye.is_finite() {
+            return Err(format!("world_from_camera stands at {eye}: every coordinate must be finite"));
+        }
+        if !self.world_from_camera.is_finite() {
+            let mistake = "Camera::look_at needs an eye and a target that are finite and differ";
+            return Err(format!("world_from_camera at {eye} looks nowhere: its axes are not numbers; {mistake}"));
+        }
+        let is_rotation = (axes * axes.transpose()).abs_diff_eq(Mat3A::IDENTITY, UNIT_TOLERANCE);
+        if !is_rotation || axes.determinant() < 0.0 {
+            let axes = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.to_array());
+            return Err(format!("world_from_camera scales, shears or mirrors, axes {axes:?}: it may rotate and move, no more"));
+        }
+        self.projection.validate()
     }
 
     /// Where the camera is, world space.
@@ -135,6 +187,51 @@ mod tests {
                 widest = widest.max(ndc.abs().max_element());
             }
             assert!(widest > 0.8, "the view is filled to {widest} only");
+        }
+    }
+
+    #[test]
+    fn cameras_without_a_view_are_refused_by_the_name_of_the_field() {
+        let through = |projection| Camera::look_at(Vec3::Z, Vec3::ZERO, projection);
+        let perspective = |fov_y, near| through(Projection::Perspective { fov_y, near });
+        let parallel = |half_height, near, far| through(Projection::Orthographic { half_height, near, far });
+        let frustum = |left, right, bottom, top| {
+            through(Projection::Frustum { left, right, bottom, top, near: 0.1 })
+        };
+        let (sound, nan) = (perspective(1.0, 0.1), f32::NAN);
+        for camera in [sound.clone(), parallel(1.0, 0.0, 2.0), frustum(-1.0, 0.5, 0.0, 1.0)] {
+            assert_eq!(camera.validate(), Ok(()));
+        }
+        for straight in [Vec3::Y, Vec3::NEG_Y] {
+            assert_eq!(Camera::look_at(straight, Vec3::ZERO, sound.projection).validate(), Ok(()), "straight {straight}");
+        }
+        let moved = |change: fn(&mut Affine3A)| {
+            let mut camera = sound.clone();
+            change(&mut camera.world_from_camera);
+            camera
+        };
+        for (camera, named) in [
+            (perspective(45.0, 0.1), ["fov_y is 45", "45f32.to_radians()"]),
+            (perspective(PI, 0.1), ["fov_y is 3.14", "radians"]),
+            (perspective(0.0, 0.1), ["fov_y is 0", "radians"]),
+            (perspective(nan, 0.1), ["fov_y is NaN", "radians"]),
+            (perspective(1.0, 0.0), ["near is 0", "above 0"]),
+            (perspective(1.0, -0.1), ["near is -0.1", "above 0"]),
+            (perspective(1.0, f32::INFINITY), ["near is inf", "above 0"]),
+            (parallel(0.0, 0.0, 1.0), ["half_height is 0", "above 0"]),
+            (parallel(1.0, 1.0, 1.0), ["near is 1 and far is 1", "near < far"]),
+            (parallel(1.0, 0.0, f32::INFINITY), ["far is inf", "near < far"]),
+            (frustum(1.0, -1.0, -1.0, 1.0), ["left 1, right -1", "left below right"]),
+            (frustum(-1.0, 1.0, nan, 1.0), ["bottom NaN", "finite"]),
+            (Camera::look_at(Vec3::X, Vec3::X, sound.projection), ["looks nowhere", "look_at"]),
+            (Camera::look_at(Vec3::X, Vec3::NAN, sound.projection), ["looks nowhere", "look_at"]),
+            (Camera::look_at(Vec3::NAN, Vec3::X, sound.projection), ["stands at", "finite"]),
+            (moved(|m| m.matrix3 *= 2.0), ["scales", "rotate"]),
+            (moved(|m| m.matrix3.x_axis *= 0.0), ["scales", "rotate"]),
+            (moved(|m| m.matrix3.x_axis *= -1.0), ["mirrors", "rotate"]),
+        ] {
+            let fault = camera.validate().expect_err(named[0]);
+            assert!(named.iter().all(|part| fault.contains(part)), "{named:?}: {fault}");
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::{LightKind, Material, Primitive, Projection, Scene};
+use crate::{LightKind, Material, Primitive, Scene};
 
 /// How far a length may be from 1: two orders above what normalising in f32 leaves, and below what shading shows.
-const UNIT_TOLERANCE: f32 = 1e-3;
+pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
 
 impl Scene {
     /// Farthest from the origin that surfaces, lights and cameras may be, along each axis, m. Volumes of such sizes, and
@@ -117,19 +117,7 @@ impl Scene {
 
     fn validate_cameras(&self) -> Result<(), String> {
         for (i, camera) in self.cameras.iter().enumerate() {
-            let axes = camera.world_from_camera.matrix3;
-            let is_rotation = (axes * axes.transpose()).abs_diff_eq(glam::Mat3A::IDENTITY, UNIT_TOLERANCE);
-            let is_sound = match camera.projection {
-                Projection::Perspective { fov_y, near } => fov_y > 0.0 && fov_y < std::f32::consts::PI && near > 0.0,
-                Projection::Frustum { left, right, bottom, top, near } => {
-                    let finite = [left, right, bottom, top].iter().all(|slope| slope.is_finite());
-                    finite && left < right && bottom < top && near > 0.0
-                }
-                Projection::Orthographic { half_height, near, far } => half_height > 0.0 && near >= 0.0 && far > near,
-            };
-            if !camera.world_from_camera.is_finite() || !is_rotation || !is_sound {
-                return Err(format!("camera {i} ({}): {camera:?}", camera.name));
-            }
+            camera.validate().map_err(|what| format!("camera {i} ({}): {what}", camera.name))?;
         }
         Ok(())
     }
@@ -240,7 +228,7 @@ fn is_unit(v: Vec3) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, Environment, Image, Instance, Light, Mesh, TextureRef};
+    use crate::{Camera, Environment, Image, Instance, Light, Mesh, Projection, TextureRef};
 
     fn triangle() -> Scene {
         let primitive = Primitive {

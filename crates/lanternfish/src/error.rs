@@ -73,8 +73,29 @@ pub enum RenderError {
          for each view (--cluster-views individual)"
     )]
     Unaligned,
-    /// What has changed since the upload is more than where things are.
-    #[error("{what}: only what moves is brought up to date; upload the scene again")]
+    /// The scene is not as its types promise.
+    #[error("the scene is not valid: {what}; `Scene::validate` finds the first such fault")]
+    InvalidScene {
+        /// The first fault, and where it is.
+        what: String,
+    },
+    /// The scene on the device does not have what these settings need.
+    #[error("the scene was uploaded under other settings: {what}; upload it with the renderer that is to render it")]
+    OtherSettings {
+        /// What it has, or lacks.
+        what: &'static str,
+    },
+    /// The scene lies on another device than the renderer's.
+    #[error("the scene was uploaded to another device; upload it with the renderer that is to render it")]
+    OtherDevice,
+    /// There is no view through such a camera.
+    #[error("camera: {what}")]
+    Camera {
+        /// What is wrong with it, and how it is put right.
+        what: String,
+    },
+    /// What has changed since the upload is more than can be brought to the device.
+    #[error("{what}: an update brings only what moves, lights and factors of materials; upload the scene again")]
     Changed {
         /// The first thing that is not as it was uploaded.
         what: String,

@@ -15,7 +15,7 @@ use crate::{
     deep_images::KeptDeepImages,
     error::RenderError,
     frame::{FrameResult, Passes},
-    gpu_scene::GpuScene,
+    gpu_scene::{GpuScene, Needs, anisotropy},
     indirect::IndirectLight,
     light_culling::{LightCulling, clustered::GridContents},
     occlusion::Occlusion,
@@ -39,8 +39,8 @@ pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     settings: Settings,
-    tracer: Tracer,
-    texture_arrays: bool,
+    /// What it needs of a scene.
+    needs: Needs,
     profiler: Profiler,
     pub(crate) passes: Passes,
 }
@@ -117,9 +117,11 @@ impl Renderer {
             output: Output::new(device, settings.tone_map)?,
             debug_views: DebugViews::new(device, &settings)?,
         };
+        let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
+        let needs = Needs::new(&settings, tracer, texture_arrays, anisotropy);
         let profiler = Profiler::new(device, queue);
         let (device, queue) = (device.clone(), queue.clone());
-        Ok(Self { device, queue, settings, tracer, texture_arrays, profiler, passes })
+        Ok(Self { device, queue, settings, needs, profiler, passes })
     }
 
     /// The settings it was made with.
@@ -127,12 +129,15 @@ impl Renderer {
         &self.settings
     }
 
-    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. Renderers of
-    /// one device may share it where their settings differ in `culling`, `samples`, `accumulate`, `deep_images` and `indirect`
-    /// alone, and, if it is rendered with indirect light, it was uploaded with some.
+    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. A scene that is
+    /// not valid ([`Scene::validate`]) is an error that names the fault.
+    ///
+    /// Renderers of one device may share it: those whose settings agree in `materials`, `textures`, `anisotropy`, `attenuation`,
+    /// `range_threshold`, `light_radius` and `shadow_rays`, and which trace through nothing that it was not uploaded for
+    /// (`shadows`, `indirect`, `occlusion`). Rendered by another one it is [`RenderError::OtherSettings`].
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
         checked(&self.device, "upload", || {
-            GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.tracer, self.texture_arrays)
+            GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.needs)
         })
     }
 
@@ -184,6 +189,7 @@ impl Renderer {
     }
 
     pub(crate) fn views(&self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<View>, RenderError> {
+        scene.check(&self.device, &self.needs)?;
         let limit = self.device.limits().max_texture_dimension_2d;
         let exposure = self.settings.exposure.exp2();
         let view = |(camera, width, height): &(&Camera, u32, u32)| {
@@ -191,6 +197,7 @@ impl Renderer {
             if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
                 return Err(RenderError::Size { width, height, limit });
             }
+            camera.validate().map_err(|what| RenderError::Camera { what })?;
             // An image of the surroundings stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             Ok(View::new(camera, UVec2::new(width, height), exposure, sky, &scene.bounds))

@@ -17,6 +17,7 @@ mod geometry;
 mod hits;
 mod materials;
 mod mips;
+mod needs;
 mod raster;
 mod refit;
 mod textures;
@@ -29,6 +30,7 @@ pub use bvh::BvhTriangle;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
 pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
+pub(crate) use needs::Needs;
 pub(crate) use raster::{PassState, SceneRaster};
 pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
@@ -46,9 +48,8 @@ use crate::{
     environment_light::EnvironmentLight,
     error::RenderError,
     lights::Light,
-    occlusion::Occlusion as FindOcclusion,
-    settings::{DebugView, Indirect, Occlusion, Settings},
-    shadows::{SoftShadows, Tracer},
+    settings::{DebugView, Settings},
+    shadows::SoftShadows,
     sky::EnvironmentImage,
 };
 
@@ -79,6 +80,9 @@ pub struct GpuScene {
     /// Where hits are shaded.
     hits: Option<Hits>,
     placed: Placed,
+    device: wgpu::Device,
+    /// What it was uploaded for.
+    needs: Needs,
     counters: Vec<(String, u64)>,
 }
 
@@ -88,18 +92,12 @@ impl GpuScene {
         queue: &wgpu::Queue,
         scene: &Scene,
         settings: &Settings,
-        tracer: Tracer,
-        texture_arrays: bool,
+        needs: Needs,
     ) -> Result<Self, RenderError> {
-        // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
-        let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
-        let wants_bvh = tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images;
-        let traces = wants_bvh || tracer != Tracer::None;
-        cost::check(scene, traces)?;
-
-        let shading = Shading::of(settings);
-        let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
-        let textures = Textures::new(device, queue, scene, shading, texture_arrays, anisotropy)?;
+        validate(scene)?;
+        cost::check(scene, needs.rays())?;
+        let Needs { shading, .. } = needs;
+        let textures = Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
@@ -109,18 +107,17 @@ impl GpuScene {
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let mut tracing = if traces { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
+        let mut tracing = if needs.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
-        let bvh = wants_bvh.then(|| Bvh::new(device, nodes, triangles)).transpose()?;
-        let tlas = (tracer == Tracer::RayQuery).then(|| Tlas::new(device, queue, triangles)).transpose()?;
+        let bvh = needs.bvh.then(|| Bvh::new(device, nodes, triangles)).transpose()?;
+        let tlas = needs.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
 
         let surroundings = scene.environment.as_ref().zip(environment.as_ref());
-        let sees_image = settings.indirect.shades_hits() && surroundings.is_some();
-        let asks_for_light = FindOcclusion::is_found(settings) || sees_image;
+        let asks_for_light = needs.open_surroundings || (needs.hits && surroundings.is_some());
         let environment_light = asks_for_light.then(|| EnvironmentLight::new(device, queue, surroundings));
 
         let mut counters = vec![
@@ -149,12 +146,10 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
-            hits: settings
-                .indirect
-                .shades_hits()
-                .then(|| Hits::new(device, queue, scene, shading, &tracing))
-                .transpose()?,
+            hits: needs.hits.then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
             placed: Placed::new(scene, tracing),
+            device: device.clone(),
+            needs,
             counters,
         })
     }
@@ -185,7 +180,7 @@ impl GpuScene {
 
     /// The surroundings as light.
     ///
-    /// Panics where the scene was uploaded under settings that do not ask for it.
+    /// Panics where the scene was uploaded under settings that do not ask for it: [`GpuScene::check`] comes first.
     pub(crate) fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }
@@ -209,6 +204,11 @@ impl GpuScene {
 
 /// Buffer and counter.
 const LIGHTS: &str = "scene/lights";
+
+/// An error that names the first thing that is not as a scene's types promise.
+fn validate(scene: &Scene) -> Result<(), RenderError> {
+    scene.validate().map_err(|what| RenderError::InvalidScene { what })
+}
 
 /// As shaders read them. An error where they are more than the device can bind at once.
 fn packed_lights(scene: &Scene, settings: &Settings, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {

@@ -118,8 +118,10 @@ impl DeepImageBuilder {
         self.rotation = rotation;
     }
 
-    /// Builds the images of the scene's triangles, which must have been uploaded for the BVH; blended surfaces are not in them.
+    /// Builds the images of the scene's triangles; blended surfaces are not in them. A scene that was not uploaded for the BVH
+    /// is an error.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
+        scene.check_bvh(frame.device)?;
         let directions = self.directions.rotated(self.rotation);
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)
             .map(|image| {

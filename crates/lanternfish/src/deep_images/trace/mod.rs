@@ -40,10 +40,10 @@ pub enum Structure<'i> {
     WithinTexel(&'i DeepImages),
     /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
     AcrossTexels(&'i DeepImages),
-    /// The BVH, for the closest hit: exact. The scene must have been uploaded for it.
+    /// The BVH, for the closest hit: exact.
     Bvh,
-    /// The adapter's own acceleration structure, for the closest hit. The scene must have been uploaded for it
-    /// ([`Shadows::RayQuery`](crate::settings::Shadows::RayQuery)).
+    /// The adapter's own acceleration structure, for the closest hit, which scenes are uploaded for under
+    /// [`Shadows::RayQuery`](crate::settings::Shadows::RayQuery).
     RayQuery,
 }
 
@@ -104,7 +104,8 @@ impl RayTracer {
         Ok(storage_buffer_of(device, "deep_images/rays", rays, wgpu::BufferUsages::empty())?)
     }
 
-    /// Distance that each of `count` rays goes, m; −1 where it meets nothing. An error where the device lacks the structure.
+    /// Distance that each of `count` rays goes, m; −1 where it meets nothing. An error where the device lacks the structure, or
+    /// the scene was not uploaded for it.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
@@ -119,6 +120,7 @@ impl RayTracer {
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
         let (kernel, images) = match structure {
             Structure::Bvh => {
+                scene.check_bvh(frame.device)?;
                 frame.dispatch(&self.bvh, &bindings, groups);
                 return Ok(distances);
             }
@@ -128,6 +130,7 @@ impl RayTracer {
                     feature: "ray queries",
                     instead: "the BVH",
                 })?;
+                scene.check_ray_query(frame.device)?;
                 frame.dispatch(kernel, &bindings, groups);
                 return Ok(distances);
             }

@@ -95,6 +95,7 @@ impl PointCloud {
         if view.size.min_element() == 0 || view.size.max_element() > limit {
             return Err(RenderError::Size { width: view.size.x, height: view.size.y, limit });
         }
+        scene.check_bvh(frame.device)?;
         // Lists of each chunk that are drawn.
         let drawn = match image {
             None => images.chunks.iter().map(|chunk| (chunk, 0, chunk.list_count())).collect(),

@@ -1,0 +1,102 @@
+//! What a renderer needs of a scene on the device, and what it says where a scene does not have it.
+
+use crate::{
+    error::RenderError,
+    occlusion::Occlusion as FindOcclusion,
+    settings::{Attenuation, Indirect, Occlusion, Settings},
+    shadows::Tracer,
+};
+
+use super::{GpuScene, Shading};
+
+/// What of the settings goes into a scene on the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Needs {
+    /// Which parts of materials were packed.
+    pub shading: Shading,
+    /// Whether textures are one array, where they fit.
+    pub texture_arrays: bool,
+    /// Samples along a footprint's long axis.
+    pub anisotropy: u16,
+    /// What lights were packed with: the settings of these names.
+    lights: (Attenuation, f32, f32, u32),
+    /// Something is traced through the BVH, or made of its triangles.
+    pub bvh: bool,
+    /// Something is traced through the adapter's own structure.
+    pub ray_query: bool,
+    /// Ends of rays are shaded.
+    pub hits: bool,
+    /// The surroundings light by occlusion.
+    pub open_surroundings: bool,
+}
+
+impl Needs {
+    /// What a renderer with these settings needs, whose shadow rays go through `tracer`.
+    pub fn new(settings: &Settings, tracer: Tracer, texture_arrays: bool, anisotropy: u16) -> Self {
+        // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
+        let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
+        let Settings { attenuation, range_threshold, light_radius, shadow_rays, .. } = *settings;
+        Self {
+            shading: Shading::of(settings),
+            texture_arrays,
+            anisotropy,
+            lights: (attenuation, range_threshold, light_radius, shadow_rays),
+            bvh: tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images,
+            ray_query: tracer == Tracer::RayQuery,
+            hits: settings.indirect.shades_hits(),
+            open_surroundings: FindOcclusion::is_found(settings),
+        }
+    }
+
+    /// Whether rays are traced.
+    pub fn rays(&self) -> bool {
+        self.bvh || self.ray_query
+    }
+}
+
+/// The scene has no BVH.
+const NO_BVH: &str = "it has no BVH";
+/// The scene has no structure for ray queries.
+const NO_RAY_QUERY: &str = "it has no acceleration structure of the adapter's own";
+
+impl GpuScene {
+    /// An error unless it lies on this device and was uploaded for all that is needed of it.
+    pub(crate) fn check(&self, device: &wgpu::Device, needed: &Needs) -> Result<(), RenderError> {
+        self.check_device(device)?;
+        let has = &self.needs;
+        let faults = [
+            (has.shading != needed.shading, "its materials are for another `Settings::materials`, or a debug view"),
+            (has.texture_arrays != needed.texture_arrays, "its textures are for another `Settings::textures`"),
+            (has.anisotropy != needed.anisotropy, "its samplers are for another `Settings::anisotropy`"),
+            (
+                has.lights != needed.lights,
+                "its lights are for another attenuation, range threshold, light radius or number of shadow rays",
+            ),
+            (needed.bvh && !has.bvh, NO_BVH),
+            (needed.ray_query && !has.ray_query, NO_RAY_QUERY),
+            (needed.hits && !has.hits, "it has nothing to shade the ends of indirect rays with"),
+            (needed.open_surroundings && !has.open_surroundings, "it has no surroundings to light by occlusion"),
+        ];
+        lacks(faults.iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| *what))
+    }
+
+    /// An error unless it lies on this device and has a BVH.
+    pub(crate) fn check_bvh(&self, device: &wgpu::Device) -> Result<(), RenderError> {
+        self.check_device(device)?;
+        lacks((!self.needs.bvh).then_some(NO_BVH))
+    }
+
+    /// An error unless it lies on this device and has the adapter's own acceleration structure.
+    pub(crate) fn check_ray_query(&self, device: &wgpu::Device) -> Result<(), RenderError> {
+        self.check_device(device)?;
+        lacks((!self.needs.ray_query).then_some(NO_RAY_QUERY))
+    }
+
+    fn check_device(&self, device: &wgpu::Device) -> Result<(), RenderError> {
+        if self.device == *device { Ok(()) } else { Err(RenderError::OtherDevice) }
+    }
+}
+
+fn lacks(fault: Option<&'static str>) -> Result<(), RenderError> {
+    fault.map_or(Ok(()), |what| Err(RenderError::OtherSettings { what }))
+}
