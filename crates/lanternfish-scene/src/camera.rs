@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{Affine3A, Mat3, Mat3A, Vec2, Vec3, Vec3A};
 
-use crate::{Bounds, validate::UNIT_TOLERANCE};
+use crate::{Bounds, Scene, validate::UNIT_TOLERANCE};
 
 /// A camera: looks down its own −z, +y up, +x right.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,8 +142,9 @@ impl Camera {
     /// Whether there is a view through it; if not, what is wrong, by the field's name, and how it is put right.
     pub fn validate(&self) -> Result<(), String> {
         let (axes, eye) = (self.world_from_camera.matrix3, self.eye());
-        if !eye.is_finite() {
-            return Err(format!("world_from_camera stands at {eye}: every coordinate must be finite"));
+        if eye.is_nan() || eye.abs().max_element() > Scene::FARTHEST {
+            let farthest = Scene::FARTHEST;
+            return Err(format!("world_from_camera stands at {eye}: numbers up to {farthest:e} m are meant"));
         }
         if !self.world_from_camera.is_finite() {
             let mistake = "Camera::look_at needs an eye and a target that are finite and differ";
@@ -152,7 +153,9 @@ impl Camera {
         let is_rotation = (axes * axes.transpose()).abs_diff_eq(Mat3A::IDENTITY, UNIT_TOLERANCE);
         if !is_rotation || axes.determinant() < 0.0 {
             let axes = [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.to_array());
-            return Err(format!("world_from_camera scales, shears or mirrors, axes {axes:?}: it may rotate and move, no more"));
+            return Err(format!(
+                "world_from_camera scales, shears or mirrors, axes {axes:?}: it may rotate and move, no more"
+            ));
         }
         self.projection.validate()
     }
@@ -195,15 +198,17 @@ mod tests {
         let through = |projection| Camera::look_at(Vec3::Z, Vec3::ZERO, projection);
         let perspective = |fov_y, near| through(Projection::Perspective { fov_y, near });
         let parallel = |half_height, near, far| through(Projection::Orthographic { half_height, near, far });
-        let frustum = |left, right, bottom, top| {
-            through(Projection::Frustum { left, right, bottom, top, near: 0.1 })
-        };
+        let frustum = |left, right, bottom, top| through(Projection::Frustum { left, right, bottom, top, near: 0.1 });
         let (sound, nan) = (perspective(1.0, 0.1), f32::NAN);
         for camera in [sound.clone(), parallel(1.0, 0.0, 2.0), frustum(-1.0, 0.5, 0.0, 1.0)] {
             assert_eq!(camera.validate(), Ok(()));
         }
         for straight in [Vec3::Y, Vec3::NEG_Y] {
-            assert_eq!(Camera::look_at(straight, Vec3::ZERO, sound.projection).validate(), Ok(()), "straight {straight}");
+            assert_eq!(
+                Camera::look_at(straight, Vec3::ZERO, sound.projection).validate(),
+                Ok(()),
+                "straight {straight}"
+            );
         }
         let moved = |change: fn(&mut Affine3A)| {
             let mut camera = sound.clone();
@@ -225,7 +230,7 @@ mod tests {
             (frustum(-1.0, 1.0, nan, 1.0), ["bottom NaN", "finite"]),
             (Camera::look_at(Vec3::X, Vec3::X, sound.projection), ["looks nowhere", "look_at"]),
             (Camera::look_at(Vec3::X, Vec3::NAN, sound.projection), ["looks nowhere", "look_at"]),
-            (Camera::look_at(Vec3::NAN, Vec3::X, sound.projection), ["stands at", "finite"]),
+            (Camera::look_at(Vec3::NAN, Vec3::X, sound.projection), ["stands at", "numbers"]),
             (moved(|m| m.matrix3 *= 2.0), ["scales", "rotate"]),
             (moved(|m| m.matrix3.x_axis *= 0.0), ["scales", "rotate"]),
             (moved(|m| m.matrix3.x_axis *= -1.0), ["mirrors", "rotate"]),

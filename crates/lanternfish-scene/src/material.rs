@@ -3,7 +3,7 @@
 use glam::{Affine2, Vec3, Vec4};
 
 /// A surface. Textures multiply the factors beside them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// The file's name for it, or empty.
     pub name: String,

@@ -136,24 +136,25 @@ impl Renderer {
     /// `range_threshold`, `light_radius` and `shadow_rays`, and which trace through nothing that it was not uploaded for
     /// (`shadows`, `indirect`, `occlusion`). Rendered by another one it is [`RenderError::OtherSettings`].
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
-        checked(&self.device, "upload", || {
-            GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.needs)
-        })
+        checked(&self.device, "upload", || GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.needs))
     }
 
-    /// Brings what has moved in `scene` since it was uploaded by this renderer to the device: where its instances stand; all
-    /// lights, more or fewer too; [`Scene::sky`]. Where all instances stand where they did, the geometry is not touched.
+    /// Brings what has changed in `scene` since it was uploaded to the device: where its instances stand; all lights, more or
+    /// fewer too; [`Scene::sky`]; the factors of materials: colour, metallic, roughness, normal scale, emission, index of
+    /// refraction, specular, unlit. Where all instances stand where they did, the geometry is not touched.
     ///
-    /// All else must be as it was. Another number of meshes, instances, materials, textures, images; another mesh of an
-    /// instance; an instance that is mirrored and was not, or the other way round; other numbers of vertices or indices, or
-    /// another material, of a primitive: these are [`RenderError::Changed`], and nothing is done. What vertices, materials,
-    /// textures and an environment *are* is not compared, and not brought to the device. The scene must be valid
-    /// ([`Scene::validate`]).
+    /// All else must be as it was: how many things there are; vertices, indices and materials of meshes; an instance's mesh,
+    /// and whether it is mirrored; textures, alpha mode (of a mask, its alpha and cutoff too), sides and volume of materials;
+    /// textures, samplers, images, the environment. Anything else is [`RenderError::Changed`], and nothing is done; nor is it
+    /// for a scene that is not valid ([`Scene::validate`]) or was not uploaded for this renderer. An image, and the
+    /// environment, are recognised by their size and 1,024 of their texels: painting a few of them goes unseen. Names and
+    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices.
     ///
     /// The BVH keeps its tree and gets new boxes: things that move far apart make its rays slower. Upload again to build it
     /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both; one
     /// that loses its area is met by nothing. After any other error update again, or upload.
     pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
+        gpu_scene.check(&self.device, &self.needs)?;
         checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.settings))
     }
 

@@ -2,7 +2,8 @@
 
 use clap::{Args, ValueEnum};
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Quality, Sampled, Settings,
+    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Quality, Sampled,
+    Settings,
 };
 
 use crate::{choices::choice, parse};

@@ -161,7 +161,8 @@ impl Bench<'_> {
 
     /// A debug view of the frame.
     pub fn view(&self, view: DebugView, shadows: Shadows) -> Result<Picture, CliError> {
-        let settings = Settings { debug_view: Some(view), shadows, tone_map: ToneMap::None, ..Settings::direct_light() };
+        let settings =
+            Settings { debug_view: Some(view), shadows, tone_map: ToneMap::None, ..Settings::direct_light() };
         self.render(&mut self.renderer(settings)?)
     }
 

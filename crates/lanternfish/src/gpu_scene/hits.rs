@@ -79,6 +79,8 @@ const SIDE: u32 = 128;
 pub struct Hits {
     triangles: wgpu::Buffer,
     materials: wgpu::Buffer,
+    /// What each material's textures come to.
+    read: Vec<HitTextures>,
     textures: wgpu::TextureView,
     sampler: wgpu::Sampler,
 }
@@ -94,8 +96,8 @@ impl Hits {
     ) -> Result<Self, RenderError> {
         let sources: Vec<Source> = tracing.triangles.iter().map(|triangle| triangle.source).collect();
         let mut layers = Layers { most: device.limits().max_texture_array_layers, ..Layers::default() };
-        let materials: Vec<HitMaterial> =
-            scene.materials.iter().map(|material| pack(scene, material, shading, &mut layers)).collect();
+        let read = scene.materials.iter().map(|material| HitTextures::of(scene, material, &mut layers));
+        let read: Vec<HitTextures> = read.collect();
         let none = wgpu::BufferUsages::empty();
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("scene/hit_sampler"),
@@ -112,7 +114,8 @@ impl Hits {
                 &triangles(scene, &tracing.parts, &sources),
                 none,
             )?,
-            materials: storage_buffer_of(device, "scene/hit_materials", &materials, none)?,
+            materials: storage_buffer_of(device, "scene/hit_materials", &packed(scene, &read, shading), none)?,
+            read,
             textures: layers.upload(device, queue, scene),
             sampler,
         })
@@ -121,6 +124,12 @@ impl Hits {
     /// Writes the triangles anew, where they stand now.
     pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, parts: &[Part], sources: &[Source]) {
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&triangles(scene, parts, sources)));
+    }
+
+    /// Writes the materials anew: the textures are those of before.
+    pub fn update_materials(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading) {
+        let materials = packed(scene, &self.read, shading);
+        queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&materials));
     }
 
     /// What shaders call it.
@@ -199,40 +208,62 @@ fn packed_normal(n: Vec3) -> u32 {
     snorm(e.x) | (snorm(e.y) << 16)
 }
 
-fn pack(scene: &Scene, material: &Material, shading: Shading, layers: &mut Layers) -> HitMaterial {
-    let coordinates = coordinates_of(material);
-    let mut layer = |reference: &Option<TextureRef>, factor: &mut Vec3| {
-        let Some(reference) = reference else { return NO_LAYER };
-        let image = scene.textures[reference.texture].image;
-        let same_place =
-            coordinates.is_some_and(|c| (c.uv_set, c.texture_from_uv) == (reference.uv_set, reference.texture_from_uv));
-        match same_place.then(|| layers.of(image)).flatten() {
-            Some(layer) => layer,
-            // Coordinates of its own, or no room: its mean.
-            None => {
-                *factor *= mean(&scene.images[image], true);
-                NO_LAYER
+/// What a material's textures come to where hits are shaded.
+#[derive(Clone, Copy, Debug)]
+struct HitTextures {
+    /// [`HitMaterial::base_color_layer`].
+    base_color_layer: u32,
+    /// Where there is no layer: the texture's mean, or one.
+    base_color: Vec3,
+    /// [`HitMaterial::emissive_layer`].
+    emissive_layer: u32,
+    /// As `base_color`.
+    emissive: Vec3,
+    /// Mean of the texture, or one.
+    metallic: f32,
+    /// Mean of the texture, or one.
+    perceptual_roughness: f32,
+}
+
+impl HitTextures {
+    fn of(scene: &Scene, material: &Material, layers: &mut Layers) -> Self {
+        let coordinates = coordinates_of(material);
+        let mut layer = |reference: &Option<TextureRef>| {
+            let Some(reference) = reference else { return (NO_LAYER, Vec3::ONE) };
+            let image = scene.textures[reference.texture].image;
+            let same_place = coordinates
+                .is_some_and(|c| (c.uv_set, c.texture_from_uv) == (reference.uv_set, reference.texture_from_uv));
+            match same_place.then(|| layers.of(image)).flatten() {
+                Some(layer) => (layer, Vec3::ONE),
+                // Coordinates of its own, or no room: its mean.
+                None => (NO_LAYER, mean(&scene.images[image], true)),
             }
-        }
-    };
-    let (mut base_color, mut emissive) = (material.base_color.truncate(), material.emissive);
-    let base_color_layer = layer(&material.base_color_texture, &mut base_color);
-    let emissive_layer = layer(&material.emissive_texture, &mut emissive);
-    let (mut metallic, mut perceptual_roughness) = (material.metallic, material.perceptual_roughness);
-    if let Some(reference) = &material.metallic_roughness_texture {
-        let mean = mean(&scene.images[scene.textures[reference.texture].image], false);
-        (metallic, perceptual_roughness) = (metallic * mean.z, perceptual_roughness * mean.y);
+        };
+        let (base_color_layer, base_color) = layer(&material.base_color_texture);
+        let (emissive_layer, emissive) = layer(&material.emissive_texture);
+        let metallic_roughness = material
+            .metallic_roughness_texture
+            .map_or(Vec3::ONE, |reference| mean(&scene.images[scene.textures[reference.texture].image], false));
+        let [_, perceptual_roughness, metallic] = metallic_roughness.to_array();
+        Self { base_color_layer, base_color, emissive_layer, emissive, metallic, perceptual_roughness }
     }
+}
+
+fn packed(scene: &Scene, read: &[HitTextures], shading: Shading) -> Vec<HitMaterial> {
+    scene.materials.iter().zip(read).map(|(material, read)| pack(material, read, shading)).collect()
+}
+
+fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMaterial {
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
     HitMaterial {
-        base_color,
-        base_color_layer,
-        emissive,
-        emissive_layer,
+        base_color: material.base_color.truncate() * read.base_color,
+        base_color_layer: read.base_color_layer,
+        emissive: material.emissive * read.emissive,
+        emissive_layer: read.emissive_layer,
         dielectric_f0: dielectric_f0(material),
         dielectric_f90: material.specular,
-        metallic,
-        perceptual_roughness,
+        metallic: material.metallic * read.metallic,
+        perceptual_roughness: material.perceptual_roughness * read.perceptual_roughness,
         flags: flag(shading == Shading::File && material.unlit, UNLIT)
             | flag(shading == Shading::Lambert, LAMBERT)
             | flag(material.double_sided, DOUBLE_SIDED),

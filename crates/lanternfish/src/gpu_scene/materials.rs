@@ -81,13 +81,14 @@ impl Materials {
     pub fn new(device: &wgpu::Device, scene: &Scene, shading: Shading, textures: &Textures) -> Result<Self, GpuError> {
         let alignment = if textures.arrays { 1 } else { device.limits().min_uniform_buffer_offset_alignment as usize };
         let stride = size_of::<Material>().next_multiple_of(alignment);
-        let mut packed = vec![0; stride * scene.materials.len().max(1)];
-        for (place, material) in packed.chunks_exact_mut(stride).zip(&scene.materials) {
-            let material = pack(material, shading, textures);
-            place[..size_of::<Material>()].copy_from_slice(bytemuck::bytes_of(&material));
-        }
+        let packed = packed(scene, shading, textures, stride);
         let buffer = storage_buffer_of(device, "scene/materials", &packed, wgpu::BufferUsages::UNIFORM)?;
         Ok(Self { buffer, stride })
+    }
+
+    /// Writes them anew: as many, which read the textures they did.
+    pub fn update(&self, queue: &wgpu::Queue, scene: &Scene, shading: Shading, textures: &Textures) {
+        queue.write_buffer(&self.buffer, 0, &packed(scene, shading, textures, self.stride));
     }
 
     /// All of them, where textures are one array.
@@ -112,6 +113,16 @@ impl Materials {
 pub(super) fn dielectric_f0(material: &lanternfish_scene::Material) -> Vec3 {
     let r = (material.ior - 1.0) / (material.ior + 1.0);
     (r * r * material.specular_color).min(Vec3::ONE) * material.specular
+}
+
+/// All materials, one every `stride` bytes.
+fn packed(scene: &Scene, shading: Shading, textures: &Textures, stride: usize) -> Vec<u8> {
+    let mut packed = vec![0; stride * scene.materials.len().max(1)];
+    for (place, material) in packed.chunks_exact_mut(stride).zip(&scene.materials) {
+        let material = pack(material, shading, textures);
+        place[..size_of::<Material>()].copy_from_slice(bytemuck::bytes_of(&material));
+    }
+    packed
 }
 
 fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Textures) -> Material {

@@ -20,6 +20,8 @@ mod mips;
 mod needs;
 mod raster;
 mod refit;
+#[cfg(test)]
+mod tests;
 mod textures;
 mod tlas;
 mod tracing;

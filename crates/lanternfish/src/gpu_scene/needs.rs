@@ -1,5 +1,8 @@
 //! What a renderer needs of a scene on the device, and what it says where a scene does not have it.
 
+#[cfg(test)]
+mod tests;
+
 use crate::{
     error::RenderError,
     occlusion::Occlusion as FindOcclusion,

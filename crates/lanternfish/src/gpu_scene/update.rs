@@ -1,10 +1,11 @@
 //! Bringing what has moved to the device.
 //!
-//! 1. What must be the same is compared with what was uploaded: counts, and every instance's mesh and handedness.
-//! 2. Lights and the sky are written.
+//! 1. What must be the same is compared with what was uploaded: `outline.rs`.
+//! 2. Lights, the sky and materials are written.
 //! 3. Unless all instances stand where they did: draw instances are written; the traced triangles are posed anew, in the order
 //!    of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
 
+mod outline;
 #[cfg(test)]
 mod tests;
 
@@ -12,14 +13,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Affine3A;
 use lanternfish_gpu::storage_buffer_of;
-use lanternfish_scene::{Mesh, Scene};
+use lanternfish_scene::Scene;
 
+use self::outline::Outline;
 use super::{
-    GpuScene, LIGHTS,
-    geometry::mirrors,
-    light_bounds, packed_lights,
+    GpuScene, LIGHTS, light_bounds, packed_lights,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
+    validate,
 };
 use crate::{error::RenderError, settings::Settings};
 
@@ -73,10 +74,15 @@ impl GpuScene {
         scene: &Scene,
         settings: &Settings,
     ) -> Result<(), RenderError> {
-        self.placed.outline.check(&Outline::of(scene), scene)?;
+        validate(scene)?;
+        self.placed.outline.check(scene)?;
         self.placed.revision = next_number();
         self.update_lights(device, queue, scene, settings)?;
         self.sky = scene.sky;
+        self.materials.update(queue, scene, self.needs.shading, &self.textures);
+        if let Some(hits) = &self.hits {
+            hits.update_materials(queue, scene, self.needs.shading);
+        }
         if transforms(scene).eq(self.placed.transforms.iter().copied()) {
             return Ok(());
         }
@@ -126,64 +132,4 @@ fn transforms(scene: &Scene) -> impl Iterator<Item = Affine3A> + '_ {
 fn next_number() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
     LAST.fetch_add(1, Ordering::Relaxed) + 1
-}
-
-/// What must be the same for a scene to be brought up to date.
-#[derive(Debug, PartialEq)]
-struct Outline {
-    meshes: Vec<MeshOutline>,
-    /// Mesh, and whether it is mirrored.
-    instances: Vec<(usize, bool)>,
-    materials: usize,
-    textures: usize,
-    images: usize,
-    has_environment: bool,
-}
-
-/// Material, vertices and indices of each primitive.
-type MeshOutline = Vec<[usize; 3]>;
-
-impl Outline {
-    fn of(scene: &Scene) -> Self {
-        let mesh =
-            |mesh: &Mesh| mesh.primitives.iter().map(|p| [p.material, p.positions.len(), p.indices.len()]).collect();
-        let instances = scene.instances.iter().map(|i| (i.mesh, mirrors(&i.world_from_object)));
-        Self {
-            meshes: scene.meshes.iter().map(mesh).collect(),
-            instances: instances.collect(),
-            materials: scene.materials.len(),
-            textures: scene.textures.len(),
-            images: scene.images.len(),
-            has_environment: scene.environment.is_some(),
-        }
-    }
-
-    /// An error that names the first thing that is not the same in `now`, which is of `scene`.
-    fn check(&self, now: &Self, scene: &Scene) -> Result<(), RenderError> {
-        let changed = |what: String| Err(RenderError::Changed { what });
-        for (what, was, is) in [
-            ("meshes", self.meshes.len(), now.meshes.len()),
-            ("instances", self.instances.len(), now.instances.len()),
-            ("materials", self.materials, now.materials),
-            ("textures", self.textures, now.textures),
-            ("images", self.images, now.images),
-            ("environments", self.has_environment.into(), now.has_environment.into()),
-        ] {
-            if was != is {
-                return changed(format!("{was} {what} were uploaded, and there are {is}"));
-            }
-        }
-        if let Some(i) = (0..self.meshes.len()).find(|i| self.meshes[*i] != now.meshes[*i]) {
-            return changed(format!("mesh {i} ({}) has other triangles or materials", scene.meshes[i].name));
-        }
-        if let Some(i) = (0..self.instances.len()).find(|i| self.instances[*i] != now.instances[*i]) {
-            let what = if self.instances[i].0 == now.instances[i].0 {
-                "is mirrored, or no longer"
-            } else {
-                "has another mesh"
-            };
-            return changed(format!("instance {i} ({}) {what}", scene.instances[i].name));
-        }
-        Ok(())
-    }
 }

@@ -78,17 +78,11 @@ impl Quality {
             filter_radius: 8,
         };
         match self {
-            Self::Draft => {
-                Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good }
-            }
+            Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
             Self::Good => good,
-            Self::Best => Sampled {
-                diffuse_rays: 32,
-                glossy_rays: 16,
-                filter_radius: 4,
-                tracer: IndirectTracer::Bvh,
-                ..good
-            },
+            Self::Best => {
+                Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, tracer: IndirectTracer::Bvh, ..good }
+            }
         }
     }
 

@@ -1,14 +1,14 @@
 //! Direct light against an independent path tracer (Mitsuba 3). The references are linear, box-filtered over many
 //! samples a pixel, so our pictures are rendered larger and box-averaged.
 
-use glam::{Affine2, Vec2, Vec3};
+use glam::Vec3;
 use lanternfish::{
     Settings,
     settings::{Attenuation, Materials, ToneMap},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_metrics::{RelativeError, RgbImage, read_exr};
-use lanternfish_scene::{AlphaMode, Camera, Light, Projection, Scene};
+use lanternfish_scene::{Camera, Light, Projection, Scene};
 
 use crate::support::{left_out_on_old_software, linear, render};
 
@@ -25,8 +25,9 @@ fn vec3(value: &serde_json::Value) -> Vec3 {
 }
 
 impl Reference {
-    fn load(test: &str, name: &str) -> Option<Self> {
-        let list = testing::shared(test, "references/references.json")?;
+    /// A reference by its name, from a folder of the shared ones.
+    fn load(test: &str, folder: &str, name: &str) -> Option<Self> {
+        let list = testing::shared(test, &format!("{folder}/references.json"))?;
         let list: serde_json::Value =
             serde_json::from_str(&std::fs::read_to_string(list).expect("readable")).expect("JSON");
         let entry = list["references"].as_array()?.iter().find(|r| r["name"] == name).expect("it is listed");
@@ -35,13 +36,11 @@ impl Reference {
         for light in entry["point_lights"].as_array()? {
             scene.lights.push(Light::point(vec3(&light["position"]), vec3(&light["intensity_cd"])));
         }
-        flip_textures(&mut scene);
-        close_masks(&mut scene);
         let camera = &entry["camera"];
         let fov_y = (camera["fov_y_deg"].as_f64()? as f32).to_radians();
         let projection = Projection::Perspective { fov_y, near: 0.01 };
         let camera = Camera::look_at(vec3(&camera["eye"]), vec3(&camera["target"]), projection);
-        let image = read_exr(&testing::shared(test, &format!("references/{name}.exr"))?).expect("the picture loads");
+        let image = read_exr(&testing::shared(test, &format!("{folder}/{name}.exr"))?).expect("the picture loads");
         Some(Self { image, scene, camera })
     }
 
@@ -68,35 +67,6 @@ impl Reference {
     }
 }
 
-/// The references were made with every texture upside down: rendered the same way, the Khronos sample
-/// `TextureCoordinateTest` shows its labels mirrored, and Sponza's banners lose their trim. The same is done to our scene,
-/// so that what is compared is the light.
-fn flip_textures(scene: &mut Scene) {
-    let flip = Affine2::from_cols(Vec2::X, Vec2::NEG_Y, Vec2::Y);
-    for material in &mut scene.materials {
-        if let Some(texture) = &mut material.base_color_texture {
-            texture.texture_from_uv = flip * texture.texture_from_uv;
-        }
-    }
-}
-
-/// The references' integrator takes a hole of an alpha mask for a bounce: with direct light only, what lies behind a hole is
-/// black, and shadow rays do not pass holes. The same is done to our scene: masked surfaces become solid, black where
-/// their alpha is below the cutoff. (Masks as we render them are tested elsewhere.)
-fn close_masks(scene: &mut Scene) {
-    for material in &mut scene.materials {
-        let AlphaMode::Mask { cutoff } = material.alpha_mode else { continue };
-        material.alpha_mode = AlphaMode::Opaque;
-        let Some(texture) = &material.base_color_texture else { continue };
-        let texture = scene.textures[texture.texture];
-        for texel in scene.images[texture.image].rgba.as_chunks_mut::<4>().0 {
-            if f32::from(texel[3]) < 255.0 * cutoff {
-                texel[..3].fill(0);
-            }
-        }
-    }
-}
-
 /// Luminance from which a pixel counts as lit: where the references hold more than a few photons' noise.
 const LIT: f32 = 1e-3;
 
@@ -115,7 +85,7 @@ fn report(name: &str, error: &RelativeError, within: f32) {
 fn gpu_cornell_direct_light_is_the_reference() {
     let name = "gpu_cornell_direct_light_is_the_reference";
     let Some(gpu) = testing::gpu(name) else { return };
-    let Some(reference) = Reference::load(name, "cornell-point-direct") else { return };
+    let Some(reference) = Reference::load(name, "references", "cornell-point-direct") else { return };
     let error = reference.compare(gpu, 8, 1, 1.0);
     report("cornell-point-direct", &error, 0.02);
     assert!(error.median() < 0.005, "median {}", error.median());
@@ -134,7 +104,7 @@ fn gpu_sponza_direct_light_is_the_reference() {
     if left_out_on_old_software(name, gpu, "without anisotropic filtering textures are blurred, median error 5.3 %") {
         return;
     }
-    let Some(reference) = Reference::load(name, "sponza-ten-direct") else { return };
+    let Some(reference) = Reference::load(name, "references/upright", "sponza-ten-direct") else { return };
     // The reference picks one of ten lights a sample: its own 256 samples are 10.3 % (median) from the mean of 640, and
     // ours is no farther. Over blocks of 10 x 10 pixels its noise is 1.3 %, and what is left is ours.
     let error = reference.compare(gpu, 4, 10, 1.0);

@@ -288,8 +288,9 @@ fn gpu_tracers_agree() {
     let (cornell, cornell_camera) = cornell_in_rain(8);
     let (atrium, atrium_camera) = atrium();
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
-        let picture =
-            |gpu: &Gpu, shadows| render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Settings::direct_light() });
+        let picture = |gpu: &Gpu, shadows| {
+            render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Settings::direct_light() })
+        };
         let [bvh, ray_query, none] = [Shadows::Bvh, Shadows::RayQuery, Shadows::None].map(|s| picture(gpu, s));
         let pixels = (bvh.width * bvh.height) as usize;
         let differ = differing(&bvh, &ray_query);

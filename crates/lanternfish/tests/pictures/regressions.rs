@@ -122,7 +122,8 @@ fn gpu_base_color_is_shown_as_it_is() {
     let Some(gpu) = testing::gpu("gpu_base_color_is_shown_as_it_is") else { return };
     let scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
     for (tone_map, exposure) in [(ToneMap::Neutral, 0.0), (ToneMap::Reinhard, 2.0)] {
-        let settings = Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Settings::direct_light() };
+        let settings =
+            Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Settings::direct_light() };
         assert_eq!(Front::render(gpu, &scene, settings).0.display[0], [255; 4]);
     }
 }

@@ -2,12 +2,14 @@
 
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, testing};
-use lanternfish_scene::{AlphaMode, Instance, Light, Material, Scene, generate};
+use lanternfish_scene::{
+    AlphaMode, Environment, Filter, Image, Instance, Light, Material, Sampler, Scene, Texture, TextureRef, generate,
+};
 
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     deep_images::trace::{RayTracer, Structure, TracedRay},
-    settings::Shadows,
+    settings::{Indirect, IndirectTracer, Sampled, Shadows},
     testing::{Random, apart, moved},
 };
 
@@ -77,6 +79,48 @@ fn gpu_a_picture_after_an_update_is_that_of_a_fresh_upload() {
     }
 }
 
+#[test]
+fn gpu_factors_of_materials_follow() {
+    let Some(gpu) = testing::gpu("gpu_factors_of_materials_follow") else { return };
+    let before = scene();
+    type Change = fn(&mut Material);
+    let changes: [(&str, Change); 6] = [
+        ("base colour", |m| m.base_color = Vec3::new(0.1, 0.3, 0.9).extend(m.base_color.w)),
+        ("emission", |m| m.emissive = Vec3::new(0.3, 0.2, 0.1)),
+        ("metallic", |m| m.metallic = 1.0 - m.metallic),
+        ("roughness", |m| m.perceptual_roughness = 0.2),
+        ("specular", |m| (m.specular, m.ior) = (0.2, 1.8)),
+        ("unlit", |m| m.unlit = true),
+    ];
+    let direct = Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
+    // And where hits are shaded.
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: IndirectTracer::Bvh, ..Sampled::default() };
+    let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
+    for settings in [direct, indirect] {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut uploaded = renderer.upload(&before).unwrap();
+        let (generation, mut scene) = (uploaded.generation(), before.clone());
+        let small = |renderer: &mut Renderer, uploaded: &GpuScene| {
+            renderer.render(uploaded, &before.cameras[0], 40, 40).unwrap()
+        };
+        let mut last = small(&mut renderer, &uploaded);
+        for (name, change) in changes {
+            scene.materials.iter_mut().for_each(change);
+            renderer.update(&mut uploaded, &scene).unwrap();
+            let updated = small(&mut renderer, &uploaded);
+            let fresh_scene = renderer.upload(&scene).unwrap();
+            let (wrong, changed) =
+                (differing(&updated, &small(&mut renderer, &fresh_scene)), differing(&updated, &last));
+            assert!(
+                wrong == 0 && changed > 100,
+                "{name}: {wrong} pixels differ from a fresh upload, {changed} have changed"
+            );
+            last = updated;
+        }
+        assert_eq!(uploaded.generation(), generation, "no triangle has moved");
+    }
+}
+
 /// How far rays go through the BVH, m.
 fn distances(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay]) -> Vec<f32> {
     let tracer = RayTracer::new(&gpu.device).unwrap();
@@ -127,19 +171,33 @@ fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
 fn gpu_what_cannot_follow_is_named_and_changes_nothing() {
     let Some(gpu) = testing::gpu("gpu_what_cannot_follow_is_named_and_changes_nothing") else { return };
     let mut renderer = renderer(gpu, Shadows::Bvh);
-    let before = scene();
+    let mut before = scene();
+    before.images.push(Image { name: "checks".to_owned(), width: 1, height: 1, rgba: vec![255; 4] });
+    before.samplers.push(Sampler::default());
+    before.textures.push(Texture { image: 0, sampler: 0 });
+    let pixels = vec![Vec3::ONE; 2];
+    before.environment = Some(Environment { width: 2, height: 1, pixels, rotation: 0.0 });
     let mut uploaded = renderer.upload(&before).unwrap();
     let generation = uploaded.generation();
     let picture = shown(&mut renderer, &uploaded, &before);
     type Change = fn(&mut Scene);
-    let changes: [(&str, Change); 8] = [
+    let changes: [(&str, Change); 17] = [
         ("instances were uploaded", |s| s.instances.push(Instance { mesh: 0, ..s.instances[0].clone() })),
         ("meshes were uploaded", |s| s.meshes.push(Default::default())),
         ("materials were uploaded", |s| s.materials.push(Material::default())),
-        ("images were uploaded", |s| s.images.push(Default::default())),
+        ("images were uploaded", |s| s.images.push(s.images[0].clone())),
         ("mesh 2 () has other triangles", |s| s.meshes[2].primitives[0].indices.truncate(3)),
         ("mesh 1 () has other triangles", |s| s.meshes[1].primitives[0].material += 1),
         ("has another mesh", |s| s.instances[2].mesh = 0),
+        ("mesh 2 () has other vertices", |s| s.meshes[2].primitives[0].positions[1].x += 0.1),
+        ("mesh 2 () has other vertices", |s| s.meshes[2].primitives[0].indices.swap(0, 1)),
+        ("has other textures, another alpha", |s| s.materials[0].alpha_mode = AlphaMode::Blend),
+        ("has other textures, another alpha", |s| s.materials[0].base_color_texture = Some(TextureRef::new(0))),
+        ("sides", |s| s.materials[0].double_sided ^= true),
+        ("has other textures, another alpha", |s| s.materials.last_mut().unwrap().base_color.w = 0.4),
+        ("sampler 0 is another", |s| s.samplers[0].mag = Filter::Nearest),
+        ("image 0 (checks) is another", |s| s.images[0].rgba.fill(9)),
+        ("the environment is another", |s| s.environment.as_mut().unwrap().rotation = 1.0),
         ("is mirrored", |s| s.instances[2].world_from_object *= Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))),
     ];
     for (name, change) in changes {

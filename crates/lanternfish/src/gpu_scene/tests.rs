@@ -1,0 +1,172 @@
+//! Scenes and cameras that nobody should give, and some that are only odd.
+
+use glam::{Affine3A, Vec2, Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{
+    Camera, Environment, Image, Light, Material, Mesh, Primitive, Projection, Sampler, Scene, Texture, TextureRef,
+};
+
+use crate::{
+    GpuScene, RenderError, Renderer, Settings,
+    settings::{DeepImageSettings, DirectionSet},
+    testing::{quad, scene_of},
+};
+
+const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 0.9, near: 0.01 };
+
+/// Two meshes under a lamp.
+fn scene() -> Scene {
+    let textured = Material { base_color_texture: Some(TextureRef::new(0)), metallic: 0.0, ..Material::default() };
+    let mut scene = scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, -Vec3::Z)], vec![textured, Material::default()]);
+    let above = quad(1, Vec3::new(0.2, 0.5, 0.1), 0.3 * Vec3::X, -0.3 * Vec3::Z);
+    scene.meshes.push(Mesh { name: "shade".to_owned(), primitives: vec![above] });
+    scene.instances.push(lanternfish_scene::Instance { mesh: 1, ..scene.instances[0].clone() });
+    scene.images.push(Image { name: String::new(), width: 2, height: 1, rgba: vec![200; 8] });
+    scene.samplers.push(Sampler::default());
+    scene.textures.push(Texture { image: 0, sampler: 0 });
+    scene.lights.push(Light::point(Vec3::new(0.0, 1.0, 0.0), Vec3::ONE));
+    scene.cameras.push(Camera::look_at(Vec3::new(0.5, 1.5, 2.0), Vec3::ZERO, PERSPECTIVE));
+    scene.sky = Vec3::splat(0.1);
+    assert_eq!(scene.validate(), Ok(()));
+    scene
+}
+
+/// All there is, on a small scale.
+fn everything(gpu: &Gpu) -> Renderer {
+    let directions = DirectionSet::Cube { k: 1 };
+    let deep_images = DeepImageSettings { directions, resolution: 8, ..DeepImageSettings::default() };
+    Renderer::new(&gpu.device, &gpu.queue, Settings { deep_images, ..Settings::default() }).unwrap()
+}
+
+type Change = fn(&mut Scene);
+
+#[test]
+fn gpu_a_scene_that_is_not_valid_is_refused_by_the_name_of_its_fault() {
+    let Some(gpu) = testing::gpu("gpu_a_scene_that_is_not_valid_is_refused_by_the_name_of_its_fault") else { return };
+    let damages: [(&str, Change); 30] = [
+        ("index 7 of 4 vertices", |s| s.meshes[0].primitives[0].indices[2] = 7),
+        ("index 4294967295 of 4", |s| s.meshes[0].primitives[0].indices[0] = u32::MAX),
+        ("5 indices are no whole triangles", |s| s.meshes[0].primitives[0].indices.truncate(5)),
+        ("index 0 of 0 vertices", |s| {
+            s.meshes[0].primitives[0] = Primitive { indices: vec![0; 3], ..Default::default() }
+        }),
+        ("material 9 of 2", |s| s.meshes[1].primitives[0].material = 9),
+        ("material 0 of 0", |s| s.materials.clear()),
+        ("3 normals for 4", |s| s.meshes[0].primitives[0].normals.truncate(3)),
+        ("0 normals for 4", |s| s.meshes[0].primitives[0].normals.clear()),
+        ("normal 1 is", |s| s.meshes[0].primitives[0].normals[1] = Vec3::NAN),
+        ("3 uv0 for 4", |s| s.meshes[0].primitives[0].uv0.truncate(3)),
+        ("1 uv1 for 4", |s| s.meshes[0].primitives[0].uv1.push(Vec2::ZERO)),
+        ("2 colors for 4", |s| s.meshes[0].primitives[0].colors = vec![Vec4::ONE; 2]),
+        ("position 3 is", |s| s.meshes[1].primitives[0].positions[3].z = f32::INFINITY),
+        ("mesh 2 of 2", |s| s.instances[1].mesh = 2),
+        ("instance 1 (): its transform is not finite", |s| s.instances[1].world_from_object.translation.x = f32::NAN),
+        ("instance 0 (): its transform is not finite", |s| s.instances[0].world_from_object.matrix3 *= f32::INFINITY),
+        ("material 1 ()", |s| s.materials[1].emissive_texture = Some(TextureRef::new(1))),
+        ("metallic, roughness", |s| s.materials[0].perceptual_roughness = f32::NAN),
+        ("texture 0", |s| s.textures[0].image = 1),
+        ("texture 0", |s| s.samplers.clear()),
+        ("7 bytes for 2", |s| s.images[0].rgba.truncate(7)),
+        ("image 0", |s| s.images[0] = Image::default()),
+        ("light 0 (): its position", |s| s.lights[0].position.x = f32::NAN),
+        ("light 0 (): 1e15 m from the origin", |s| s.lights[0].position.y = 1e15),
+        ("instance 1 ()", |s| s.instances[1].world_from_object.translation.x = 1e30),
+        ("light 1 (): its direction", |s| s.lights.push(Light::directional(Vec3::ZERO, Vec3::ONE))),
+        ("light 0 (): its intensity", |s| s.lights[0].intensity.y = f32::INFINITY),
+        ("camera 0 (): fov_y is 45", |s| s.cameras[0].projection = Projection::Perspective { fov_y: 45.0, near: 0.1 }),
+        ("sky", |s| s.sky.z = f32::NAN),
+        ("environment: 1 pixels for 2", |s| {
+            s.environment = Some(Environment { width: 2, height: 1, pixels: vec![Vec3::ONE], rotation: 0.0 });
+        }),
+    ];
+    let mut renderer = everything(gpu);
+    let sound = scene();
+    let mut uploaded = renderer.upload(&sound).unwrap();
+    let revision = uploaded.revision();
+    let shown = |renderer: &mut Renderer, uploaded: &GpuScene| {
+        renderer.render(uploaded, &sound.cameras[0], 16, 12).unwrap().radiance
+    };
+    let before = shown(&mut renderer, &uploaded);
+    for (named, damage) in damages {
+        let mut damaged = scene();
+        damage(&mut damaged);
+        for error in [renderer.upload(&damaged).unwrap_err(), renderer.update(&mut uploaded, &damaged).unwrap_err()] {
+            let text = error.to_string();
+            assert!(matches!(error, RenderError::InvalidScene { .. }) && text.contains(named), "{named}: {text}");
+        }
+    }
+    assert_eq!(uploaded.revision(), revision);
+    assert!(shown(&mut renderer, &uploaded) == before, "a refused update left something behind");
+}
+
+#[test]
+fn gpu_odd_scenes_that_are_valid_render() {
+    let Some(gpu) = testing::gpu("gpu_odd_scenes_that_are_valid_render") else { return };
+    let oddities: [(&str, Change); 14] = [
+        ("nothing", |s| *s = Scene::default()),
+        ("no instances", |s| s.instances.clear()),
+        ("no lights", |s| s.lights.clear()),
+        ("a mesh without primitives", |s| s.meshes[0].primitives.clear()),
+        ("a primitive without vertices", |s| s.meshes[0].primitives[0] = Primitive::default()),
+        ("no triangles at all", |s| s.meshes.iter_mut().for_each(|m| m.primitives[0].indices.clear())),
+        ("vertices that no triangle uses", |s| s.meshes[0].primitives[0].indices.truncate(3)),
+        ("triangles that are points", |s| s.meshes[0].primitives[0].indices.fill(0)),
+        ("an instance without extent", |s| s.instances[0].world_from_object.matrix3 *= 0.0),
+        ("nothing but points", |s| s.instances.iter_mut().for_each(|i| i.world_from_object.matrix3 *= 0.0)),
+        ("a tiny instance", |s| s.instances[0].world_from_object.matrix3 *= 1e-18),
+        ("a mirrored one", |s| s.instances[0].world_from_object = Affine3A::from_scale(-Vec3::ONE)),
+        ("a lamp very far away", |s| s.lights[0].position = Vec3::splat(1e11)),
+        ("the same triangle a thousand times", |s| {
+            let again = s.meshes[1].primitives[0].indices.repeat(500);
+            s.meshes[1].primitives[0].indices = again;
+        }),
+    ];
+    let mut renderer = everything(gpu);
+    let camera = scene().cameras.remove(0);
+    for (name, change) in oddities {
+        let mut odd = scene();
+        change(&mut odd);
+        assert_eq!(odd.validate(), Ok(()), "{name}");
+        let uploaded = renderer.upload(&odd).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let picture = renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(picture.radiance.as_flattened().iter().all(|value| value.is_finite()), "{name}");
+    }
+}
+
+#[test]
+fn gpu_cameras_without_a_view_are_refused() {
+    let Some(gpu) = testing::gpu("gpu_cameras_without_a_view_are_refused") else { return };
+    let mut renderer = everything(gpu);
+    let uploaded = renderer.upload(&scene()).unwrap();
+    let sound = &scene().cameras[0];
+    let through = |projection| Camera { projection, ..sound.clone() };
+    let perspective = |fov_y, near| through(Projection::Perspective { fov_y, near });
+    for (named, camera) in [
+        ("fov_y is 45: radians between 0 and π are meant; 45 degrees are 45f32.to_radians()", perspective(45.0, 0.1)),
+        ("near is 0", perspective(0.9, 0.0)),
+        ("near is NaN", perspective(0.9, f32::NAN)),
+        ("half_height is 0", through(Projection::Orthographic { half_height: 0.0, near: 0.0, far: 1.0 })),
+        ("looks nowhere", Camera::look_at(Vec3::ONE, Vec3::ONE, PERSPECTIVE)),
+        ("stands at", Camera::look_at(Vec3::NAN, Vec3::ONE, PERSPECTIVE)),
+    ] {
+        let views = [(sound, 16, 12), (&camera, 16, 12)];
+        for error in [
+            renderer.render(&uploaded, &camera, 16, 12).unwrap_err(),
+            renderer.render_views(&uploaded, &views).unwrap_err(),
+            renderer.refine(&uploaded, &views).unwrap_err(),
+        ] {
+            let text = error.to_string();
+            assert!(matches!(error, RenderError::Camera { .. }) && text.contains(named), "{named}: {text}");
+        }
+    }
+    for (width, height) in [(0, 12), (16, 0), (u32::MAX, 1)] {
+        let error = renderer.render(&uploaded, sound, width, height).unwrap_err();
+        assert!(matches!(error, RenderError::Size { .. }), "{error}");
+    }
+    // What is only odd is a picture.
+    let close_up = Camera::look_at(Vec3::Y, Vec3::ZERO, PERSPECTIVE);
+    let far_off = Camera::look_at(Vec3::splat(1e9), Vec3::ZERO, PERSPECTIVE);
+    for camera in [perspective(3.14, 0.01), perspective(1e-4, 0.01), perspective(0.9, 1e-20), close_up, far_off] {
+        renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{camera:?}: {error}"));
+    }
+}

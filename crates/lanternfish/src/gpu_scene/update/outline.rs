@@ -1,0 +1,166 @@
+//! What must be as it was uploaded for a scene to be brought up to date.
+
+use std::hash::{BuildHasher, Hasher};
+
+use foldhash::fast::FixedState;
+use glam::Vec4;
+use lanternfish_scene::{AlphaMode, Environment, Image, Material, Mesh, Primitive, Sampler, Scene, Texture};
+use rayon::prelude::*;
+
+use super::super::geometry::mirrors;
+use crate::error::RenderError;
+
+/// Texels by which an image is recognised, beside its size.
+const TEXELS: usize = 1024;
+
+/// All of a scene that an update does not bring; large lists by a hash.
+#[derive(Debug)]
+pub struct Outline {
+    meshes: Vec<MeshOutline>,
+    /// Mesh, and whether it is mirrored.
+    instances: Vec<(usize, bool)>,
+    /// As [`fixed`] leaves them.
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    samplers: Vec<Sampler>,
+    images: Vec<u64>,
+    environment: Option<u64>,
+}
+
+/// Of each primitive.
+type MeshOutline = Vec<PrimitiveOutline>;
+
+#[derive(Debug, PartialEq)]
+struct PrimitiveOutline {
+    /// Material, vertices and indices.
+    counts: [usize; 3],
+    /// Of everything that vertices and indices are.
+    content: u64,
+}
+
+impl Outline {
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            meshes: scene.meshes.iter().map(mesh).collect(),
+            instances: scene.instances.iter().map(|i| (i.mesh, mirrors(&i.world_from_object))).collect(),
+            materials: scene.materials.iter().map(fixed).collect(),
+            textures: scene.textures.clone(),
+            samplers: scene.samplers.clone(),
+            images: scene.images.iter().map(image).collect(),
+            environment: scene.environment.as_ref().map(environment),
+        }
+    }
+
+    /// An error that names the first thing of `scene` that is not the same.
+    pub fn check(&self, scene: &Scene) -> Result<(), RenderError> {
+        let now = Self::of(scene);
+        let changed = |what: String| Err(RenderError::Changed { what });
+        for (what, was, is) in [
+            ("meshes", self.meshes.len(), now.meshes.len()),
+            ("instances", self.instances.len(), now.instances.len()),
+            ("materials", self.materials.len(), now.materials.len()),
+            ("textures", self.textures.len(), now.textures.len()),
+            ("samplers", self.samplers.len(), now.samplers.len()),
+            ("images", self.images.len(), now.images.len()),
+            ("environments", self.environment.iter().len(), now.environment.iter().len()),
+        ] {
+            if was != is {
+                return changed(format!("{was} {what} were uploaded, and there are {is}"));
+            }
+        }
+        if let Some(i) = first_other(&self.meshes, &now.meshes) {
+            let counts = |mesh: &MeshOutline| mesh.iter().map(|primitive| primitive.counts).collect::<Vec<_>>();
+            let same_counts = counts(&self.meshes[i]) == counts(&now.meshes[i]);
+            let what = if same_counts { "other vertices or indices" } else { "other triangles or materials" };
+            return changed(format!("mesh {i} ({}) has {what}", scene.meshes[i].name));
+        }
+        if let Some(i) = first_other(&self.instances, &now.instances) {
+            let same_mesh = self.instances[i].0 == now.instances[i].0;
+            let what = if same_mesh { "is mirrored, or no longer" } else { "has another mesh" };
+            return changed(format!("instance {i} ({}) {what}", scene.instances[i].name));
+        }
+        if let Some(i) = first_other(&self.materials, &now.materials) {
+            let what = "other textures, another alpha mode, other sides, or volume";
+            return changed(format!("material {i} ({}) has {what}", scene.materials[i].name));
+        }
+        if let Some(i) = first_other(&self.textures, &now.textures) {
+            return changed(format!("texture {i} has another image or sampler"));
+        }
+        if let Some(i) = first_other(&self.samplers, &now.samplers) {
+            return changed(format!("sampler {i} is another"));
+        }
+        if let Some(i) = first_other(&self.images, &now.images) {
+            return changed(format!("image {i} ({}) is another", scene.images[i].name));
+        }
+        if self.environment != now.environment {
+            return changed("the environment is another, or turned".to_owned());
+        }
+        Ok(())
+    }
+}
+
+fn first_other<T: PartialEq>(was: &[T], is: &[T]) -> Option<usize> {
+    was.iter().zip(is).position(|(was, is)| was != is)
+}
+
+fn mesh(mesh: &Mesh) -> MeshOutline {
+    let primitive = |primitive: &Primitive| {
+        let Primitive { material, positions, normals, tangents, uv0, uv1, colors, indices } = primitive;
+        let lists: [&[u8]; 7] = [
+            bytemuck::cast_slice(positions),
+            bytemuck::cast_slice(normals),
+            bytemuck::cast_slice(tangents),
+            bytemuck::cast_slice(uv0),
+            bytemuck::cast_slice(uv1),
+            bytemuck::cast_slice(colors),
+            bytemuck::cast_slice(indices),
+        ];
+        PrimitiveOutline { counts: [*material, positions.len(), indices.len()], content: hash(lists) }
+    };
+    mesh.primitives.par_iter().map(primitive).collect()
+}
+
+/// A material less what an update brings: its factors. The alpha of a mask is in what rays are traced through, and stays.
+fn fixed(material: &Material) -> Material {
+    let usual = Material::default();
+    let is_mask = matches!(material.alpha_mode, AlphaMode::Mask { .. });
+    Material {
+        name: String::new(),
+        base_color: if is_mask { Vec4::W * material.base_color.w } else { Vec4::ZERO },
+        metallic: usual.metallic,
+        perceptual_roughness: usual.perceptual_roughness,
+        normal_scale: usual.normal_scale,
+        occlusion_strength: usual.occlusion_strength,
+        emissive: usual.emissive,
+        ior: usual.ior,
+        specular: usual.specular,
+        specular_color: usual.specular_color,
+        unlit: usual.unlit,
+        ..material.clone()
+    }
+}
+
+fn image(Image { name: _, width, height, rgba }: &Image) -> u64 {
+    some_of(rgba.as_chunks::<4>().0, &[*width, *height])
+}
+
+fn environment(Environment { width, height, pixels, rotation }: &Environment) -> u64 {
+    some_of(pixels, &[*width as u32, *height as u32, rotation.to_bits()])
+}
+
+/// A hash of [`TEXELS`] texels, at even distances by the golden ratio, and of `size`.
+fn some_of<T: bytemuck::NoUninit>(texels: &[T], size: &[u32]) -> u64 {
+    const GOLDEN_RATIO: u64 = 0x9e37_79b9_7f4a_7c15;
+    let at = |i: usize| ((u128::from((i as u64).wrapping_mul(GOLDEN_RATIO)) * texels.len() as u128) >> 64) as usize;
+    let some: Vec<T> = (0..TEXELS.min(texels.len())).map(|i| texels[at(i)]).collect();
+    hash([bytemuck::cast_slice(size), bytemuck::cast_slice(&some)])
+}
+
+fn hash<const N: usize>(lists: [&[u8]; N]) -> u64 {
+    let mut hasher = FixedState::default().build_hasher();
+    for list in lists {
+        hasher.write_usize(list.len());
+        hasher.write(list);
+    }
+    hasher.finish()
+}
