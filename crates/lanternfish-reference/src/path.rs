@@ -12,7 +12,6 @@ use crate::{
     Tracer,
     brdf::Bsdf,
     random::Random,
-    settings::MaskRule,
     surface::Surface,
     world::{Faces, Hit, offset},
 };
@@ -52,9 +51,7 @@ impl Tracer<'_> {
                 throughput *= volume.powf(hit.distance);
             }
 
-            // A hole that counts as a surface that scatters straight on.
-            let is_hole = self.settings.mask_rule == MaskRule::CountsAsBounce && self.world.coverage(&hit) == 0.0;
-            if !is_hole && surface.emissive != Vec3::ZERO {
+            if surface.emissive != Vec3::ZERO {
                 let weight = last.as_ref().map_or(1.0, |last| {
                     // The distance from the last search: panes in between do not count.
                     let distance = last.p.distance(surface.p);
@@ -65,11 +62,6 @@ impl Tracer<'_> {
             }
             if depth >= self.settings.max_depth {
                 return radiance;
-            }
-            if is_hole {
-                depth += 1;
-                origin = offset(surface.p, -surface.geometric_normal);
-                continue;
             }
             let Some(bsdf) = surface.bsdf else { return radiance };
 
@@ -118,10 +110,7 @@ impl Tracer<'_> {
     fn next_hit(&self, origin: Vec3A, direction: Vec3A, from_camera: bool, random: &mut Random) -> Option<Hit> {
         let lambert = self.settings.materials == lanternfish_scene::shading::Materials::Lambert;
         let faces = if from_camera && !lambert { Faces::FrontsOnly } else { Faces::All };
-        match self.settings.mask_rule {
-            MaskRule::Open => self.world.closest(origin, direction, faces, random.bits()),
-            MaskRule::CountsAsBounce => self.world.closest_with_holes(origin, direction, faces),
-        }
+        self.world.closest(origin, direction, faces, random.bits())
     }
 
     /// What one emitter sends by way of the surface towards `wo`, over its chance.

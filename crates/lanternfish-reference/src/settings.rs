@@ -24,8 +24,6 @@ pub struct Settings {
     pub light_radius: f32,
     /// How one of many lights is chosen at a surface. The mean is the same.
     pub light_choice: LightChoice,
-    /// What a hole of an alpha mask is.
-    pub mask_rule: MaskRule,
     /// Another seed: other noise, the same mean.
     pub seed: u64,
 }
@@ -43,7 +41,6 @@ impl Default for Settings {
             range_threshold: 0.02,
             light_radius: 0.0,
             light_choice: LightChoice::Tree,
-            mask_rule: MaskRule::Open,
             seed: 0,
         }
     }
@@ -74,16 +71,5 @@ named_enum! {
         Tree = "tree",
         /// Each alike: for comparison.
         Uniform = "uniform",
-    }
-}
-
-named_enum! {
-    /// What a hole of an alpha mask is.
-    MaskRule {
-        /// Nothing: rays pass.
-        Open = "open",
-        /// A surface that scatters straight on: passing it counts as a bounce, and light that is looked for does not pass. What
-        /// Mitsuba 3's `path` integrator does; to compare with it.
-        CountsAsBounce = "counts-as-bounce",
     }
 }

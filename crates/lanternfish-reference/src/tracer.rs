@@ -42,7 +42,7 @@ impl<'a> Tracer<'a> {
         }
         let placed = scene.triangle_counts().1 as u64;
         Budget::of_process().check(World::BYTES_PER_TRIANGLE * placed, || format!("{placed} placed triangles need"))?;
-        let world = World::new(scene, settings.mask_rule, settings.materials == Materials::Lambert);
+        let world = World::new(scene, settings.materials == Materials::Lambert);
         let lights = Lights::new(&world, &settings);
         Ok(Self { world, lights, settings })
     }

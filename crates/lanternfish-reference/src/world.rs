@@ -15,7 +15,6 @@ use rayon::prelude::*;
 
 use crate::{
     random::unit_of,
-    settings::MaskRule,
     surface::is_pane,
     texture::{self, Encoding, Srgb},
 };
@@ -67,7 +66,6 @@ pub(crate) struct World<'a> {
     pub srgb: Srgb,
     pub triangles: Vec<Triangle>,
     pub sources: Vec<Source>,
-    pub mask_rule: MaskRule,
     tree: CwBvh,
     /// The instance's transform turns fronts into backs.
     mirrored: Vec<bool>,
@@ -80,7 +78,7 @@ impl<'a> World<'a> {
     pub const BYTES_PER_TRIANGLE: u64 = bvh::BYTES_PER_BOX + 2 * (size_of::<Triangle>() + size_of::<Source>()) as u64;
 
     /// Gathers and sorts. Triangles without three distinct finite corners are left out.
-    pub fn new(scene: &'a Scene, mask_rule: MaskRule, lambert: bool) -> Self {
+    pub fn new(scene: &'a Scene, lambert: bool) -> Self {
         let parts: Vec<(Vec<Triangle>, Vec<Source>)> =
             (0..scene.instances.len()).into_par_iter().map(|instance| gather(scene, instance, lambert)).collect();
         let (mut triangles, mut sources) = (Vec::new(), Vec::new());
@@ -101,7 +99,6 @@ impl<'a> World<'a> {
             srgb: Srgb::new(),
             triangles,
             sources,
-            mask_rule,
             tree,
             mirrored: scene.instances.iter().map(|i| linear(i).determinant() < 0.0).collect(),
             normal_matrices: scene.instances.iter().map(|i| cofactors(&i.world_from_object)).collect(),
@@ -139,19 +136,6 @@ impl<'a> World<'a> {
         nearest
     }
 
-    /// The nearest surface, holes of masks included: [`MaskRule::CountsAsBounce`].
-    pub fn closest_with_holes(&self, origin: Vec3A, direction: Vec3A, faces: Faces) -> Option<Hit> {
-        let (ray, across) = ray(origin, direction, f32::INFINITY);
-        let mut nearest = None;
-        self.tree.ray_traverse(ray, &mut RayHit::none(), |ray, index| {
-            self.meet(ray, &across, index, faces).map_or(f32::INFINITY, |hit| {
-                nearest = Some(hit);
-                hit.distance
-            })
-        });
-        nearest
-    }
-
     /// Share of light, each channel, that passes from `origin` to `distance` along `direction`.
     pub fn transmittance(&self, origin: Vec3A, direction: Vec3A, distance: f32) -> Vec3 {
         let (ray, across) = ray(origin, direction, distance);
@@ -160,7 +144,6 @@ impl<'a> World<'a> {
             let Some(hit) = self.meet(ray, &across, index, Faces::All) else { return f32::INFINITY };
             let stops = match self.sources[index].kind {
                 Kind::Solid => true,
-                Kind::Alpha if self.mask_rule == MaskRule::CountsAsBounce => true,
                 Kind::Alpha => {
                     passes *= 1.0 - self.coverage(&hit);
                     passes == Vec3::ZERO

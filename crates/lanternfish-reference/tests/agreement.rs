@@ -1,16 +1,17 @@
 //! Agreement with an independent renderer: the images of Mitsuba 3 among the shared references.
 //!
 //! Each reference's noise is that of its own number of samples, a light chosen evenly for each, which is how we trace here:
-//! our samples' variance tells that of both images. Blocks of 10 × 10 pixels are compared, over which the noise is near a
-//! normal distribution: z = difference / standard deviation of both.
+//! our samples' variance tells that of both images. Where a reference is the sum of pictures of each light by itself, it has as
+//! many samples as all of them, and less noise than that: choosing a light adds some. Blocks of 10 × 10 pixels are compared,
+//! over which the noise is near a normal distribution: z = difference / standard deviation of both.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use glam::{Affine2, Vec2, Vec3};
+use glam::Vec3;
 use lanternfish_metrics::{RgbImage, read_exr};
 use lanternfish_reference::{
     Film, Settings, Tracer,
-    settings::{LightChoice, MaskRule, UNLIMITED},
+    settings::{LightChoice, UNLIMITED},
 };
 use lanternfish_scene::{
     Camera, Light, Projection, Scene,
@@ -52,18 +53,21 @@ struct Reference {
 }
 
 impl Reference {
-    fn all(shared: &std::path::Path, of: &str) -> Vec<(String, Self)> {
-        let list = std::fs::read_to_string(shared.join("references/references.json")).expect("readable");
+    /// The references of one scene, in one folder of the shared ones.
+    fn all(shared: &Path, folder: &str, of: &str) -> Vec<(String, Self)> {
+        let list = std::fs::read_to_string(shared.join(folder).join("references.json")).expect("readable");
         let list: serde_json::Value = serde_json::from_str(&list).expect("JSON");
         let entries = list["references"].as_array().expect("a list");
         let named = entries.iter().filter_map(|entry| Some((entry["name"].as_str()?, entry)));
         named
             .filter(|(name, _)| name.starts_with(of))
-            .map(|(name, entry)| (name.to_owned(), Self::new(shared, name, entry)))
+            .map(|(name, entry)| {
+                (name.to_owned(), Self::new(shared, &shared.join(folder).join(format!("{name}.exr")), entry))
+            })
             .collect()
     }
 
-    fn new(shared: &std::path::Path, name: &str, entry: &serde_json::Value) -> Self {
+    fn new(shared: &Path, image: &Path, entry: &serde_json::Value) -> Self {
         let path = shared.join("assets").join(entry["scene"].as_str().expect("a path"));
         let mut scene = lanternfish_scene::load(path.to_str().expect("UTF-8")).expect("the scene loads");
         for light in entry["point_lights"].as_array().into_iter().flatten() {
@@ -76,14 +80,16 @@ impl Reference {
             let illuminance = sun["illuminance_lx"].as_f64().expect("a number") as f32;
             scene.lights.push(Light::directional(vec3(&sun["direction"]), Vec3::splat(illuminance)));
         }
-        as_it_was_made(&mut scene);
+        shine_from_the_front(&mut scene);
+        let each_light = entry["each_light"].as_bool().unwrap_or(false);
+        let pictures = if each_light { scene.lights.len() } else { 1 };
         let camera = &entry["camera"];
         let fov_y = (camera["fov_y_deg"].as_f64().expect("a number") as f32).to_radians();
         let projection = Projection::Perspective { fov_y, near: 0.01 };
         let depth = entry["max_depth"].as_i64().expect("a number");
         Self {
-            image: read_exr(&shared.join(format!("references/{name}.exr"))).expect("the picture loads"),
-            samples: entry["spp"].as_f64().expect("a number"),
+            image: read_exr(image).expect("the picture loads"),
+            samples: entry["spp"].as_f64().expect("a number") * pictures as f64,
             scene,
             camera: Camera::look_at(vec3(&camera["eye"]), vec3(&camera["target"]), projection),
             settings: Settings {
@@ -91,7 +97,6 @@ impl Reference {
                 materials: Materials::Lambert,
                 attenuation: Attenuation::Physical,
                 light_choice: LightChoice::Uniform,
-                mask_rule: MaskRule::CountsAsBounce,
                 ..Settings::default()
             },
         }
@@ -104,30 +109,17 @@ impl Reference {
         assert_eq!(film.dropped(), 0, "samples that are not finite");
         if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
             let ours = RgbImage::new(self.image.width, self.image.height, film.mean()).expect("whole");
-            let path =
-                std::path::Path::new(&folder).join(format!("{}-{}.exr", self.scene.name, self.settings.max_depth));
+            let path = Path::new(&folder).join(format!("{}-{}.exr", self.scene.name, self.settings.max_depth));
             lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");
         }
         Agreement::measure(&film, &self.image, self.samples)
     }
 }
 
-/// Puts a scene into the state in which the references show it, so that what is compared is the light.
-///
-/// - Every texture is upside down there: the Khronos sample `TextureCoordinateTest` comes out mirrored, Sponza's banners lose
-///   their trim.
-/// - Emitters shine from their front only, also those of double-sided materials.
-/// - Holes of alpha masks count as bounces ([`MaskRule::CountsAsBounce`]).
-fn as_it_was_made(scene: &mut Scene) {
-    let flip = Affine2::from_cols(Vec2::X, Vec2::NEG_Y, Vec2::Y);
-    for material in &mut scene.materials {
-        if let Some(texture) = &mut material.base_color_texture {
-            texture.texture_from_uv = flip * texture.texture_from_uv;
-        }
-        if material.emissive != Vec3::ZERO {
-            material.double_sided = false;
-        }
-    }
+/// Emitters of the references shine from their front only, those of double-sided materials too.
+fn shine_from_the_front(scene: &mut Scene) {
+    let emitters = scene.materials.iter_mut().filter(|material| material.emissive != Vec3::ZERO);
+    emitters.for_each(|material| material.double_sided = false);
 }
 
 #[derive(Debug)]
@@ -193,7 +185,7 @@ impl Agreement {
 #[test]
 fn cornell_is_the_references() {
     let Some(shared) = shared("cornell_is_the_references") else { return };
-    let references = Reference::all(&shared, "cornell");
+    let references = Reference::all(&shared, "references", "cornell");
     assert_eq!(references.len(), 4);
     for (name, reference) in references {
         let agreement = reference.compare(32);
@@ -212,7 +204,7 @@ fn cornell_is_the_references() {
 #[test]
 fn sponza_is_the_references() {
     let Some(shared) = shared("sponza_is_the_references") else { return };
-    let references = Reference::all(&shared, "sponza");
+    let references = Reference::all(&shared, "references/upright", "sponza");
     assert_eq!(references.len(), 6);
     for (name, reference) in references {
         let agreement = reference.compare(8);

@@ -9,7 +9,7 @@ use lanternfish_scene::{
 use super::{assert_mean, front, material, mean_and_error, quad, render, scene_of};
 use crate::{
     Settings,
-    settings::{Integrator, LightChoice, MaskRule},
+    settings::{Integrator, LightChoice},
 };
 
 fn lambert() -> Settings {
@@ -165,9 +165,6 @@ fn masks_have_holes_and_blended_sheets_let_their_share_through() {
     let settings = || Settings { max_depth: 2, ..lambert() };
     assert_mean(&render(&mask, &left, 4, 8, settings()), 1.0, 1e-4, "a hole, for the eye and for light");
     assert_eq!(mean_and_error(&render(&mask, &right, 4, 8, settings())).0, 0.0, "no hole");
-    // As Mitsuba's `path` has it: the eye passes for a bounce, light that is looked for does not.
-    let counted = Settings { mask_rule: MaskRule::CountsAsBounce, ..lambert() };
-    assert_eq!(mean_and_error(&render(&mask, &left, 4, 8, counted)).0, 0.0);
 
     let blend = behind_a_sheet(AlphaMode::Blend);
     assert_mean(&render(&blend, &left, 4, 8, settings()), 1.0, 1e-4, "nothing there");
