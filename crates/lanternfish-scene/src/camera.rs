@@ -239,4 +239,16 @@ mod tests {
             assert!(named.iter().all(|part| fault.contains(part)), "{named:?}: {fault}");
         }
     }
+
+    #[test]
+    fn a_scene_without_cameras_has_one_that_shows_it() {
+        let mut scene = crate::generate::demo("cornell").expect("it is built in");
+        assert_eq!(scene.default_camera(1.5), scene.cameras[0]);
+        scene.cameras.clear();
+        let camera = scene.default_camera(1.5);
+        assert_eq!(camera.validate(), Ok(()));
+        let p = camera.world_from_camera.inverse().transform_point3(scene.bounds().center());
+        assert!(p.z < 0.0 && p.truncate().length() < 0.1 * -p.z, "the middle is at {p}");
+        assert_eq!(Scene::default().default_camera(1.5).validate(), Ok(()), "an empty one has one, too");
+    }
 }

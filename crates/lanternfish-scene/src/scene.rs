@@ -68,6 +68,13 @@ impl Scene {
         self.meshes.iter().map(|mesh| mesh.primitives.iter().map(Primitive::bounds).collect()).collect()
     }
 
+    /// The first of its cameras; where it has none, one that sees the whole of it ([`Camera::framing`]) at an angle of 45°.
+    /// `aspect` is the picture's width / height.
+    pub fn default_camera(&self, aspect: f32) -> Camera {
+        const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
+        self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds(), FOV_Y, aspect))
+    }
+
     /// Triangles stored, and triangles placed in the world (each instance counted).
     pub fn triangle_counts(&self) -> (usize, usize) {
         let count = |mesh: &Mesh| mesh.primitives.iter().map(|p| p.indices.len() / 3).sum::<usize>();

@@ -22,7 +22,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (device, queue) = pollster::block_on(open())?;
 
     let scene = scene();
-    scene.validate()?;
     let camera = Camera::look_at(
         Vec3::new(3.0, 2.2, 4.0),
         Vec3::new(0.0, 0.5, 0.0),

@@ -20,11 +20,11 @@
 //!
 //! // "demo:cornell", or the path of a .gltf or .glb file.
 //! let scene = lanternfish_scene::load("demo:cornell")?;
-//! let camera = &scene.cameras[0];
+//! let camera = scene.default_camera(64.0 / 48.0);
 //!
 //! let mut renderer = Renderer::new(&device, &queue, Settings::default())?;
 //! let uploaded = renderer.upload(&scene)?;
-//! let picture = renderer.render(&uploaded, camera, 64, 48)?;
+//! let picture = renderer.render(&uploaded, &camera, 64, 48)?;
 //!
 //! // Rows from the top: `display` is sRGB, 8 bits; `radiance` is linear, nits.
 //! assert_eq!(picture.display.len(), 64 * 48);
@@ -53,6 +53,11 @@
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (emission, sky, pictures);
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit.
+
+/// The code in the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
 
 pub mod common;
 pub mod debug_views;
