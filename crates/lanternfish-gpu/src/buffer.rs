@@ -150,6 +150,24 @@ pub fn checked<R, E: From<GpuError>>(
     }
 }
 
+/// Whether two handles are of one device.
+///
+/// wgpu numbers the devices of every instance by themselves, so that handles of two instances' devices may compare equal. What
+/// tells them apart: an error on a device is found in the innermost error scope of that device.
+pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
+    if a != b {
+        return false;
+    }
+    let of_a = a.push_error_scope(wgpu::ErrorFilter::Validation);
+    let of_b = b.push_error_scope(wgpu::ErrorFilter::Validation);
+    let usage = wgpu::BufferUsages::empty();
+    let refused = wgpu::BufferDescriptor { label: Some("of no use"), size: 4, usage, mapped_at_creation: false };
+    a.create_buffer(&refused);
+    let found = pollster::block_on(of_b.pop());
+    pollster::block_on(of_a.pop());
+    found.is_some()
+}
+
 fn with_mapped<R>(device: &wgpu::Device, staging: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> R) -> Result<R, GpuError> {
     let fail = |source: Box<dyn std::error::Error + Send + Sync>| GpuError::ReadBack { what: "buffer".into(), source };
     let (sender, receiver) = std::sync::mpsc::channel();

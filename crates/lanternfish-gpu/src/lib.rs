@@ -28,7 +28,8 @@ pub mod testing;
 pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
 pub use bindings::Bindings;
 pub use buffer::{
-    checked, indirect_buffer, read_back, read_texture, storage_buffer, storage_buffer_of, uniform_buffer_of,
+    checked, indirect_buffer, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of,
+    uniform_buffer_of,
 };
 pub use compute::ComputeKernel;
 pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};

@@ -61,10 +61,10 @@ impl Scene {
                 .validate(self.textures.len())
                 .map_err(|what| format!("material {i} ({}): {what}", material.name))?;
         }
-        self.check_reach()?;
         self.validate_textures()?;
         self.validate_lights()?;
         self.validate_cameras()?;
+        self.check_reach()?;
         if !self.sky.is_finite() || self.sky.min_element() < 0.0 {
             return Err(format!("sky: {} is not a radiance", self.sky));
         }

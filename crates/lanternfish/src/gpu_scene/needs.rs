@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod tests;
 
+use lanternfish_gpu::is_same_device;
+
 use crate::{
     error::RenderError,
     occlusion::Occlusion as FindOcclusion,
@@ -96,7 +98,7 @@ impl GpuScene {
     }
 
     fn check_device(&self, device: &wgpu::Device) -> Result<(), RenderError> {
-        if self.device == *device { Ok(()) } else { Err(RenderError::OtherDevice) }
+        if is_same_device(&self.device, device) { Ok(()) } else { Err(RenderError::OtherDevice) }
     }
 }
 
