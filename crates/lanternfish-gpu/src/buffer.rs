@@ -162,7 +162,7 @@ pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
     let of_b = b.push_error_scope(wgpu::ErrorFilter::Validation);
     let usage = wgpu::BufferUsages::empty();
     let refused = wgpu::BufferDescriptor { label: Some("of no use"), size: 4, usage, mapped_at_creation: false };
-    a.create_buffer(&refused);
+    let _ = a.create_buffer(&refused);
     let found = pollster::block_on(of_b.pop());
     pollster::block_on(of_a.pop());
     found.is_some()

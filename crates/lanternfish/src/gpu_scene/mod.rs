@@ -258,21 +258,3 @@ pub(crate) fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32>
         AlphaMode::Opaque | AlphaMode::Blend => None,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lights_that_do_not_fit_are_refused_by_name() {
-        let limits =
-            wgpu::Limits { max_storage_buffer_binding_size: 2 * size_of::<Light>() as u64, ..Default::default() };
-        let packed = |count| {
-            let lights = vec![lanternfish_scene::Light::point(Vec3::ZERO, Vec3::ONE); count];
-            packed_lights(&Scene { lights, ..Scene::default() }, &Settings::default(), &limits)
-        };
-        assert_eq!(packed(2).unwrap().len(), 2);
-        let error = packed(3).unwrap_err().to_string();
-        assert!(error.contains("lights: 3 entries needed, at most 2") && error.contains("--lights"), "{error}");
-    }
-}

@@ -6,8 +6,10 @@ use lanternfish_scene::{
     Camera, Environment, Image, Light, Material, Mesh, Primitive, Projection, Sampler, Scene, Texture, TextureRef,
 };
 
+use super::packed_lights;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
+    lights::Light as PackedLight,
     settings::{DeepImageSettings, DirectionSet},
     testing::{quad, scene_of},
 };
@@ -169,4 +171,17 @@ fn gpu_cameras_without_a_view_are_refused() {
     for camera in [perspective(3.14, 0.01), perspective(1e-4, 0.01), perspective(0.9, 1e-20), close_up, far_off] {
         renderer.render(&uploaded, &camera, 16, 12).unwrap_or_else(|error| panic!("{camera:?}: {error}"));
     }
+}
+
+#[test]
+fn lights_that_do_not_fit_are_refused_by_name() {
+    let limits =
+        wgpu::Limits { max_storage_buffer_binding_size: 2 * size_of::<PackedLight>() as u64, ..Default::default() };
+    let packed = |count| {
+        let lights = vec![Light::point(Vec3::ZERO, Vec3::ONE); count];
+        packed_lights(&Scene { lights, ..Scene::default() }, &Settings::default(), &limits)
+    };
+    assert_eq!(packed(2).unwrap().len(), 2);
+    let error = packed(3).unwrap_err().to_string();
+    assert!(error.contains("lights: 3 entries needed, at most 2") && error.contains("--lights"), "{error}");
 }

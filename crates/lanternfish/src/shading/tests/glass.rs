@@ -15,11 +15,11 @@ const SIZE: UVec2 = UVec2::new(37, 29);
 const TINT: Vec3 = Vec3::new(0.5, 1.0, 0.25);
 
 fn sampled() -> Settings {
-    Settings { indirect: Indirect::Sampled(Sampled::default()), ..Settings::default() }
+    Settings { indirect: Indirect::Sampled(Sampled::default()), ..Settings::direct_light() }
 }
 
 fn occlusion(occlusion: Occlusion) -> Settings {
-    Settings { indirect: Indirect::None, occlusion, ..Settings::default() }
+    Settings { indirect: Indirect::None, occlusion, ..Settings::direct_light() }
 }
 
 /// The middle of a picture from 3 m in front of the origin.
@@ -94,7 +94,7 @@ fn gpu_glass_mirrors_what_shines_behind_the_viewer() {
         assert_near(middle(gpu, settings, &scene), Vec3::new(2.0, 4.0, 1.0), 0.02, "0.04 of the lamp");
     }
     // It can fail: without rays there is nothing.
-    let dark = Settings { indirect: Indirect::None, ..Settings::default() };
+    let dark = Settings { indirect: Indirect::None, ..Settings::direct_light() };
     assert_eq!(middle(gpu, dark, &scene), Vec3::ZERO);
 }
 
