@@ -2,8 +2,9 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, IndirectResolution,
-    IndirectTracer, Materials, Quality, RayCulling, Samples, Shadows, TextureBinding, TileSize, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterTest, DebugView, DeepBuilder, Grouping, IndirectClamp,
+    IndirectResolution, IndirectTracer, Materials, Quality, RayCulling, Samples, Shadows, TextureBinding, TileSize,
+    ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
 
@@ -119,12 +120,16 @@ meanings! {
     Quality {
         Draft: "4 and 1 rays from every fourth pixel, through coarse deep images",
         Good: "8 and 4 rays from every pixel, through deep images",
-        Best: "32 and 16 rays from every pixel, through the BVH: exact",
+        Best: "32 and 16 rays from every pixel, through the BVH, none clamped: exact",
     }
     IndirectTracer {
         WithinTexel: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
         AcrossTexels: "Every texel of a deep image that a ray crosses",
         Bvh: "The bounding volume hierarchy: exact",
+    }
+    IndirectClamp {
+        On: "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
+        Off: "It is not: for the mean of many frames",
     }
     IndirectResolution {
         Full: "From every pixel",

@@ -142,6 +142,7 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         names.insert("indirect-tracer", sampled.tracer.to_string());
         names.insert("indirect-resolution", sampled.resolution.to_string());
         names.insert("indirect-filter", sampled.filter_radius.to_string());
+        names.insert("indirect-clamp", sampled.clamp.to_string());
     } else {
         names.insert("indirect", "none".to_owned());
     }

@@ -224,12 +224,6 @@ impl<'a> World<'a> {
         let slope = (t.v1 - t.v0).cross(t.v2 - t.v0).dot(towards);
         (slope > 0.0) != self.mirrored[self.sources[triangle].instance as usize]
     }
-
-    /// World-space area of a triangle, m².
-    pub fn area(&self, triangle: usize) -> f32 {
-        let t = &self.triangles[triangle];
-        0.5 * (t.v1 - t.v0).cross(t.v2 - t.v0).length()
-    }
 }
 
 fn gather(scene: &Scene, instance_index: usize, lambert: bool) -> (Vec<Triangle>, Vec<Source>) {

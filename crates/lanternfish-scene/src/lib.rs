@@ -11,6 +11,7 @@ mod error;
 pub mod generate;
 pub mod import;
 mod light;
+pub mod light_tree;
 mod material;
 mod mesh;
 mod named_enum;

@@ -8,7 +8,7 @@ use crate::{
     deep_images::{KeptDeepImages, directions::rotation_of_frame},
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
-    indirect::IndirectLight,
+    indirect::{IndirectLight, IndirectSums},
     light_culling::{LightCulling, LightLists, Reach, Seen},
     occlusion::{Occlusion, Openness},
     output::Output,
@@ -49,6 +49,7 @@ pub(crate) struct FrameResult {
     pub display: wgpu::TextureView,
     pub visibility: Option<VisibilityPlan>,
     pub openness: Option<Openness>,
+    pub indirect: Option<IndirectSums>,
     /// The opaque surfaces' light lists.
     pub lights: LightLists,
 }
@@ -183,8 +184,8 @@ impl Passes {
                 )
             }
         };
-        let openness = arriving.openness.clone();
-        Ok(FrameResult { radiance, mean, display, visibility: plan, openness, lights })
+        let Arriving { openness, indirect, .. } = arriving.clone();
+        Ok(FrameResult { radiance, mean, display, visibility: plan, openness, indirect, lights })
     }
 }
 

@@ -265,6 +265,10 @@ impl Renderer {
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
+        if let Some(indirect) = &result.indirect {
+            let counted = indirect.counters.read(&self.device, &self.queue)?;
+            counters.extend(counted.map(|(name, count)| (name.to_owned(), count)));
+        }
         if let Some(images) = result.openness.as_ref().and_then(|openness| openness.images) {
             counters.push(("deep_images/fragments".to_owned(), images.kept));
             counters.push(("deep_images/bytes".to_owned(), images.bytes));

@@ -118,7 +118,7 @@ pub use crate::{
         directions::DirectionSet,
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
     },
-    indirect::{Indirect, IndirectResolution, IndirectTracer, Quality, Sampled},
+    indirect::{Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Quality, Sampled},
     light_culling::clustered::grid::ClusterShape,
 };
 

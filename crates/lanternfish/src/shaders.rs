@@ -40,7 +40,7 @@ mod tests {
         gpu_scene::{
             BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot,
         },
-        indirect::sampled::{SampledHit, SampledParameters},
+        indirect::sampled::{LightRay, SampledHit, SampledParameters},
         light_culling::{
             Volume,
             clustered::{
@@ -49,7 +49,10 @@ mod tests {
             },
             tiled::TileGrid,
         },
-        lights::Light,
+        lights::{
+            Light,
+            tree::{LightNode, LightTrees},
+        },
         occlusion::{DirectionRun, HbaoParameters},
         output::OutputParameters,
         settings::{
@@ -154,11 +157,10 @@ mod tests {
                 "payload+sorted_linked_list+across",
             ]],
         },
-        Root {
-            module: "indirect/sampled/shade",
-            entries: &["shade"],
-            choices: &[&["", "tracer_ray_query"], &["", "environment"]],
-        },
+        Root { module: "indirect/sampled/shade", entries: &["shade"], choices: &[&["", "environment"]] },
+        Root { module: "indirect/sampled/shadow", entries: &["shadow"], choices: &[&["", "tracer_ray_query"]] },
+        Root { module: "indirect/sampled/emitters", entries: &["emitters"], choices: &[&["", "tracer_ray_query"]] },
+        Root { module: "indirect/sampled/bound", entries: &["bound"], choices: &[] },
         Root { module: "indirect/sampled/filter", entries: &["resolve", "filter_axis"], choices: &[] },
         Root { module: "shadows/plan", entries: &["plan"], choices: BY_SETTINGS },
         Root { module: "shadows/trace", entries: &["trace"], choices: BY_SETTINGS },
@@ -391,6 +393,9 @@ mod tests {
         check::<HitTriangle>(shaders, &mut checked);
         check::<HitMaterial>(shaders, &mut checked);
         check::<SampledParameters>(shaders, &mut checked);
+        check::<LightRay>(shaders, &mut checked);
+        check::<LightNode>(shaders, &mut checked);
+        check::<LightTrees>(shaders, &mut checked);
         check::<SampledHit>(shaders, &mut checked);
         check::<PointRange>(shaders, &mut checked);
         check::<TexelQuery>(shaders, &mut checked);

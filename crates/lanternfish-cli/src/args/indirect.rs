@@ -2,8 +2,8 @@
 
 use clap::{Args, ValueEnum};
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Quality, Sampled,
-    Settings,
+    DeepImageSettings, DirectionSet, Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Occlusion, Quality,
+    Sampled, Settings,
 };
 
 use crate::{choices::choice, parse};
@@ -43,6 +43,9 @@ pub struct IndirectArgs {
     #[arg(value_parser = clap::value_parser!(u32).range(0..=64), allow_hyphen_values = true)]
     #[arg(hide_short_help = true)]
     pub indirect_filter: Option<u32>,
+    /// Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with --quality best off.
+    #[arg(long, value_name = "ON|OFF", value_parser = choice::<IndirectClamp>())]
+    pub indirect_clamp: Option<IndirectClamp>,
     /// How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with --indirect none.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::default())]
     #[arg(hide_short_help = true)]
@@ -115,6 +118,7 @@ impl IndirectArgs {
                     tracer: self.indirect_tracer.unwrap_or(spent.tracer),
                     resolution: self.indirect_resolution.unwrap_or(spent.resolution),
                     filter_radius: self.indirect_filter.unwrap_or(spent.filter_radius),
+                    clamp: self.indirect_clamp.unwrap_or(spent.clamp),
                 })
             }
         }

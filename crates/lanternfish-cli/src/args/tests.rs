@@ -1,6 +1,7 @@
 use clap::CommandFactory;
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectResolution, IndirectTracer, Occlusion, Quality, Sampled,
+    DeepImageSettings, DirectionSet, Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Occlusion, Quality,
+    Sampled,
 };
 
 use super::*;
@@ -33,7 +34,7 @@ fn every_flag_reaches_its_setting() {
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
                  --deep-directions cube:2 --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
-                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --light-radius 0.2 --shadow-rays 7";
+                 --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
@@ -63,6 +64,7 @@ fn every_flag_reaches_its_setting() {
             tracer: IndirectTracer::Bvh,
             resolution: IndirectResolution::Half,
             filter_radius: 2,
+            clamp: IndirectClamp::Off,
         }),
     };
     let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;

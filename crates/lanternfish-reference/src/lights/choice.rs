@@ -1,8 +1,7 @@
 //! One emitter of many.
 
 use glam::{DVec3, Vec3A};
-
-use super::tree::{Bounded, Tree};
+use lanternfish_scene::light_tree::{Emitter, LightTree, Receiver};
 
 /// How an emitter is chosen at a place. Emitters are numbered: first those that surround the scene, then those with a place.
 #[derive(Default)]
@@ -10,18 +9,18 @@ pub(super) struct Choice {
     /// Chosen each alike.
     infinite: u32,
     /// Over the others: as likely as one of the infinite ones.
-    tree: Tree,
+    tree: LightTree,
 }
 
 impl Choice {
     /// Each of `count` emitters alike.
     pub fn uniform(count: u32) -> Self {
-        Self { infinite: count, tree: Tree::default() }
+        Self { infinite: count, tree: LightTree::default() }
     }
 
     /// The `infinite` first ones each alike, those with a place by a tree.
-    pub fn tree(infinite: u32, bounded: Vec<Bounded>) -> Self {
-        Self { infinite, tree: Tree::new(bounded) }
+    pub fn tree(infinite: u32, bounded: &[Emitter]) -> Self {
+        Self { infinite, tree: LightTree::new(bounded) }
     }
 
     /// An emitter for the surface at `p` with normal `n`, and its chance. `None`: nothing arrives there.
@@ -32,7 +31,7 @@ impl Choice {
         if share < self.infinite {
             return Some((share, 1.0 / f64::from(shares)));
         }
-        let (emitter, chance) = self.tree.choose(p, n.as_vec3a(), scaled - f64::from(share))?;
+        let (emitter, chance) = self.tree.choose(&receiver(p, n), scaled - f64::from(share))?;
         Some((self.infinite + emitter, chance / f64::from(shares)))
     }
 
@@ -40,7 +39,7 @@ impl Choice {
     pub fn chance(&self, p: Vec3A, n: DVec3, emitter: u32) -> f64 {
         let within = match emitter.checked_sub(self.infinite) {
             None => 1.0,
-            Some(bounded) => self.tree.chance(p, n.as_vec3a(), bounded),
+            Some(bounded) => self.tree.chance(&receiver(p, n), bounded),
         };
         within / f64::from(self.shares())
     }
@@ -48,4 +47,9 @@ impl Choice {
     fn shares(&self) -> u32 {
         self.infinite + u32::from(!self.tree.is_empty())
     }
+}
+
+/// Some surfaces transmit, and shading normals lean: light from behind counts.
+fn receiver(p: Vec3A, n: DVec3) -> Receiver {
+    Receiver { p: p.into(), normal: n.as_vec3(), is_transmitting: true }
 }

@@ -4,16 +4,16 @@ mod choice;
 mod environment;
 #[cfg(test)]
 mod tests;
-mod tree;
 
 use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::{
     Light, LightKind, Scene,
+    light_tree::Emitter as BoundedEmitter,
     shading::{Attenuation, Materials},
 };
 
+use self::choice::Choice;
 pub(crate) use self::environment::Sky;
-use self::{choice::Choice, tree::Bounded};
 use crate::{
     settings::{LightChoice, Settings},
     surface::Surface,
@@ -93,7 +93,7 @@ impl Lights {
         for (i, light) in scene.lights.iter().enumerate() {
             if light.kind != LightKind::Directional && light.intensity != Vec3::ZERO {
                 lights.emitters.push(Emitter::Punctual(i as u32));
-                bounded.push(Bounded::of_light(light, lights.range(light), settings.light_radius));
+                bounded.push(BoundedEmitter::of_light(light, lights.range(light), settings.light_radius));
             }
         }
         for triangle in 0..world.triangles.len() {
@@ -102,11 +102,11 @@ impl Lights {
                 lights.emitter_of_triangle.resize(world.triangles.len(), NONE);
                 lights.emitter_of_triangle[triangle] = lights.emitters.len() as u32;
                 lights.emitters.push(Emitter::Triangle(triangle as u32));
-                bounded.push(Bounded::of_triangle(&world.triangles[triangle], power * world.area(triangle)));
+                bounded.push(bounded_triangle(world, triangle, power));
             }
         }
         lights.choice = match settings.light_choice {
-            LightChoice::Tree => Choice::tree(infinite, bounded),
+            LightChoice::Tree => Choice::tree(infinite, &bounded),
             LightChoice::Uniform => Choice::uniform(lights.emitters.len() as u32),
         };
         lights
@@ -191,6 +191,15 @@ impl Lights {
         let chance = self.choice.chance(p, n, self.sky_emitter?);
         Some(chance * self.sky.pdf(scene, wi))
     }
+}
+
+/// What the tree knows of an emissive triangle of this mean radiance, nits.
+fn bounded_triangle(world: &World, triangle: usize, radiance: f32) -> BoundedEmitter {
+    let t = &world.triangles[triangle];
+    let front = (t.v1 - t.v0).cross(t.v2 - t.v0);
+    let front = if world.is_front(triangle, front) { front } else { -front };
+    let is_one_sided = !world.material(&world.sources[triangle]).double_sided;
+    BoundedEmitter::of_triangle([t.v0, t.v1, t.v2].map(Vec3::from), radiance, is_one_sided.then(|| front.into()))
 }
 
 /// Mean brightest channel of what a triangle emits, over both sides and its texture; nits.

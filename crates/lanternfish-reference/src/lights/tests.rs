@@ -1,15 +1,15 @@
 use glam::{DVec3, Vec3, Vec3A};
-use lanternfish_scene::{Light, LightKind};
+use lanternfish_scene::{Light, LightKind, light_tree::Emitter};
 
-use super::{choice::Choice, tree::Bounded};
+use super::choice::Choice;
 use crate::{Random, statistics::chi_square};
 
-fn lights(count: u64, range: f32) -> Vec<Bounded> {
+fn lights(count: u64, range: f32) -> Vec<Emitter> {
     let light = |i: u64| {
         let mut random = Random::new(4, i, 0);
         let place = 10.0 * Vec3::new(random.unit() as f32, random.unit() as f32, random.unit() as f32);
         let light = Light { kind: LightKind::Point, ..Light::point(place, Vec3::splat(0.1 + random.unit() as f32)) };
-        Bounded::of_light(&light, range, 0.0)
+        Emitter::of_light(&light, range, 0.0)
     };
     (0..count).map(light).collect()
 }
@@ -17,7 +17,7 @@ fn lights(count: u64, range: f32) -> Vec<Bounded> {
 #[test]
 fn emitters_are_chosen_as_often_as_is_said() {
     for (infinite, bounded, range) in [(0, 1, 99.0), (2, 0, 99.0), (3, 13, 99.0), (1, 40, 4.0), (0, 64, 2.5)] {
-        let choice = Choice::tree(infinite, lights(bounded, range));
+        let choice = Choice::tree(infinite, &lights(bounded, range));
         for (p, n) in
             [(Vec3A::splat(5.0), DVec3::Y), (Vec3A::new(1.0, 9.0, 3.0), DVec3::NEG_Z), (Vec3A::splat(-3.0), DVec3::X)]
         {
@@ -50,7 +50,7 @@ fn emitters_are_chosen_as_often_as_is_said() {
 #[test]
 fn no_light_in_reach_is_without_a_chance() {
     let all = lights(500, 3.0);
-    let choice = Choice::tree(0, all);
+    let choice = Choice::tree(0, &all);
     let mut reachable = 0;
     for i in 0..200 {
         let mut random = Random::new(8, i, 0);

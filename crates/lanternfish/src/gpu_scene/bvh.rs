@@ -21,8 +21,8 @@ gpu_struct! {
         record: u32,
         /// Second corner.
         b: Vec3,
-        /// Unused.
-        _pad_b: u32,
+        /// 0: it does not shine; else its leaf in the tree over emissive triangles plus one.
+        light_leaf: u32,
         /// Third corner.
         c: Vec3,
         /// Unused.
@@ -57,31 +57,38 @@ pub fn build(tracing: &mut Tracing) -> Vec<CwBvhNode> {
 }
 
 impl Bvh {
-    /// Uploads a tree and its triangles, in its leaf order.
-    pub fn new(device: &wgpu::Device, tree: Vec<CwBvhNode>, triangles: &[TracedTriangle]) -> Result<Self, RenderError> {
+    /// Uploads a tree and its triangles, in its leaf order. `light_leaves`: of each triangle that shines, its number and its leaf.
+    pub fn new(
+        device: &wgpu::Device,
+        tree: Vec<CwBvhNode>,
+        triangles: &[TracedTriangle],
+        light_leaves: &[(u32, u32)],
+    ) -> Result<Self, RenderError> {
         let none = wgpu::BufferUsages::empty();
         let words: &[u32] = bytemuck::cast_slice(&tree);
         Ok(Self {
             nodes: storage_buffer_of(device, "scene/bvh_nodes", words, none)?,
-            triangles: storage_buffer_of(device, "scene/bvh_triangles", &packed(triangles), none)?,
+            triangles: storage_buffer_of(device, "scene/bvh_triangles", &packed(triangles, light_leaves), none)?,
             tree,
         })
     }
 
     /// Puts triangles that have moved, as many and in the same order, into the same tree.
-    pub fn update(&mut self, queue: &wgpu::Queue, triangles: &[TracedTriangle]) {
+    pub fn update(&mut self, queue: &wgpu::Queue, triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         refit(&mut self.tree, triangles);
         queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&self.tree));
-        queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&packed(triangles)));
+        queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&packed(triangles, light_leaves)));
     }
 }
 
-fn packed(triangles: &[TracedTriangle]) -> Vec<BvhTriangle> {
+fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhTriangle> {
     let pack = |triangle: &TracedTriangle| {
         let [a, b, c] = triangle.corners;
         BvhTriangle { a, record: triangle.source.record, b, c, ..BvhTriangle::default() }
     };
-    triangles.par_iter().map(pack).collect()
+    let mut packed: Vec<BvhTriangle> = triangles.par_iter().map(pack).collect();
+    light_leaves.iter().for_each(|(triangle, leaf)| packed[*triangle as usize].light_leaf = leaf + 1);
+    packed
 }
 
 #[cfg(test)]

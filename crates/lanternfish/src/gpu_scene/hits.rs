@@ -143,17 +143,7 @@ impl Hits {
 }
 
 fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriangle> {
-    // Of each part, world-space normals from object-space ones.
-    let turns: Vec<Mat3> = parts
-        .par_iter()
-        .map(|part| {
-            let m = Mat3::from(part.of(scene).0.world_from_object.matrix3);
-            // The cofactors: the inverse transpose but for a positive factor, and there for flat transforms too.
-            let cofactors =
-                Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-            cofactors * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
-        })
-        .collect();
+    let turns: Vec<Mat3> = parts.par_iter().map(|part| turn_of(scene, part)).collect();
     let triangle = |source: &Source| {
         let (_, primitive) = parts[source.part as usize].of(scene);
         let material = &scene.materials[primitive.material];
@@ -179,6 +169,14 @@ fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriang
         }
     };
     sources.par_iter().map(triangle).collect()
+}
+
+/// World-space normals of a part from object-space ones, up to a positive length.
+pub(super) fn turn_of(scene: &Scene, part: &Part) -> Mat3 {
+    let m = Mat3::from(part.of(scene).0.world_from_object.matrix3);
+    // The cofactors: the inverse transpose but for a positive factor, and there for flat transforms too.
+    let cofactors = Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    cofactors * if m.determinant() < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// Whose coordinates a material's hits are read at: its base colour's, or where that has no texture, its emission's.

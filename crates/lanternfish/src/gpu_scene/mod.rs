@@ -13,6 +13,7 @@
 
 mod bvh;
 mod cost;
+mod emissive;
 mod geometry;
 mod hits;
 mod materials;
@@ -49,7 +50,7 @@ use self::{
 use crate::{
     environment_light::EnvironmentLight,
     error::RenderError,
-    lights::Light,
+    lights::{Light, tree::SceneLightTrees},
     settings::{DebugView, Settings},
     shadows::SoftShadows,
     sky::EnvironmentImage,
@@ -81,6 +82,8 @@ pub struct GpuScene {
     masks: wgpu::Buffer,
     /// Where hits are shaded.
     hits: Option<Hits>,
+    /// Where hits are shaded.
+    light_trees: Option<SceneLightTrees>,
     placed: Placed,
     device: wgpu::Device,
     /// What it was uploaded for.
@@ -113,7 +116,13 @@ impl GpuScene {
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
-        let bvh = needs.bvh.then(|| Bvh::new(device, nodes, triangles)).transpose()?;
+        let light_trees = needs.hits.then(|| {
+            let emissive = emissive::triangles(scene, shading, &tracing.parts, triangles);
+            SceneLightTrees::new(device, scene, settings, emissive)
+        });
+        let light_trees = light_trees.transpose()?;
+        let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
+        let bvh = needs.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
         let tlas = needs.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
@@ -149,6 +158,7 @@ impl GpuScene {
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
             hits: needs.hits.then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
+            light_trees,
             placed: Placed::new(scene, tracing),
             device: device.clone(),
             needs,
@@ -171,6 +181,9 @@ impl GpuScene {
         if let Some(hits) = &self.hits {
             bindings = bindings.with(&hits.bindings());
         }
+        if let Some(trees) = &self.light_trees {
+            bindings = bindings.with(&trees.bindings());
+        }
         if let Some(light) = &self.environment_light {
             bindings = bindings.with(&light.bindings());
         }
@@ -185,6 +198,11 @@ impl GpuScene {
     /// Panics where the scene was uploaded under settings that do not ask for it: [`GpuScene::check`] comes first.
     pub(crate) fn environment_light(&self) -> &EnvironmentLight {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
+    }
+
+    /// Whether any triangle that rays are traced through shines, where hits are shaded.
+    pub(crate) fn has_emissive_triangles(&self) -> bool {
+        self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }
 
     /// The BVH's triangles, where there is a BVH.

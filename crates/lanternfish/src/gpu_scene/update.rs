@@ -17,12 +17,12 @@ use lanternfish_scene::Scene;
 
 use self::outline::Outline;
 use super::{
-    GpuScene, LIGHTS, light_bounds, packed_lights,
+    GpuScene, LIGHTS, emissive, light_bounds, packed_lights,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
     validate,
 };
-use crate::{error::RenderError, settings::Settings};
+use crate::{error::RenderError, lights::tree::SceneLightTrees, settings::Settings};
 
 /// Where an uploaded scene's things stand, and what of them must not change.
 #[derive(Debug)]
@@ -33,6 +33,8 @@ pub(super) struct Placed {
     /// What traced triangles are, in leaf order.
     parts: Vec<Part>,
     sources: Vec<Source>,
+    /// What its materials emit.
+    shining: Vec<emissive::Shining>,
     /// See [`GpuScene::generation`].
     generation: u64,
     /// See [`GpuScene::revision`].
@@ -45,6 +47,7 @@ impl Placed {
         Self {
             outline: Outline::of(scene),
             transforms: transforms(scene).collect(),
+            shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
             parts: tracing.parts,
             generation: next_number(),
@@ -83,14 +86,24 @@ impl GpuScene {
         if let Some(hits) = &self.hits {
             hits.update_materials(queue, scene, self.needs.shading);
         }
-        if transforms(scene).eq(self.placed.transforms.iter().copied()) {
+        let shining = emissive::shining(scene);
+        let shines_as_before = self.light_trees.is_none() || shining == self.placed.shining;
+        if shines_as_before && transforms(scene).eq(self.placed.transforms.iter().copied()) {
+            if let Some(trees) = &mut self.light_trees {
+                trees.update_lights(device, scene, settings)?;
+            }
             return Ok(());
         }
         self.geometry.update(queue, scene);
         self.bounds = self.geometry.bounds();
         let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
+        if let Some(trees) = &mut self.light_trees {
+            let emissive = emissive::triangles(scene, self.needs.shading, &self.placed.parts, &triangles);
+            *trees = SceneLightTrees::new(device, scene, settings, emissive)?;
+        }
         if let Some(bvh) = &mut self.bvh {
-            bvh.update(queue, &triangles);
+            let leaves: Vec<_> = self.light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
+            bvh.update(queue, &triangles, &leaves);
         }
         if let Some(hits) = &self.hits {
             hits.update(queue, scene, &self.placed.parts, &self.placed.sources);
@@ -99,6 +112,7 @@ impl GpuScene {
             *tlas = Tlas::new(device, queue, &triangles)?;
         }
         self.placed.transforms = transforms(scene).collect();
+        self.placed.shining = shining;
         self.placed.generation = next_number();
         Ok(())
     }

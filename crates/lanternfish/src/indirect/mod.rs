@@ -19,7 +19,7 @@ use crate::{
     view::ViewBuffer,
 };
 
-use self::sampled::SampledLight;
+use self::sampled::{RayCounters, SampledLight};
 
 /// Where light comes from that is not straight from the listed lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +45,9 @@ pub struct Sampled {
     /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none. More: less noise, softer detail.
     /// Over n frames it shrinks with the root of n, and with it what it leaves wrong.
     pub filter_radius: u32,
+    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and less light
+    /// where few rays find it.
+    pub clamp: IndirectClamp,
 }
 
 impl Default for Sampled {
@@ -62,7 +65,7 @@ named_enum! {
         /// 8 and 4 rays from every pixel, through deep images.
         #[default]
         Good = "good",
-        /// 32 and 16 rays from every pixel, through the BVH: exact.
+        /// 32 and 16 rays from every pixel, through the BVH, none clamped: exact.
         Best = "best",
     }
 }
@@ -76,12 +79,21 @@ impl Quality {
             tracer: IndirectTracer::WithinTexel,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
+            clamp: IndirectClamp::On,
         };
         match self {
             Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
             Self::Good => good,
             Self::Best => {
-                Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, tracer: IndirectTracer::Bvh, ..good }
+                let clamp = IndirectClamp::Off;
+                Sampled {
+                    diffuse_rays: 32,
+                    glossy_rays: 16,
+                    filter_radius: 4,
+                    tracer: IndirectTracer::Bvh,
+                    clamp,
+                    ..good
+                }
             }
         }
     }
@@ -117,6 +129,16 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Whether what a pixel's rays bring is bounded by its neighbours.
+    IndirectClamp {
+        /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations.
+        On = "on",
+        /// It is not: the mean of many frames is right.
+        Off = "off",
+    }
+}
+
 impl Indirect {
     /// Whether it needs deep images.
     pub(crate) fn uses_deep_images(&self) -> bool {
@@ -140,6 +162,7 @@ pub(crate) enum IndirectLight {
 #[derive(Clone, Debug)]
 pub struct IndirectSums {
     layers: wgpu::TextureView,
+    pub(crate) counters: RayCounters,
 }
 
 impl IndirectSums {
@@ -176,6 +199,6 @@ impl IndirectLight {
         frame_index: u32,
     ) -> Result<IndirectSums, RenderError> {
         let Self::Sampled(sampled) = self;
-        Ok(IndirectSums { layers: sampled.record(frame, scene, images, view, surface, frame_index)? })
+        sampled.record(frame, scene, images, view, surface, frame_index)
     }
 }

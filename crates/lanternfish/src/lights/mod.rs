@@ -2,6 +2,7 @@
 
 #[cfg(test)]
 mod tests;
+pub mod tree;
 #[cfg(test)]
 mod twin;
 

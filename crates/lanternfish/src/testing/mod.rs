@@ -13,10 +13,11 @@ use lanternfish_scene::{Bounds, Instance, Material, Mesh, Primitive, Scene};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 9] = [
+const PROBES: [ShaderSource; 10] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
+    ("testing/light_tree", include_str!("light_tree.wesl")),
     ("testing/masks", include_str!("masks.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
@@ -47,7 +48,19 @@ pub(crate) fn ask(gpu: &Gpu, entry: &str, queries: &[Vec4], vectors: usize) -> V
 
 /// The same, with what else the entry point reads.
 pub(crate) fn ask_about(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &[Vec4], vectors: usize) -> Vec<Vec4> {
-    let kernel = probe(gpu, "testing/functions", &[], entry);
+    ask_module(gpu, "testing/functions", entry, about, queries, vectors)
+}
+
+/// The same of another probe.
+pub(crate) fn ask_module(
+    gpu: &Gpu,
+    module: &str,
+    entry: &str,
+    about: &Bindings<'_>,
+    queries: &[Vec4],
+    vectors: usize,
+) -> Vec<Vec4> {
+    let kernel = probe(gpu, module, &[], entry);
     let count = queries.len() / vectors;
     let none = wgpu::BufferUsages::empty();
     let queries = storage_buffer_of(&gpu.device, "queries", queries, none).expect("a few queries fit");

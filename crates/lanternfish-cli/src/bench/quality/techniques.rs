@@ -5,7 +5,7 @@
 //! pass, without a row.
 
 use lanternfish::settings::{
-    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, Indirect,
+    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, Indirect, IndirectClamp,
     IndirectResolution, IndirectTracer, Materials, Occlusion, RayCulling, Sampled, Samples, Settings, Shadows,
     TextureBinding, TileSize, Tiled,
 };
@@ -122,6 +122,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     };
     let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..Sampled::default() });
     let usual = default.deep_images.resolution;
+    let not_clamped = Sampled { clamp: IndirectClamp::Off, tracer: IndirectTracer::Bvh, ..Sampled::default() };
     let half = Sampled { resolution: IndirectResolution::Half, tracer: IndirectTracer::Bvh, ..Sampled::default() };
     vec![
         of("none", Indirect::None, usual),
@@ -131,6 +132,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         of("across-texels 128", sampled(IndirectTracer::AcrossTexels), 128),
         of("bvh", sampled(IndirectTracer::Bvh), usual),
         of("bvh half", Indirect::Sampled(half), usual),
+        of("bvh, not clamped", Indirect::Sampled(not_clamped), usual),
     ]
 }
 
@@ -314,6 +316,9 @@ mod tests {
         }
         for resolution in IndirectResolution::ALL {
             assert_every(&[Some(*resolution)], |settings| sampled(settings).map(|sampled| sampled.resolution));
+        }
+        for clamp in IndirectClamp::ALL {
+            assert_every(&[Some(*clamp)], |settings| sampled(settings).map(|sampled| sampled.clamp));
         }
         assert_every(&[Indirect::None], |settings| settings.indirect);
     }

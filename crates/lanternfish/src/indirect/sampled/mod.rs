@@ -1,14 +1,20 @@
 //! Indirect light by rays from every pixel [Niessner2010, §4–6].
 //!
-//! 1. Rounds: one ray a pixel each, traced (`trace.wesl`), then its end shaded and added to the pixel's sums (`shade.wesl`).
-//!    Two passes, since what both read together is more than one may bind.
+//! 1. Rounds: one ray a pixel each, traced (`trace.wesl`); its end shaded (`shade.wesl`); and the light that was chosen for it looked
+//!    for (`shadow.wesl`). Three passes, since what they read together is more than one may bind. Where triangles shine, a ray
+//!    from the pixel to one of them (`emitters.wesl`).
 //! 2. Resolve: sums of the pixels that rays started from become the picture's.
-//! 3. Filter, along x and along y.
+//! 3. What a pixel has beyond those around it is cut off, and how noisy it is found (`bound.wesl`).
+//! 4. Filter, along x and along y.
 
-use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, uniform_buffer_of};
+mod targets;
 
-use super::{IndirectResolution, IndirectTracer, Sampled};
+use glam::{UVec2, Vec3};
+use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
+
+pub use self::targets::RayCounters;
+use self::targets::Targets;
+use super::{IndirectClamp, IndirectResolution, IndirectSums, IndirectTracer, Sampled};
 use crate::{
     deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::DeepImageSettings,
     shaders::SHADERS, shadows::Tracer, view::ViewBuffer,
@@ -33,6 +39,14 @@ gpu_struct! {
         diffuse_blur: f32,
         /// The same of a glossy ray, over its surface's roughness.
         glossy_blur: f32,
+        /// A pixel's rays to emissive triangles; 0 where nothing shines.
+        emitter_rays: u32,
+        /// 1: a pixel's sums are bounded by those around it.
+        clamped: u32,
+        /// Unused.
+        _pad_a: u32,
+        /// Unused.
+        _pad_b: u32,
     }
 }
 
@@ -48,10 +62,24 @@ gpu_struct! {
     }
 }
 
-/// Bytes of a pixel's sums: `PackedSums`.
-const SUMS_BYTES: u64 = 48;
-/// Of the sums: diffuse and glossy, each at normal and at grazing incidence.
-const LAYERS: u32 = 4;
+gpu_struct! {
+    /// From what a ray met to the light that was chosen for it.
+    pub struct LightRay {
+        /// Off the surface that the ray met.
+        start: Vec3,
+        /// What became of the ray.
+        met: u32,
+        /// At the light.
+        end: Vec3,
+        /// Of the radiance in the pixel's sums, at normal incidence.
+        weight: f32,
+        /// Nits.
+        radiance: Vec3,
+        /// At grazing incidence.
+        grazing_weight: f32,
+    }
+}
+
 /// Largest reach of the filter, pixels.
 const MOST_RADIUS: u32 = 64;
 
@@ -64,18 +92,12 @@ pub struct SampledLight {
     trace: ComputeKernel,
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
+    shadow: ComputeKernel,
+    emitters: ComputeKernel,
+    bound: ComputeKernel,
     resolve: ComputeKernel,
     filter: ComputeKernel,
     targets: Vec<Targets>,
-}
-
-/// Of one view of a frame.
-#[derive(Debug)]
-struct Targets {
-    size: UVec2,
-    hits: wgpu::Buffer,
-    sums: wgpu::Buffer,
-    layers: [wgpu::TextureView; 2],
 }
 
 impl SampledLight {
@@ -98,21 +120,23 @@ impl SampledLight {
             IndirectTracer::AcrossTexels => tracing.push("across"),
             IndirectTracer::Bvh => tracing = vec!["bvh"],
         }
-        let shading: Vec<&str> = tracer.exact().feature().into_iter().collect();
-        let under_sky: Vec<&str> = shading.iter().copied().chain(["environment"]).collect();
+        let exact: Vec<&str> = tracer.exact().feature().into_iter().collect();
         Ok(Self {
             settings,
             frames,
             trace: kernel("indirect/sampled/trace", &tracing, "trace", "indirect/trace")?,
-            shade: kernel("indirect/sampled/shade", &shading, "shade", "indirect/shade")?,
-            shade_environment: kernel("indirect/sampled/shade", &under_sky, "shade", "indirect/shade")?,
+            shade: kernel("indirect/sampled/shade", &[], "shade", "indirect/shade")?,
+            shade_environment: kernel("indirect/sampled/shade", &["environment"], "shade", "indirect/shade")?,
+            shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
+            emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
+            bound: kernel("indirect/sampled/bound", &[], "bound", "indirect/bound")?,
             resolve: kernel("indirect/sampled/filter", &[], "resolve", "indirect/resolve")?,
             filter: kernel("indirect/sampled/filter", &[], "filter_axis", "indirect/filter")?,
             targets: Vec::new(),
         })
     }
 
-    /// Finds the light of one view: its four layers.
+    /// Finds the light of one view.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -121,13 +145,15 @@ impl SampledLight {
         view: &ViewBuffer,
         surface: &Surface,
         frame_index: u32,
-    ) -> Result<wgpu::TextureView, RenderError> {
+    ) -> Result<IndirectSums, RenderError> {
         let device = frame.device;
         let scale = match self.settings.resolution {
             IndirectResolution::Full => 1,
             IndirectResolution::Half => 2,
         };
-        self.make_targets(device, surface.size, scale, surface.slot)?;
+        let rounds = self.settings.diffuse_rays + self.settings.glossy_rays;
+        Targets::fit(&mut self.targets, device, surface, scale)?;
+        let counters = RayCounters::new(device, rounds)?;
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let frames = self.frames.max(frame_index.saturating_add(1));
         let radius = (self.settings.filter_radius as f32 / (frames as f32).sqrt()) as u32;
@@ -140,7 +166,11 @@ impl SampledLight {
         let sample_size = surface.size.map(|side| side.div_ceil(scale));
         let samples = groups(&self.trace, sample_size);
         let pixels = groups(&self.filter, surface.size);
+        // Both ways of finding what shines are asked as often.
+        let emitter_rays = if scene.has_emissive_triangles() { settings.diffuse_rays } else { 0 };
         let parameters = SampledParameters {
+            emitter_rays,
+            clamped: u32::from(settings.clamp == IndirectClamp::On),
             scale,
             diffuse_rays: settings.diffuse_rays,
             glossy_rays: settings.glossy_rays,
@@ -155,7 +185,7 @@ impl SampledLight {
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
         let images = images.filter(|_| settings.tracer != IndirectTracer::Bvh);
-        for round in 0..settings.diffuse_rays + settings.glossy_rays {
+        for round in 0..rounds {
             let uniform = uniform_buffer_of(device, "indirect/parameters", &SampledParameters { round, ..parameters });
             let tracing = seen.clone().buffer("sampled", &uniform).buffer("sampled_hits", &targets.hits);
             match images {
@@ -171,55 +201,38 @@ impl SampledLight {
                 .clone()
                 .buffer("sampled", &uniform)
                 .buffer("hits_to_shade", &targets.hits)
-                .buffer("ray_sums", &targets.sums);
+                .buffer("ray_sums", &targets.sums)
+                .buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {
                 shading = shading.with(environment);
             }
             frame.dispatch(shade, &shading, samples);
+            let looking = seen
+                .clone()
+                .buffer("sampled", &uniform)
+                .buffer("light_rays", &targets.light_rays)
+                .buffer("ray_sums", &targets.sums)
+                .with(&counters.bindings());
+            frame.dispatch(&self.shadow, &looking, samples);
+            if round < emitter_rays {
+                frame.dispatch(&self.emitters, &looking, samples);
+            }
         }
 
         let [mut read, mut written] = [&targets.layers[1], &targets.layers[0]];
         let uniform = uniform_buffer_of(device, "indirect/parameters", &parameters);
         let resolving = shared.clone().buffer("sampled", &uniform).buffer("finished_sums", &targets.sums);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", written), pixels);
-        for axis in 0..if radius > 0 { 2 } else { 0 } {
+        let is_filtered = radius > 0;
+        let bounding = (is_filtered || parameters.clamped == 1).then_some((&self.bound, 0));
+        let filtering = [0, 1].into_iter().filter(|_| is_filtered).map(|axis| (&self.filter, axis));
+        for (kernel, axis) in bounding.into_iter().chain(filtering) {
             std::mem::swap(&mut read, &mut written);
             let uniform = uniform_buffer_of(device, "indirect/parameters", &SampledParameters { axis, ..parameters });
-            let filtering = shared.clone().buffer("sampled", &uniform).texture("filtered_sums", read);
-            frame.dispatch(&self.filter, &filtering.texture("filtered", written), pixels);
+            let smoothing = shared.clone().buffer("sampled", &uniform).texture("filtered_sums", read);
+            frame.dispatch(kernel, &smoothing.texture("filtered", written), pixels);
         }
-        Ok(written.clone())
-    }
-
-    fn make_targets(&mut self, device: &wgpu::Device, size: UVec2, scale: u32, slot: usize) -> Result<(), RenderError> {
-        if self.targets.get(slot).is_some_and(|targets| targets.size == size) {
-            return Ok(());
-        }
-        let samples = size.map(|side| side.div_ceil(scale));
-        let count = u64::from(samples.x) * u64::from(samples.y);
-        let layers = || {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("indirect/layers"),
-                size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: LAYERS },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba16Float,
-                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            });
-            let dimension = Some(wgpu::TextureViewDimension::D2Array);
-            texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
-        };
-        let hit_bytes = size_of::<SampledHit>() as u64;
-        self.targets.truncate(slot);
-        self.targets.push(Targets {
-            size,
-            hits: storage_buffer(device, "indirect/hits", hit_bytes * count)?,
-            sums: storage_buffer(device, "indirect/sums", SUMS_BYTES * count)?,
-            layers: [layers(), layers()],
-        });
-        Ok(())
+        Ok(IndirectSums { layers: written.clone(), counters })
     }
 }
 

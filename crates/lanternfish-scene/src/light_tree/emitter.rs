@@ -1,0 +1,145 @@
+//! What a tree knows of an emitter, or of all emitters below a node, and what it may send to a place.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::{Bounds, Light, LightKind, shading::UNBOUNDED};
+
+/// Rounding of cosines must not lose a light that grazes.
+const COSINE_ERROR: f32 = 1e-3;
+/// Least factor of facing, and of leaving along the normal: what only grazes is rarely chosen, never left out.
+const LEAST_COSINE: f32 = 0.02;
+/// Least factor of the fading towards the range; functions that end in a step are as bright there as before.
+const LEAST_WINDOW: f32 = 0.01;
+
+/// One emitter, or several together. World space, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emitter {
+    /// The box of what shines.
+    pub bounds: Bounds,
+    /// Radiant intensity, or radiance times area, of the brightest channel; > 0.
+    pub power: f32,
+    /// Nothing arrives farther from the box than this, m; its square is a finite float.
+    pub range: f32,
+    /// Which ways they shine.
+    pub cone: Cone,
+}
+
+/// Directions: normals lie within an angle of the axis, and light leaves within another of its normal [Conty2018, §4.1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone {
+    /// Unit.
+    pub axis: Vec3,
+    /// Cosine of the angle of the normals; −1: every way.
+    pub cos_spread: f32,
+    /// Cosine of the angle that light leaves within; 0 at least.
+    pub cos_reach: f32,
+}
+
+/// A surface that light may arrive at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// World space, m.
+    pub p: Vec3,
+    /// Unit.
+    pub normal: Vec3,
+    /// Light from behind counts too.
+    pub is_transmitting: bool,
+}
+
+impl Cone {
+    /// Every way.
+    pub const ALL: Self = Self { axis: Vec3::Y, cos_spread: -1.0, cos_reach: 0.0 };
+
+    /// The smallest cone around both [Conty2018, alg. 1].
+    fn joined(&self, other: &Self) -> Self {
+        let (wide, narrow) = if self.cos_spread <= other.cos_spread { (self, other) } else { (other, self) };
+        let cos_reach = wide.cos_reach.min(narrow.cos_reach);
+        let between = wide.axis.dot(narrow.axis).clamp(-1.0, 1.0).acos();
+        let (wide_spread, narrow_spread) = (wide.cos_spread.acos(), narrow.cos_spread.acos());
+        if between + narrow_spread <= wide_spread {
+            return Self { cos_reach, ..*wide };
+        }
+        let spread = 0.5 * (wide_spread + between + narrow_spread);
+        // Axes that are nearly opposite say nothing of a direction between them.
+        if spread >= PI || between > 0.99 * PI {
+            return Self { cos_reach, ..Self::ALL };
+        }
+        let turn = spread - wide_spread;
+        let axis = (between - turn).sin() * wide.axis + turn.sin() * narrow.axis;
+        Self { axis: axis.try_normalize().unwrap_or(wide.axis), cos_spread: spread.cos(), cos_reach }
+    }
+}
+
+impl Emitter {
+    /// A point or spot light that ends at `range`. `radius`: of the light itself, which may be seen where its centre is not.
+    pub fn of_light(light: &Light, range: f32, radius: f32) -> Self {
+        let bounds = Bounds { min: light.position - radius, max: light.position + radius };
+        let cone = match light.kind {
+            LightKind::Spot { outer_angle, .. } => {
+                Cone { axis: light.direction, cos_spread: 1.0, cos_reach: outer_angle.cos() }
+            }
+            LightKind::Point | LightKind::Directional => Cone::ALL,
+        };
+        Self { bounds, power: light.intensity.max_element(), range: range.min(UNBOUNDED), cone }
+    }
+
+    /// A triangle of mean `radiance` (nits, brightest channel) that shines on the side of `front` alone; both sides without it.
+    pub fn of_triangle(corners: [Vec3; 3], radiance: f32, front: Option<Vec3>) -> Self {
+        let [a, b, c] = corners;
+        let mut bounds = Bounds::EMPTY;
+        corners.into_iter().for_each(|corner| bounds.add_point(corner));
+        let doubled = (b - a).cross(c - a);
+        let towards = front.and_then(|front| (doubled * doubled.dot(front).signum()).try_normalize());
+        let cone = towards.map_or(Cone::ALL, |axis| Cone { axis, cos_spread: 1.0, cos_reach: 0.0 });
+        Self { bounds, power: radiance * 0.5 * doubled.length(), range: UNBOUNDED, cone }
+    }
+
+    pub(super) fn joined(&self, other: &Self) -> Self {
+        let mut bounds = self.bounds;
+        bounds.add_bounds(&other.bounds);
+        let cone = self.cone.joined(&other.cone);
+        Self { bounds, power: self.power + other.power, range: self.range.max(other.range), cone }
+    }
+
+    /// What may arrive at a surface, up to a factor [Conty2018, eq. 3]. Zero only where nothing does.
+    pub fn importance(&self, receiver: &Receiver) -> f32 {
+        let Bounds { min, max } = self.bounds;
+        let p = receiver.p;
+        let away_squared = p.distance_squared(p.clamp(min, max));
+        let range_squared = self.range * self.range;
+        if away_squared >= range_squared {
+            return 0.0;
+        }
+        let along = away_squared / range_squared;
+        let window = (1.0 - along * along).max(LEAST_WINDOW);
+        // Seen from p, all lies in the sphere around the box.
+        let (center, half) = (0.5 * (min + max), 0.5 * (max - min));
+        let towards = center - p;
+        let (squared, radius_squared) = (towards.length_squared(), half.length_squared());
+        let (mut facing, mut leaving) = (1.0, 1.0);
+        if squared > radius_squared {
+            let wi = towards / squared.sqrt();
+            let sine_squared = radius_squared / squared;
+            let (sine, cosine) = (sine_squared.sqrt(), (1.0 - sine_squared).sqrt());
+            facing = nearer(receiver.normal.dot(wi), cosine, sine);
+            leaving = nearer(-self.cone.axis.dot(wi), cosine, sine);
+        }
+        let Cone { cos_spread, cos_reach, .. } = self.cone;
+        leaving = nearer(leaving, cos_spread, (1.0 - cos_spread * cos_spread).max(0.0).sqrt());
+        if leaving < cos_reach - COSINE_ERROR || (facing < -COSINE_ERROR && !receiver.is_transmitting) {
+            return 0.0;
+        }
+        let distance_squared = squared.max(radius_squared).max(1e-12);
+        self.power * window * facing.max(LEAST_COSINE) * leaving.max(LEAST_COSINE) / distance_squared
+    }
+}
+
+/// Cosine of an angle (of this cosine) less another one, which is 0 at the least.
+fn nearer(cosine: f32, by_cosine: f32, by_sine: f32) -> f32 {
+    if cosine >= by_cosine {
+        return 1.0;
+    }
+    cosine * by_cosine + (1.0 - cosine * cosine).max(0.0).sqrt() * by_sine
+}

@@ -1,0 +1,84 @@
+use lanternfish_gpu::testing;
+use lanternfish_scene::{Light, light_tree::Receiver};
+
+use super::*;
+use crate::testing::{Random, ask_module};
+
+/// Points, spots and suns, some of them dark.
+fn scene(random: &mut Random) -> Scene {
+    let light = |i: usize| {
+        let (place, direction) = (5.0 * random.point(), random.direction());
+        let kind = match i % 4 {
+            0 => LightKind::Spot { inner_angle: 0.1, outer_angle: random.between(0.2, 1.5) },
+            1 if i % 40 == 1 => LightKind::Directional,
+            _ => LightKind::Point,
+        };
+        let power = if i % 17 == 3 { Vec3::ZERO } else { random.point() + 1.5 };
+        Light { kind, direction, range: Some(random.between(2.0, 9.0)), ..Light::point(place, power) }
+    };
+    Scene { lights: (0..400).map(light).collect(), ..Scene::default() }
+}
+
+fn triangles(random: &mut Random) -> Vec<EmissiveTriangle> {
+    let triangle = |i: u32| {
+        let (place, normal) = (5.0 * random.point(), random.direction());
+        let (right, up) = normal.any_orthonormal_pair();
+        let corners = [place, place + random.unit() * right, place + random.unit() * up];
+        let front = (i % 3 != 0).then_some(normal);
+        EmissiveTriangle { triangle: 7 * i + 2, emitter: Emitter::of_triangle(corners, 3.0, front) }
+    };
+    (0..300).map(triangle).collect()
+}
+
+#[test]
+fn gpu_the_device_chooses_as_the_host_does() {
+    let Some(gpu) = testing::gpu("gpu_the_device_chooses_as_the_host_does") else { return };
+    let mut random = Random::new(12);
+    let (scene, triangles) = (scene(&mut random), triangles(&mut random));
+    let settings = Settings::default();
+    let trees = SceneLightTrees::new(&gpu.device, &scene, &settings, triangles.clone()).unwrap();
+    // The host's own trees, and what their emitters are called on the device.
+    let shining = |light: &&(usize, &Light)| light.1.intensity != Vec3::ZERO && light.1.kind != LightKind::Directional;
+    let placed: Vec<(usize, &Light)> = scene.lights.iter().enumerate().collect();
+    let placed: Vec<&(usize, &Light)> = placed.iter().filter(shining).collect();
+    let of_light = |light: &&(usize, &Light)| Emitter::of_light(light.1, light.1.range.unwrap(), 0.0);
+    let of_lights = LightTree::new(&placed.iter().map(of_light).collect::<Vec<_>>());
+    let of_triangles = LightTree::new(&triangles.iter().map(|t| t.emitter).collect::<Vec<_>>());
+
+    let mut queries = Vec::new();
+    for i in 0..6000 {
+        queries.push((6.0 * random.point()).extend(random.unit()));
+        queries.push(random.direction().extend((i % 2) as f32));
+    }
+    let answers = ask_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 2);
+    let (mut chosen, mut other) = (0, 0);
+    for (query, answer) in queries.chunks(2).zip(answers) {
+        let receiver = Receiver { p: query[0].truncate(), normal: query[1].truncate(), is_transmitting: false };
+        let is_light = query[1].w == 1.0;
+        let tree = if is_light { &of_lights } else { &of_triangles };
+        let name = |e: u32| if is_light { placed[e as usize].0 as u32 } else { triangles[e as usize].triangle };
+        let expected = tree.choose(&receiver, query[0].w.into());
+        if expected.map_or(-1.0, |(emitter, _)| name(emitter) as f32) != answer.x {
+            // A number at the border of two emitters falls to either side.
+            other += 1;
+            continue;
+        }
+        let Some((_, chance)) = expected else { continue };
+        chosen += 1;
+        let (found, climbed) = (f64::from(answer.y), f64::from(answer.z));
+        // A dozen levels, of a few roundings each; where cosines are near zero their error is larger.
+        assert!((found / chance - 1.0).abs() < 0.01, "{found}, not {chance}");
+        assert!((climbed / found - 1.0).abs() < 1e-4, "{climbed} by climbing, {found} on the way down");
+    }
+    assert!(chosen > 2000 && other < 30, "{chosen} chosen, {other} others");
+}
+
+#[test]
+fn constants_are_the_hosts() {
+    let packed = pack(&Scene::default(), &Settings::default(), &[], &LightTree::default());
+    assert_eq!((packed.nodes.len(), packed.trees), (0, LightTrees::default()));
+    let lights = vec![Light::directional(Vec3::NEG_Y, Vec3::ONE), Light::point(Vec3::ZERO, Vec3::ONE)];
+    let packed = pack(&Scene { lights, ..Scene::default() }, &Settings::default(), &[], &LightTree::default());
+    let links: Vec<u32> = packed.nodes.iter().map(|node| node.link).collect();
+    assert_eq!((links, packed.trees.first_light, packed.trees.first_sun), (vec![1, 0], 0, 1));
+}
