@@ -114,6 +114,11 @@ impl Film {
         &self.samples
     }
 
+    /// Whether all rows have had the same number of samples.
+    pub fn is_even(&self) -> bool {
+        self.samples.iter().all(|samples| *samples == self.samples[0])
+    }
+
     /// Samples of all pixels.
     pub fn sample_count(&self) -> u64 {
         self.width as u64 * self.samples.iter().sum::<u64>()

@@ -109,8 +109,7 @@ impl Target {
             (NOISE, format!("{:.3e}", film.noise().relative)),
             (FINGERPRINT, making.fingerprint.clone()),
         ];
-        let uneven = film.row_samples().iter().any(|row| *row != film.samples());
-        let rows = uneven.then(|| (ROW_SAMPLES, blocks_of(film.row_samples())));
+        let rows = (!film.is_even()).then(|| (ROW_SAMPLES, blocks_of(film.row_samples())));
         let numbers = numbers.into_iter().chain(rows).collect::<Vec<_>>();
         let facts = making.facts.iter().map(|(name, value)| (*name, value.as_str()));
         let attributes: Vec<(&str, &str)> =

@@ -9,6 +9,8 @@ use crate::{error::CliError, progress::Bar, signals};
 
 /// A pass takes about this long, s, so that the progress line does not wait for more.
 const PASS_SECONDS: f64 = 1.0;
+/// A pass of one sample a pixel that takes longer, s, is gone on with after the progress line has been looked after.
+const LONG_PASS_SECONDS: f64 = 2.0;
 /// Most samples of a pass.
 const MOST_A_PASS: u64 = 64;
 /// The file is written this often, s.
@@ -47,7 +49,9 @@ impl Goal {
         let samples = film.samples();
         self.spp.is_some_and(|spp| samples >= spp)
             || self.time_limit.is_some_and(|limit| seconds >= limit)
-            || self.until_error.is_some_and(|error| is_check(samples) && film.noise().relative <= error)
+            || self.until_error.is_some_and(|error| {
+                is_check(samples) && film.is_even() && film.noise().relative <= error
+            })
     }
 
     /// Most samples of a pass after which the goal may have been reached.
@@ -58,12 +62,12 @@ impl Goal {
     }
 
     /// Seconds that are left at this pace, by whatever comes first.
-    fn seconds_left(&self, samples: u64, noise: f64, seconds: f64, each: f64) -> Option<f64> {
-        let of_samples = |wanted: f64| ((wanted - samples as f64) * each).max(0.0);
+    fn seconds_left(&self, samples: f64, noise: f64, seconds: f64, each: f64) -> Option<f64> {
+        let of_samples = |wanted: f64| ((wanted - samples) * each).max(0.0);
         let left = [
             self.spp.map(|spp| of_samples(spp as f64)),
             // The error falls with the root of the samples.
-            self.until_error.map(|error| of_samples(samples as f64 * (noise / error).powi(2))),
+            self.until_error.map(|error| of_samples(samples * (noise / error).powi(2))),
             self.time_limit.map(|limit| limit - seconds),
         ];
         left.into_iter().flatten().filter(|left| left.is_finite()).min_by(f64::total_cmp)
@@ -93,9 +97,9 @@ pub fn trace(
     mut save: impl FnMut(&Film) -> Result<(), CliError>,
 ) -> Result<Run, CliError> {
     let (started, first) = (Instant::now(), film.sample_count());
-    let stop =
+    let is_over =
         || signals::asked().is_some() || goal.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() >= limit);
-    let pixels = film.row_samples().len() as f64 * film.size().0 as f64;
+    let pixels = pixel_count(film);
     let (mut saved, mut between_saves) = (started, CHECKPOINT_SECONDS);
     let mut is_estimated = bar.is_seen();
     let mut pass = 1;
@@ -109,7 +113,10 @@ pub fn trace(
             return Ok(end(Some(code)));
         }
         let pass_started = Instant::now();
-        tracer.render_unless(camera, film, pass.min(goal.most(film.samples())), stop);
+        // What is cut off is gone on with one by one, so that no row gets more than the goal looks at.
+        let samples = if film.is_even() { pass.min(goal.most(film.samples())) } else { 1 };
+        let is_long = || samples == 1 && pass_started.elapsed().as_secs_f64() >= LONG_PASS_SECONDS;
+        tracer.render_unless(camera, film, samples, || is_over() || is_long());
         let pass_seconds = pass_started.elapsed().as_secs_f64();
         let pass_added = film.sample_count() - first - added;
         let each = pass_seconds.max(1e-6) * pixels / pass_added.max(1) as f64;
@@ -132,10 +139,14 @@ pub fn trace(
 
 /// Seconds that are left after `seconds` in which `added` samples of all pixels came, and the noise by now.
 fn left(film: &Film, goal: &Goal, added: u64, seconds: f64) -> (Option<f64>, f64) {
+    let (pixels, noise) = (pixel_count(film), film.noise().relative);
+    let each = seconds * pixels / added.max(1) as f64;
+    (goal.seconds_left(film.sample_count() as f64 / pixels, noise, seconds, each), noise)
+}
+
+fn pixel_count(film: &Film) -> f64 {
     let (width, height) = film.size();
-    let each = seconds * (width * height) as f64 / added.max(1) as f64;
-    let noise = film.noise().relative;
-    (goal.seconds_left(film.samples(), noise, seconds, each), noise)
+    (width * height) as f64
 }
 
 /// Tells those who see no bar how long it will take; whether that is known by now.
@@ -207,10 +218,10 @@ mod tests {
         let goal = Goal { spp: Some(25), until_error: Some(0.1), time_limit: None };
         assert_eq!((goal.most(0), goal.most(16), goal.most(24)), (16, 2, 1));
         assert_eq!(Goal::default().most(5), u64::MAX);
-        let left = goal.seconds_left(20, 0.2, 7.0, 1.0);
+        let left = goal.seconds_left(20.0, 0.2, 7.0, 1.0);
         assert_eq!(left, Some(5.0), "the samples run out before the error is reached");
-        assert_eq!(Goal { spp: None, ..goal }.seconds_left(20, 0.2, 7.0, 1.0), Some(60.0));
-        assert_eq!(Goal::default().seconds_left(20, f64::INFINITY, 7.0, 1.0), None);
+        assert_eq!(Goal { spp: None, ..goal }.seconds_left(20.0, 0.2, 7.0, 1.0), Some(60.0));
+        assert_eq!(Goal::default().seconds_left(20.0, f64::INFINITY, 7.0, 1.0), None);
     }
 
     #[test]

@@ -109,6 +109,7 @@ fn images_are_the_same_however_they_are_interrupted() {
     let asked = AtomicU32::new(0);
     let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 3;
     tracer.render_unless(&front(4.0, 1.2), &mut cut, 5, stop);
+    assert!(!cut.is_even() && whole.is_even());
     let rows = |samples| cut.row_samples().iter().filter(|row| **row == samples).count();
     assert_eq!((rows(7), rows(2), cut.samples(), cut.sample_count()), (3, 5, 2, 8 * (3 * 7 + 5 * 2)));
     for (y, row) in cut.row_samples().iter().enumerate() {
