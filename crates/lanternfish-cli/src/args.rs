@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
 use glam::Vec3;
 use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Grouping, Materials,
-    RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Exposure, Grouping,
+    Materials, RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Light, generate::DEMOS};
@@ -322,12 +322,13 @@ pub struct LookArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<Materials>())]
     #[arg(default_value_t = Settings::default().materials, hide_short_help = true)]
     pub materials: Materials,
-    /// Exposure in stops: 1 doubles, -1 halves.
+    /// Exposure in stops: 1 doubles, -1 halves; auto: as much as shows most of the picture.
     ///
-    /// 0 leaves the image as it is. PNG only.
-    #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
+    /// 0 leaves the image as it is. What auto finds, from the image itself, is printed; of a track, the first picture is metered,
+    /// and all are shown as it is. PNG only.
+    #[arg(long, value_name = "auto|EV", value_parser = parse::exposure_or_auto, allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().exposure)]
-    pub exposure: f32,
+    pub exposure: Exposure,
     /// From radiance to what a display shows.
     ///
     /// PNG only.
@@ -339,7 +340,7 @@ pub struct LookArgs {
     #[arg(long, value_name = "N", value_parser = choice::<Anisotropy>())]
     #[arg(default_value_t = Settings::default().anisotropy, hide_short_help = true)]
     pub anisotropy: Anisotropy,
-    /// Shows a quantity of the frame instead of the picture. PNG only.
+    /// Shows a quantity of the frame instead of the picture, and below it what its colours stand for. PNG only.
     #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>(), hide_short_help = true)]
     pub debug_view: Option<DebugView>,
 }

@@ -9,6 +9,7 @@ mod deep_images;
 mod error;
 mod help;
 mod info;
+mod legend;
 mod output;
 mod parse;
 mod progress;

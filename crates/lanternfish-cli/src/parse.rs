@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish::{
     deep_images::directions::{DirectionSet, Directions},
-    settings::ClusterShape,
+    settings::{ClusterShape, Exposure},
 };
 use lanternfish_scene::{Bounds, Light, Scene};
 
@@ -285,6 +285,14 @@ pub fn exposure(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "expected stops from -64 to 64, e.g. -1.5 (0: unchanged, 1: twice as bright)".to_owned())
 }
 
+/// `auto`, or stops.
+pub fn exposure_or_auto(text: &str) -> Result<Exposure, String> {
+    match text.trim() {
+        "auto" => Ok(Exposure::Auto),
+        _ => exposure(text).map(Exposure::Ev).map_err(|expected| expected.replacen("expected", "expected auto, or", 1)),
+    }
+}
+
 /// Finite numbers between commas.
 pub fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(number).collect()
@@ -442,7 +450,9 @@ mod tests {
         assert!(fov_y("0").is_err() && fov_y("180").is_err() && fov_y("wide").is_err());
         assert!(rotation("-3600").is_ok() && rotation("3601").is_err() && rotation("inf").is_err());
         assert_eq!(exposure("-1.5"), Ok(-1.5));
-        assert!(exposure("1000").is_err());
+        assert!(exposure("1000").is_err() && exposure("auto").is_err());
+        assert_eq!((exposure_or_auto("auto"), exposure_or_auto("-1.5")), (Ok(Exposure::Auto), Ok(Exposure::Ev(-1.5))));
+        assert!(exposure_or_auto("bright").unwrap_err().starts_with("expected auto, or stops from -64 to 64"));
         assert!(positive("0").is_err() && positive("-1").is_err() && positive("0.02").is_ok());
     }
 }

@@ -3,7 +3,11 @@
 use std::{path::Path, time::Instant};
 
 use glam::Vec3;
-use lanternfish::{Renderer, Report, settings::Occlusion};
+use lanternfish::{
+    Renderer, Report,
+    debug_views::Scale,
+    settings::{Exposure, Indirect, Occlusion},
+};
 use lanternfish_gpu::{Gpu, driver_warning};
 use lanternfish_scene::{
     Environment, Scene,
@@ -14,6 +18,7 @@ use crate::{
     args::LightArgs,
     camera,
     error::CliError,
+    legend,
     output::{self, Output},
     parse::LightSet,
     progress::Progress,
@@ -65,7 +70,14 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress
             .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
     }
-    let lit_by_sky = settings.occlusion != Occlusion::None && settings.debug_view.is_none();
+    let shows_light = settings.debug_view.is_none();
+    if settings.occlusion != Occlusion::None && settings.indirect != Indirect::None && shows_light {
+        progress.note(
+            "--occlusion has no part in this picture: rays of --indirect sampled see the surroundings themselves; \
+             with --indirect none they light what --occlusion finds open",
+        );
+    }
+    let lit_by_sky = settings.occlusion != Occlusion::None && settings.indirect == Indirect::None && shows_light;
     if lit_by_sky && scene.sky == Vec3::ZERO && scene.environment.is_none() {
         progress.note("--occlusion shades the light of the surroundings, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
@@ -79,7 +91,12 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
     let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     drop(scene);
+    let scale = settings.debug_view.and_then(Scale::of);
+    if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
+        progress.note(&format!("scale of {view}: {scale}"));
+    }
     let mut cost = Report::default();
+    let mut exposure = None;
     for (camera, output) in cameras.iter().zip(&outputs) {
         let eyes = args.stereo.stereo.map(|eyes| eyes.cameras(camera, aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(camera), |eyes| eyes);
@@ -98,14 +115,27 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
             progress.step("write", &writing, || output.write_layers(&named))?;
         }
         let first = pictures.remove(0);
+        // The pictures of a track are shown at one exposure, that of the first: each by itself would flicker.
+        if let Some(ev) = first.exposure.filter(|_| exposure.is_none() && !output.is_radiance()) {
+            exposure = Some(ev);
+            if settings.exposure == Exposure::Auto {
+                renderer.set_exposure(Exposure::Ev(ev))?;
+                let all = if outputs.len() > 1 { ", metered in the first picture" } else { "" };
+                progress.note(&format!("shown at {ev:+} EV{all}; --exposure {ev} repeats that, more is brighter"));
+            }
+        }
         let picture = match pictures.pop() {
             Some(second) => stereo::side_by_side(first, second),
             None => first,
         };
+        report::add(&mut cost, picture.report.clone());
+        let picture = match &scale {
+            Some(scale) => legend::below(picture, scale),
+            None => picture,
+        };
         if !layers {
             progress.step("write", &writing, || output.write(&picture))?;
         }
-        report::add(&mut cost, picture.report);
     }
 
     let mut seconds = progress.finish();
@@ -116,6 +146,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         adapter: &gpu.description,
         size,
         frames: args.track.frames,
+        exposure,
         settings: &settings,
         seed: args.run.seed,
         cost: &cost,

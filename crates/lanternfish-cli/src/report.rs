@@ -30,6 +30,9 @@ struct RunReport<'r> {
     /// Pictures of a sequence, whose costs are added up.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<u32>,
+    /// What the picture is shown at, EV; of none where it is not exposed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exposure_ev: Option<f32>,
     /// What was chosen, by the names of the command line.
     settings: BTreeMap<&'static str, String>,
     /// In the order in which they ran.
@@ -57,6 +60,8 @@ pub struct Run<'r> {
     pub size: Size,
     /// Pictures of a sequence.
     pub frames: Option<u32>,
+    /// What the picture is shown at, EV.
+    pub exposure: Option<f32>,
     pub settings: &'r Settings,
     /// Of the rain.
     pub seed: u32,
@@ -78,6 +83,7 @@ impl Run<'_> {
             width: self.size.width,
             height: self.size.height,
             frames: self.frames,
+            exposure_ev: self.exposure,
             settings: settings_by_name(self.settings, self.seed),
             passes: self.cost.passes.iter().map(|pass| Pass { name: &pass.name, ms: pass.ms }).collect(),
             counters: self.cost.counters.iter().map(|(name, value)| (name.as_str(), *value)).collect(),
@@ -92,8 +98,9 @@ impl Run<'_> {
     /// For people.
     pub fn to_table(&self) -> String {
         let Size { width, height } = self.size;
+        let exposure = self.exposure.map(|ev| format!("exposure {ev:+} EV\n")).unwrap_or_default();
         format!(
-            "adapter  {}\ndriver   {}\nsize     {width}x{height}\n\n{}",
+            "adapter  {}\ndriver   {}\nsize     {width}x{height}\n{exposure}\n{}",
             self.adapter.name,
             self.adapter.driver,
             table(self.cost, self.seconds)

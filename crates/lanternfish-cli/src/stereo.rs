@@ -134,6 +134,7 @@ mod tests {
             height: 2,
             radiance: vec![[f32::from(value); 4]; 4],
             display: vec![[value; 4]; 4],
+            exposure: Some(0.0),
             report: Report {
                 passes: Vec::new(),
                 counters: counters.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect(),

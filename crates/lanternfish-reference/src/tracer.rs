@@ -103,6 +103,16 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Which pixels of a picture show a surface at their centre: 1, or 0 for the surroundings. Rows from the top.
+    pub fn coverage(&self, camera: &Camera, width: usize, height: usize) -> Vec<f32> {
+        let covered = |i: usize| {
+            let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            let (origin, direction) = camera::ray(camera, x, y, width, height);
+            if self.nearest(origin, direction).is_some() { 1.0 } else { 0.0 }
+        };
+        (0..width * height).into_par_iter().map(covered).collect()
+    }
+
     /// Distance to the nearest surface along a ray (`direction` of unit length), m; holes of masks are open, blended surfaces
     /// are there. `None`: there is none.
     pub fn nearest(&self, origin: Vec3A, direction: Vec3A) -> Option<f32> {

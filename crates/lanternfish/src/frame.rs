@@ -73,11 +73,22 @@ impl Passes {
             false => Vec::new(),
         };
         let arriving = self.arriving(frame, scene, &shown, accumulates)?;
-        let results = shown.iter().zip(lights).zip(&arriving).enumerate();
-        let shade = |(i, ((shown, lights), arriving)): (usize, ((&Shown<'_>, LightLists), &Arriving))| {
-            self.shade(frame, scene, shown, lights, blended.get(i), arriving, accumulates)
-        };
-        results.map(shade).collect()
+        let mut shaded = Vec::with_capacity(views.len());
+        for (i, ((shown, lights), arriving)) in shown.iter().zip(lights).zip(&arriving).enumerate() {
+            shaded.push(self.shade(frame, scene, shown, lights, blended.get(i), arriving, accumulates)?);
+        }
+        // One exposure for all views: two eyes see one world.
+        if self.debug_views.is_none() {
+            let pictures: Vec<_> = shaded.iter().map(Shaded::picture).collect();
+            self.output.meter(frame, &pictures)?;
+        }
+        let finished = shaded.into_iter().zip(&shown).zip(arriving).map(|((shaded, shown), arriving)| {
+            let display = self.display(frame, scene, shown, &shaded, &arriving);
+            let Shaded { radiance, mean, visibility, lights } = shaded;
+            let Arriving { openness, indirect, .. } = arriving;
+            FrameResult { radiance, mean, display, visibility, openness, indirect, lights }
+        });
+        Ok(finished.collect())
     }
 
     /// What arrives from other surfaces and the surroundings in every view, as far as it is asked for.
@@ -129,7 +140,7 @@ impl Passes {
         blended_lights: Option<&LightLists>,
         arriving: &Arriving,
         accumulates: bool,
-    ) -> Result<FrameResult, RenderError> {
+    ) -> Result<Shaded, RenderError> {
         let mut plan = None;
         let radiance = match self.shadows.as_mut().filter(|_| surface.samples == 1) {
             None => self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, None)?,
@@ -167,25 +178,24 @@ impl Passes {
         }
 
         let mean = accumulates.then(|| self.progressive.record(frame, buffer, &radiance, view.size, surface.slot));
-        let display = match &self.debug_views {
-            None => self.output.record(frame, buffer, mean.as_ref().unwrap_or(&radiance.target), view.size),
-            Some(debug_views) => {
-                let ray_counts = plan.as_ref().and_then(VisibilityPlan::ray_counts);
-                debug_views.record(
-                    frame,
-                    scene,
-                    buffer,
-                    surface,
-                    &lights,
-                    arriving.openness.as_ref(),
-                    &radiance,
-                    ray_counts,
-                    view.size,
-                )
-            }
+        Ok(Shaded { radiance, mean, visibility: plan, lights })
+    }
+
+    /// What a display shows of a view: its picture, exposed, or the debug view.
+    fn display(
+        &self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        Shown { view, buffer, surface, .. }: &Shown<'_>,
+        shaded: &Shaded,
+        arriving: &Arriving,
+    ) -> wgpu::TextureView {
+        let Some(debug_views) = &self.debug_views else {
+            return self.output.record(frame, shaded.picture(), view.size);
         };
-        let Arriving { openness, indirect, .. } = arriving.clone();
-        Ok(FrameResult { radiance, mean, display, visibility: plan, openness, indirect, lights })
+        let ray_counts = shaded.visibility.as_ref().and_then(VisibilityPlan::ray_counts);
+        let (lights, openness) = (&shaded.lights, arriving.openness.as_ref());
+        debug_views.record(frame, scene, buffer, surface, lights, openness, &shaded.radiance, ray_counts, view.size)
     }
 }
 
@@ -202,6 +212,22 @@ struct Shown<'s> {
     surface: Surface,
     /// With one sample a pixel.
     middle: Surface,
+}
+
+/// A view after shading.
+struct Shaded {
+    radiance: Radiance,
+    mean: Option<wgpu::TextureView>,
+    visibility: Option<VisibilityPlan>,
+    /// The opaque surfaces' light lists.
+    lights: LightLists,
+}
+
+impl Shaded {
+    /// Linear radiance, nits.
+    fn picture(&self) -> &wgpu::TextureView {
+        self.mean.as_ref().unwrap_or(&self.radiance.target)
+    }
 }
 
 impl Shown<'_> {

@@ -23,7 +23,7 @@ use crate::{
     prepass::{DEPTH_FORMAT, Prepass},
     progressive::Progressive,
     settings::{
-        DebugView, Indirect, Occlusion as OcclusionSetting, Samples, Settings, Shadows as ShadowSetting,
+        DebugView, Exposure, Indirect, Occlusion as OcclusionSetting, Samples, Settings, Shadows as ShadowSetting,
         TextureBinding, ToneMap,
     },
     shading::{Forward, NearestBlended, RADIANCE_FORMAT},
@@ -56,6 +56,8 @@ pub struct Picture {
     pub radiance: Vec<[f32; 4]>,
     /// As a display shows it: exposed, tone-mapped, sRGB-encoded; or the debug view.
     pub display: Vec<[u8; 4]>,
+    /// What `display` is exposed by, EV: that of [`Exposure::Auto`], where it was asked for. None: a debug view.
+    pub exposure: Option<f32>,
     /// What it cost.
     pub report: Report,
 }
@@ -77,7 +79,8 @@ impl Renderer {
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, mut settings: Settings) -> Result<Self, RenderError> {
         if settings.debug_view == Some(DebugView::BaseColor) {
             // A colour is shown as it is, and no light is asked for.
-            (settings.exposure, settings.tone_map, settings.shadows) = (0.0, ToneMap::None, ShadowSetting::None);
+            (settings.exposure, settings.tone_map, settings.shadows) =
+                (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
             settings.occlusion = OcclusionSetting::None;
         }
         if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
@@ -114,7 +117,7 @@ impl Renderer {
             forward: Forward::new(&settings, tracer),
             sky: Sky::new(),
             progressive: Progressive::new(device)?,
-            output: Output::new(device, settings.tone_map)?,
+            output: Output::new(device, settings.tone_map, settings.exposure)?,
             debug_views: DebugViews::new(device, &settings)?,
         };
         let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
@@ -158,6 +161,12 @@ impl Renderer {
         checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.settings))
     }
 
+    /// Shows the pictures from now on at another exposure. Means of frames go on ([`Self::refine`]): they are of radiance.
+    pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
+        self.settings.exposure = exposure;
+        self.passes.output.set_exposure(&self.device, exposure)
+    }
+
     /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
     /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
@@ -192,7 +201,6 @@ impl Renderer {
     pub(crate) fn views(&self, scene: &GpuScene, views: &[(&Camera, u32, u32)]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
         let limit = self.device.limits().max_texture_dimension_2d;
-        let exposure = self.settings.exposure.exp2();
         let view = |(camera, width, height): &(&Camera, u32, u32)| {
             let (width, height) = (*width, *height);
             if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
@@ -201,7 +209,7 @@ impl Renderer {
             camera.validate().map_err(|what| RenderError::Camera { what })?;
             // An image of the surroundings stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
-            Ok(View::new(camera, UVec2::new(width, height), exposure, sky, &scene.bounds))
+            Ok(View::new(camera, UVec2::new(width, height), sky, &scene.bounds))
         };
         views.iter().map(view).collect()
     }
@@ -226,7 +234,11 @@ impl Renderer {
         views: &[View],
         results: &[FrameResult],
     ) -> Result<Vec<Picture>, RenderError> {
-        let pictures = views.iter().zip(results).map(|(view, result)| self.picture(scene, view, result));
+        let exposure = match &self.passes.debug_views {
+            None => Some(self.passes.output.exposure(&self.device, &self.queue)?),
+            Some(_) => None,
+        };
+        let pictures = views.iter().zip(results).map(|(view, result)| self.picture(scene, view, result, exposure));
         let mut pictures = pictures.collect::<Result<Vec<_>, _>>()?;
         if let Some(first) = pictures.first_mut() {
             first.report.passes = self.profiler.finished();
@@ -238,7 +250,13 @@ impl Renderer {
         Ok(pictures)
     }
 
-    fn picture(&self, scene: &GpuScene, view: &View, result: &FrameResult) -> Result<Picture, RenderError> {
+    fn picture(
+        &self,
+        scene: &GpuScene,
+        view: &View,
+        result: &FrameResult,
+        exposure: Option<f32>,
+    ) -> Result<Picture, RenderError> {
         let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
         let radiance = match &result.mean {
             Some(mean) => read_texture(&self.device, &self.queue, mean.texture())?,
@@ -274,7 +292,7 @@ impl Renderer {
             counters.push(("deep_images/bytes".to_owned(), images.bytes));
         }
         let report = Report { passes: Vec::new(), counters };
-        Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, report })
+        Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, exposure, report })
     }
 }
 

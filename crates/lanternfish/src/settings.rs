@@ -1,7 +1,11 @@
 //! Everything that can be chosen. A setting says what a higher and a lower value do.
 
+use std::fmt;
+
 use lanternfish_scene::named_enum;
 pub use lanternfish_scene::shading::{Attenuation, Materials};
+
+use crate::output::metered_exposure;
 
 /// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
 /// without flags.
@@ -30,8 +34,8 @@ pub struct Settings {
     pub occlusion: Occlusion,
     /// How the scene is kept as deep images, where something asks for them.
     pub deep_images: DeepImageSettings,
-    /// Exposure, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
-    pub exposure: f32,
+    /// How bright the image is shown; radiance stays as it is.
+    pub exposure: Exposure,
     /// From scene-referred radiance to what a display shows.
     pub tone_map: ToneMap,
     /// Shows a quantity of the frame instead of its radiance.
@@ -79,7 +83,7 @@ impl Settings {
             materials: Materials::File,
             occlusion: Occlusion::None,
             deep_images: DeepImageSettings::default(),
-            exposure: 0.0,
+            exposure: Exposure::Auto,
             tone_map: ToneMap::Neutral,
             debug_view: None,
             textures: TextureBinding::Auto,
@@ -211,6 +215,35 @@ impl TileSize {
             Self::Px8 => 8,
             Self::Px16 => 16,
             Self::Px32 => 32,
+        }
+    }
+}
+
+/// How bright an image is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// So that it can be seen, whatever the unit of its lights: found from the radiance of the picture itself, one for all views of
+    /// a frame ([`crate::output`]).
+    Auto,
+    /// Stops, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
+    Ev(f32),
+}
+
+impl Exposure {
+    /// What a picture is shown at, EV: linear radiance, nits, and the share of the pixel that surfaces cover.
+    pub fn of(self, pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
+        match self {
+            Self::Auto => metered_exposure(pixels),
+            Self::Ev(ev) => ev,
+        }
+    }
+}
+
+impl fmt::Display for Exposure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Ev(ev) => ev.fmt(f),
         }
     }
 }

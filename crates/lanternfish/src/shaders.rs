@@ -177,6 +177,7 @@ mod tests {
         Root { module: "occlusion/hbao/blur", entries: &["blur_across", "blur_down"], choices: &[] },
         Root { module: "sky/sky", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "progressive/mean", entries: &["vertex", "fragment"], choices: &[] },
+        Root { module: "output/meter", entries: &["count", "expose"], choices: &[] },
         Root { module: "output/output", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "debug_views/debug", entries: &["vertex", "fragment"], choices: &[CULLING, &["", "occlusion"]] },
     ];

@@ -43,7 +43,7 @@ fn every_flag_reaches_its_setting() {
         attenuation: Attenuation::Physical,
         range_threshold: 0.5,
         materials: Materials::Lambert,
-        exposure: -2.0,
+        exposure: Exposure::Ev(-2.0),
         tone_map: ToneMap::None,
         debug_view: Some(DebugView::LightCount),
         textures: TextureBinding::PerMaterial,

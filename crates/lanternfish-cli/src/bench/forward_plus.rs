@@ -306,6 +306,7 @@ mod tests {
             width: texels.len() as u32,
             height: 1,
             display: vec![[0; 4]; texels.len()],
+            exposure: None,
             radiance: texels,
             report: Default::default(),
         };

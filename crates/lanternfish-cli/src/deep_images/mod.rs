@@ -37,7 +37,7 @@ pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
     let scene = progress.step("load", &loading, || scene::load_part(&flags.scene, part))?;
     let size = UVec2::new(flags.output.size.width, flags.output.size.height);
     let camera = camera::choose(&scene, &shot.views()[0], size.x as f32 / size.y as f32)?;
-    let view = View::new(&camera, size, 1.0, Vec3::ZERO, &scene.bounds());
+    let view = View::new(&camera, size, Vec3::ZERO, &scene.bounds());
 
     let choice = flags.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;

@@ -66,7 +66,7 @@ impl Sheet {
     /// As a picture without radiance.
     pub fn into_picture(self) -> Picture {
         let (width, height) = (self.width, self.height());
-        Picture { width, height, radiance: Vec::new(), display: self.pixels, report: Report::default() }
+        Picture { width, height, radiance: Vec::new(), display: self.pixels, exposure: None, report: Report::default() }
     }
 }
 

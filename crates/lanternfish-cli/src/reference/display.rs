@@ -8,9 +8,9 @@ pub fn raw(pixels: &[[f32; 3]]) -> Vec<u8> {
     pixels.iter().flatten().map(|value| byte(value.clamp(0.0, 1.0))).collect()
 }
 
-/// Bytes of a PNG, three a pixel: scaled by 2^`exposure`, tone-mapped, sRGB-encoded.
-pub fn encoded(pixels: &[[f32; 3]], exposure: f32, curve: ToneMap) -> Vec<u8> {
-    let scale = exposure.exp2();
+/// Bytes of a PNG, three a pixel: scaled by 2^`ev`, tone-mapped, sRGB-encoded.
+pub fn encoded(pixels: &[[f32; 3]], ev: f32, curve: ToneMap) -> Vec<u8> {
+    let scale = ev.exp2();
     let shown = |pixel: &[f32; 3]| tone_map(curve, Vec3::from_array(*pixel).max(Vec3::ZERO) * scale).to_array();
     pixels.iter().flat_map(shown).map(|value| byte(srgb_from_linear(value.clamp(0.0, 1.0)))).collect()
 }

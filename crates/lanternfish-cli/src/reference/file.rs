@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lanternfish::settings::ToneMap;
+use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_metrics::{
     ColorType, MetricsError, RgbImage, read_exr_attributes, read_exr_layer, write_exr_layers, write_png,
 };
@@ -82,6 +82,11 @@ impl Target {
             }
         }
         Ok(Self { path, is_png, variance })
+    }
+
+    /// Whether it is what a display shows.
+    pub fn is_png(&self) -> bool {
+        self.is_png
     }
 
     /// Whether another run can go on from it.
@@ -197,14 +202,21 @@ fn rows_of(blocks: &str, height: usize) -> Option<Vec<u64>> {
 #[derive(Debug)]
 pub struct Look {
     pub integrator: Integrator,
-    pub exposure: f32,
+    pub exposure: Exposure,
     pub tone_map: ToneMap,
+    /// Where surfaces are, pixel by pixel; empty where nobody meters.
+    pub coverage: Vec<f32>,
 }
 
 impl Look {
+    /// What radiance is shown at, EV: as `render` finds it.
+    pub fn exposure(&self, mean: &[[f32; 3]]) -> f32 {
+        self.exposure.of(mean.iter().zip(&self.coverage).map(|([r, g, b], covered)| [*r, *g, *b, *covered]))
+    }
+
     fn bytes(&self, mean: &[[f32; 3]]) -> Vec<u8> {
         match self.integrator {
-            Integrator::Path => display::encoded(mean, self.exposure, self.tone_map),
+            Integrator::Path => display::encoded(mean, self.exposure(mean), self.tone_map),
             // Shares of light, which no camera exposes.
             Integrator::Occlusion | Integrator::Obscurance { .. } => display::encoded(mean, 0.0, ToneMap::None),
             // As --debug-view normal has it.

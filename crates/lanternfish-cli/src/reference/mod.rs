@@ -13,6 +13,7 @@ mod trace;
 
 use std::{fmt::Write as _, time::Instant};
 
+use lanternfish::settings::Exposure;
 use lanternfish_reference::{
     Film, Settings, Tracer,
     settings::{Integrator, UNLIMITED},
@@ -25,7 +26,7 @@ use self::{
     trace::Goal,
 };
 use crate::{
-    args::RenderArgs,
+    args::{LookArgs, RenderArgs},
     camera,
     error::{CliError, say},
     output,
@@ -95,9 +96,13 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
         }
     };
     let (settings, making) = (Settings { seed, ..settings }, Making { seed, ..making });
-    let look = Look { integrator: settings.integrator, exposure: flags.look.exposure, tone_map: flags.look.tone_map };
 
     let tracer = progress.step("build", "Building trees", || Tracer::new(&scene, settings.clone()))?;
+    let LookArgs { exposure, tone_map, .. } = flags.look;
+    let meters = target.is_png() && settings.integrator == Integrator::Path && exposure == Exposure::Auto;
+    let coverage =
+        if meters { tracer.coverage(&camera, size.width as usize, size.height as usize) } else { Vec::new() };
+    let look = Look { integrator: settings.integrator, exposure, tone_map, coverage };
     signals::end_when_asked();
     let goal = goal(args);
     let bar = progress.bar();
@@ -112,6 +117,10 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
         target.write(&film, &making, dropped, &look)
     })?;
 
+    if meters {
+        let ev = look.exposure(&film.mean());
+        progress.note(&format!("shown at {ev:+} EV; --exposure {ev} repeats that, more is brighter"));
+    }
     let noise = film.noise().relative;
     progress.result(&format!("{}: {}", target.path.display(), outcome(&film, noise, run.seconds)));
     let on = if target.is_resumable() { "; the same command with --resume goes on from there" } else { "" };

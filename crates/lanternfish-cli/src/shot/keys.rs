@@ -9,7 +9,7 @@ use std::{
 
 use clap::{Arg, ArgAction, CommandFactory, error::ContextKind, error::ContextValue};
 use glam::Vec3;
-use lanternfish::settings::TileSize;
+use lanternfish::settings::{Exposure, TileSize};
 use lanternfish_scene::Light;
 
 use crate::{
@@ -41,6 +41,8 @@ pub enum Kind {
     Switch,
     /// A number.
     Number,
+    /// A number, or a string that is a word in a number's place.
+    NumberOrWord,
     /// A list of numbers, or a string of them between commas, as on the command line.
     Numbers,
     /// `"WxH"` or `[W, H]`.
@@ -71,6 +73,8 @@ impl Key {
             Kind::Switch
         } else if is(&[TypeId::of::<f32>(), TypeId::of::<u32>(), TypeId::of::<TileSize>()]) {
             Kind::Number
+        } else if is(&[TypeId::of::<Exposure>()]) {
+            Kind::NumberOrWord
         } else if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>()]) {
             Kind::Numbers
         } else if is(&[TypeId::of::<Size>()]) {
@@ -132,6 +136,7 @@ impl Key {
             Kind::Size => return "[W, H] in pixels, or \"WxH\"".to_owned(),
             Kind::Number => "a number",
             Kind::Numbers => "a list of numbers",
+            Kind::NumberOrWord => "a number or a string",
             Kind::Path | Kind::Text => "a string",
         };
         format!("{kind}, {}", self.sample())
@@ -144,7 +149,7 @@ impl Key {
             Kind::Flag | Kind::Switch => "true".to_owned(),
             Kind::Number => name.to_owned(),
             Kind::Numbers => format!("[{name}]"),
-            Kind::Size | Kind::Path | Kind::Text => format!("\"{name}\""),
+            Kind::NumberOrWord | Kind::Size | Kind::Path | Kind::Text => format!("\"{name}\""),
         };
         if self.repeats { format!("[{one}, …]") } else { one }
     }

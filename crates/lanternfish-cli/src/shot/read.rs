@@ -134,10 +134,10 @@ impl Reader<'_> {
             (Kind::Switch, DeValue::Boolean(on)) => if *on { "on" } else { "off" }.into(),
             (Kind::Path, DeValue::String(path)) if path.is_empty() => OsString::new(),
             (Kind::Path, DeValue::String(path)) => self.beside(path).into_os_string(),
-            (Kind::Switch | Kind::Text | Kind::Numbers | Kind::Size, DeValue::String(text)) => {
+            (Kind::Switch | Kind::Text | Kind::NumberOrWord | Kind::Numbers | Kind::Size, DeValue::String(text)) => {
                 OsStr::new(text.as_ref()).to_owned()
             }
-            (Kind::Number, number) => digits(number)?.into(),
+            (Kind::Number | Kind::NumberOrWord, number) => digits(number)?.into(),
             (Kind::Numbers | Kind::Size, DeValue::Array(list)) => {
                 let numbers: Option<Vec<_>> = list.iter().map(|number| digits(number.get_ref())).collect();
                 numbers?.join(if kind == Kind::Size { "x" } else { "," }).into()

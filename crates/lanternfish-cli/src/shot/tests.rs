@@ -1,7 +1,7 @@
 use std::{collections::BTreeSet, fs};
 
 use glam::Vec3;
-use lanternfish::settings::{Culling, DebugView, TileSize, Tiled, ToneMap};
+use lanternfish::settings::{Culling, DebugView, Exposure, TileSize, Tiled, ToneMap};
 
 use super::{keys::keys, *};
 use crate::parse::LightSet;
@@ -92,7 +92,7 @@ fn every_kind_of_value_reaches_its_flag() {
     assert_eq!(args.lights.lights, Some(LightSet::Rain { count: 10, radius: Some(0.5) }));
     assert_eq!((args.run.seed, args.run.timings, args.run.quiet), (16, true, false));
     let settings = args.settings();
-    assert_eq!((settings.tone_map, settings.exposure), (ToneMap::Aces, -1.0));
+    assert_eq!((settings.tone_map, settings.exposure), (ToneMap::Aces, Exposure::Ev(-1.0)));
     assert_eq!(settings.debug_view, Some(DebugView::Normal));
     assert_eq!(settings.culling, Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
 }
@@ -112,7 +112,8 @@ fn mistakes_are_at_a_line_and_a_column() {
         ("[look]\nsize = 1", &["shot.toml:2:1", "`size` belongs in [output]"]),
         ("[look]\nfov_y = 1\n", &["shot.toml:2:1: unknown key `fov_y`"]),
         ("[view]\nfov_y = 1\n", &["shot.toml:2:1: unknown key `fov_y`", "`fov-y`"]),
-        ("[look]\nexposure = \"1\"", &["shot.toml:2:12: exposure = \"1\"", "expected a number, EV"]),
+        ("[look]\nexposure = \"bright\"", &["shot.toml:2:12: exposure = \"bright\"", "expected auto, or stops"]),
+        ("[look]\nexposure = true", &["shot.toml:2:12: exposure = true", "expected a number or a string, \"auto|EV\""]),
         ("[look]\nexposure = nan", &["shot.toml:2:12", "stops from -64 to 64"]),
         ("[look]\ntone-map = \"asec\"", &["shot.toml:2:12", "none, neutral, reinhard, aces", "\"aces\""]),
         ("[output]\nsize = [0, 5]", &["shot.toml:2:8: size = [0, 5]", "from 1 to 16384"]),
@@ -182,10 +183,15 @@ fn names_are_relative_to_the_shot() {
 fn flags_go_before_keys_and_points_add_up() {
     let text = "scene = \"demo:cornell\"\n[lights]\npoint = [[0, 1, 2, 3]]\n[look]\nexposure = 1\ntone-map = \"aces\"";
     let args = shot(text, "--exposure 2 --point 1,1,1,1 -o b.png").unwrap().args;
-    assert_eq!((args.look.exposure, args.look.tone_map, args.lights.points.len()), (2.0, ToneMap::Aces, 2));
+    assert_eq!(
+        (args.look.exposure, args.look.tone_map, args.lights.points.len()),
+        (Exposure::Ev(2.0), ToneMap::Aces, 2)
+    );
     assert_eq!(args.output.output, Some("b.png".into()));
     // A flag's default is not said, so it takes no key's place.
-    assert_eq!(shot(text, "").unwrap().args.look.exposure, 1.0);
+    assert_eq!(shot(text, "").unwrap().args.look.exposure, Exposure::Ev(1.0));
+    let metered = shot(&text.replace("= 1\n", "= \"auto\"\n"), "").unwrap().args;
+    assert_eq!(metered.look.exposure, Exposure::Auto);
 }
 
 #[test]

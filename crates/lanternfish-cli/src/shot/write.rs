@@ -94,9 +94,10 @@ fn toml(key: &Key, value: &OsStr) -> Result<String, CliError> {
         Kind::Flag => text.to_owned(),
         Kind::Switch => (text == "on").to_string(),
         Kind::Number => number(text),
+        Kind::NumberOrWord if text.trim().parse::<f32>().is_ok() => number(text),
         Kind::Numbers => format!("[{}]", text.split(',').map(number).collect::<Vec<_>>().join(", ")),
         Kind::Size => format!("[{}]", text.split(['x', 'X']).map(number).collect::<Vec<_>>().join(", ")),
-        Kind::Path | Kind::Text => quoted(text),
+        Kind::NumberOrWord | Kind::Path | Kind::Text => quoted(text),
     })
 }
 

@@ -424,3 +424,21 @@ fn gpu_a_png_is_shown_as_render_shows_it() {
         }
     }
 }
+
+#[test]
+fn gpu_a_png_is_exposed_as_render_exposes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let ev = |line: &str| {
+        let output = output(folder.path(), &format!("{line} --size 64x48 -o a.png"));
+        let said = text(&output.stderr).to_owned();
+        assert!(output.status.success(), "{said}");
+        let ev = said.split("shown at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f32>);
+        ev.unwrap_or_else(|| panic!("{said}")).unwrap()
+    };
+    // Half of the picture shows nothing of the box; direct light alone is the same in both.
+    for point in ["0,1,0,0.01", "0,1,0,20", "0,1,0,100000"] {
+        let render = ev(&format!("render demo:cornell --adapter cpu --indirect none --point {point}"));
+        let reference = ev(&format!("reference demo:cornell --max-depth 2 --spp 64 --point {point}"));
+        assert!((render - reference).abs() <= 0.125, "{point}: {render} {reference}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path, process::Command};
 
-use lanternfish_metrics::{RgbImage, read_exr, write_exr};
+use lanternfish_metrics::{RgbImage, read_exr, read_png, write_exr};
 use serde_json::Value;
 
 /// Runs `lanternfish render` in `folder`; gives its standard output and standard error.
@@ -26,7 +26,8 @@ fn render_scene(folder: &Path, scene: &str, words: &str) -> (String, String) {
 #[track_caller]
 fn render(folder: &Path, words: &str) -> String {
     let (stdout, stderr) = render_scene(folder, "demo:cornell", words);
-    assert_eq!(stderr, "", "nothing goes wrong, so nothing is said where nobody looks");
+    let said: Vec<_> = stderr.lines().filter(|line| !line.starts_with("note: shown at ")).collect();
+    assert!(said.is_empty(), "nothing goes wrong, so nothing is said but the exposure where nobody looks: {stderr}");
     stdout
 }
 
@@ -107,6 +108,91 @@ fn gpu_frames_are_averaged() {
     assert_eq!(exr("again.exr", "--accumulate 6"), many);
     // Two eyes are counted once.
     assert_eq!(exr("eyes.exr", "--accumulate 6 --stereo parallel").1, Some(6));
+}
+
+#[test]
+fn gpu_pictures_are_exposed_so_that_they_can_be_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    let png = |name: &str, words: &str| {
+        let (_, said) = render_scene(folder.path(), "demo:cornell", &format!("-o {name} {words}"));
+        let ev = said.split("--exposure ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::to_owned);
+        (read_png(&folder.path().join(name)).unwrap().pixels, ev)
+    };
+    let mean = |pixels: &[[f32; 3]]| pixels.iter().flatten().sum::<f32>() / (3 * pixels.len()) as f32;
+    // Seventeen doublings of a lamp beside which the box's own is nothing, or of nothing beside the box's own.
+    let mut evs = Vec::new();
+    for intensity in [1, 100, 10_000, 100_000] {
+        let (pixels, ev) = png("a.png", &format!("--point 0,1,0,{intensity}"));
+        assert!((0.15..0.6).contains(&mean(&pixels)), "{intensity} cd at {ev:?} EV: {}", mean(&pixels));
+        let ev = ev.expect("what was chosen is said");
+        let (again, said) = png("b.png", &format!("--point 0,1,0,{intensity} --exposure {ev}"));
+        assert!(again == pixels && said.is_none(), "{intensity} cd at {ev} EV");
+        evs.push(ev.parse::<f32>().unwrap());
+    }
+    assert!(evs[0] - evs[3] > 10.0, "{evs:?}");
+    // It can fail: as it is, a lamp of 100,000 cd is white.
+    assert!(mean(&png("a.png", "--point 0,1,0,100000 --exposure 0").0) > 0.9);
+}
+
+#[test]
+fn gpu_a_track_and_two_eyes_have_one_exposure() {
+    let folder = tempfile::tempdir().unwrap();
+    // From before the lamp into a corner.
+    let track = "scene = 'demo:cornell'\n[output]\noutput = 'a.png'\n[view]\ntarget = [0, 1, 0]\n[track]\nframes = 2\nkeyframes = \
+                 [{ time = 0, eye = [0, 1, 3.6] }, { time = 1, eye = [0.3, 0.2, 0.3] }]\n";
+    fs::write(folder.path().join("track.toml"), track).unwrap();
+    let said = render_scene(folder.path(), "track.toml", "--report a.json").1;
+    assert_eq!(said.matches("shown at").count(), 1, "{said}");
+    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+    let ev = report["exposure_ev"].as_f64().unwrap();
+    assert!(said.contains(&format!("--exposure {ev} ")) && said.contains("metered in the first picture"), "{said}");
+    assert_eq!(report["settings"]["exposure"], "auto");
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let last = bytes("a.0002.png");
+    render_scene(folder.path(), "track.toml", &format!("--exposure {ev}"));
+    assert!(bytes("a.0002.png") == last);
+    // It can fail: the second picture by itself is metered otherwise.
+    let alone = render_scene(folder.path(), "track.toml", "--time 1").1;
+    assert!(!alone.contains(&format!("--exposure {ev} ")), "{alone}");
+    // Two eyes are metered together.
+    assert_eq!(
+        render_scene(folder.path(), "track.toml", "--time 1 --stereo parallel:1").1.matches("shown at").count(),
+        1
+    );
+}
+
+#[test]
+fn gpu_a_heat_map_has_its_scale_below_it_and_says_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, said) = render_scene(folder.path(), "demo:cornell", "--lights rain:20 --debug-view light-count -o a.png");
+    assert!(said.contains("note: scale of light-count: listed lights, linear: 0 is black, 10 and more red"), "{said}");
+    let picture = read_png(&folder.path().join("a.png")).unwrap();
+    assert!(picture.width >= 48 && picture.height > 32, "{} x {}", picture.width, picture.height);
+    // Red is at the bar's right end, and nowhere below the picture else.
+    let is_red = |pixel: &[f32; 3]| *pixel == [1.0, 0.0, 0.0];
+    let below = &picture.pixels[32 * picture.width..];
+    assert!(below.iter().any(is_red), "the bar's last colour");
+    // A direction is no number.
+    render_scene(folder.path(), "demo:cornell", "--debug-view normal -o b.png");
+    let normals = read_png(&folder.path().join("b.png")).unwrap();
+    assert_eq!((normals.width, normals.height), (48, 32));
+}
+
+#[test]
+fn gpu_occlusion_beside_rays_says_that_it_does_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let exr = |name: &str, words: &str| {
+        let said = render_scene(folder.path(), "demo:cornell", &format!("--sky 1,1,1 -o {name} {words}")).1;
+        (read_exr(&folder.path().join(name)).unwrap().pixels, said.contains("--occlusion has no part in this picture"))
+    };
+    let (rays, said) = exr("rays.exr", "");
+    assert!(!said);
+    let (both, said) = exr("both.exr", "--occlusion deep");
+    assert!(said && both == rays, "it says so, and so it is");
+    let (alone, said) = exr("alone.exr", "--occlusion deep --indirect none");
+    assert!(!said && alone != exr("none.exr", "--indirect none").0, "without rays it does something");
+    let view = render_scene(folder.path(), "demo:cornell", "--occlusion deep --debug-view occlusion -o view.png").1;
+    assert!(!view.contains("has no part"), "{view}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Quantities of a frame as pictures.
 
+mod scale;
+
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
 
@@ -16,6 +18,8 @@ use crate::{
     texture::target,
     view::ViewBuffer,
 };
+
+pub use scale::Scale;
 
 gpu_struct! {
     /// What is shown.

@@ -4,7 +4,7 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, read_texture, storage_buffer, testing,
 };
-use lanternfish_scene::{AlphaMode, Camera, Material, Primitive, Projection, Scene, generate};
+use lanternfish_scene::{AlphaMode, Camera, Light, Material, Primitive, Projection, Scene, generate};
 
 use super::*;
 use crate::{
@@ -43,6 +43,68 @@ fn views_of_clusters_need_clusters() {
             }
         }
     }
+}
+
+/// Every pixel of a view that fills the picture with one surface is of the colour that the scale has for what is there.
+#[test]
+fn gpu_colours_are_those_of_the_scale() {
+    let Some(gpu) = testing::gpu("gpu_colours_are_those_of_the_scale") else { return };
+    let camera = |distance: f32| {
+        let projection = Projection::Orthographic { half_height: 1.0, near: 0.01, far: 1000.0 };
+        Camera::look_at(Vec3::new(0.0, 0.0, distance), Vec3::ZERO, projection)
+    };
+    let wall = |roughness: f32, lights: usize| {
+        let material = Material { perceptual_roughness: roughness, ..Material::default() };
+        let mut scene = scene_of(vec![quad(0, Vec3::ZERO, 4.0 * Vec3::X, 4.0 * Vec3::Y)], vec![material]);
+        scene.lights = vec![Light::directional(Vec3::NEG_Z, Vec3::ONE); lights];
+        scene
+    };
+    let mut seen = std::collections::BTreeSet::new();
+    let mut check = |view: DebugView, scene: &Scene, camera: &Camera, value: f32| {
+        let scale = Scale::of(view).expect("a scale");
+        let settings = Settings { debug_view: Some(view), shadows: Shadows::Bvh, ..Settings::default() };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let uploaded = renderer.upload(scene).unwrap();
+        let picture = renderer.render(&uploaded, camera, 16, 12).unwrap();
+        let [red, green, blue, _] = picture.display[16 * 6 + 8];
+        let expected = scale.color(scale.place(value));
+        // A byte, where the shader's last bits round the other way, and the 8 bits that roughness is kept in.
+        let off = [red, green, blue].iter().zip(expected).map(|(a, b)| a.abs_diff(b)).max();
+        assert!(off <= Some(1), "{view}: {value} is {:?}, not {expected:?}", [red, green, blue]);
+        seen.insert([red, green, blue]);
+        // The place is that of the value, within the scale.
+        let place = scale.place(value);
+        assert!((scale.value(place) - value).abs() <= 1e-4 * value.max(1.0), "{view}: {value}");
+    };
+    for lights in [0, 1, 3, 8, 15, 40] {
+        let scene = wall(0.5, lights);
+        for view in [DebugView::LightCount, DebugView::RayCount, DebugView::LightsPerPixel, DebugView::ClusterLights] {
+            check(view, &scene, &camera(5.0), lights as f32);
+        }
+    }
+    check(DebugView::Visibility, &wall(0.5, 3), &camera(5.0), 1.0);
+    for roughness in [0.1, 0.5, 0.9] {
+        check(DebugView::Roughness, &wall(roughness, 1), &camera(5.0), roughness);
+    }
+    for distance in [0.1, 1.0, 7.3, 50.0, 300.0] {
+        check(DebugView::Depth, &wall(0.5, 1), &camera(distance), distance);
+    }
+    assert!(seen.len() > 15, "many colours: {}", seen.len());
+}
+
+#[test]
+fn scales_say_their_ends() {
+    let said = |view| Scale::of(view).unwrap().to_string();
+    assert_eq!(said(DebugView::LightCount), "listed lights, linear: 0 is black, 10 and more red");
+    assert_eq!(said(DebugView::ClusterLights), "lights of the cluster, logarithmic: 0 is black, 1023 and more red");
+    assert_eq!(
+        said(DebugView::Depth),
+        "m from the camera plane, logarithmic: 64 and more is black, 0.0625 and less white"
+    );
+    assert_eq!(said(DebugView::Occlusion), "openness, linear: 0 is black, 1 white");
+    // Openness is light, and sRGB-encoded as such: half of it is brighter than half of 255.
+    let openness = Scale::of(DebugView::Occlusion).unwrap();
+    assert_eq!([0.0, 0.5, 1.0].map(|place| openness.color(place)[0]), [0, 188, 255]);
 }
 
 /// Not a multiple of any size of clusters.
@@ -91,9 +153,8 @@ impl<'g> Harness<'g> {
         let scene_bounds = scene.bounds();
         let scene = &renderer.upload(scene).unwrap();
         let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-        let lists =
-            record(&mut frame, prepass, culling, scene, &View::new(marked, SIZE, 1.0, Vec3::ZERO, &scene_bounds));
-        let view = View::new(shown, SIZE, 1.0, Vec3::ZERO, &scene_bounds);
+        let lists = record(&mut frame, prepass, culling, scene, &View::new(marked, SIZE, Vec3::ZERO, &scene_bounds));
+        let view = View::new(shown, SIZE, Vec3::ZERO, &scene_bounds);
         let buffer = view.upload(&gpu.device);
         let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE, 1).unwrap();
         let radiance = forward.radiance(&gpu.device, SIZE, 0);
@@ -118,7 +179,7 @@ impl<'g> Harness<'g> {
             mesh.primitives.retain(opaque);
         }
         let Self { gpu, renderer, profiler, prepass, culling, unmarked, .. } = self;
-        let view = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds());
+        let view = View::new(camera, SIZE, Vec3::ZERO, &scene.bounds());
         let marks = renderer.upload(if drawn { scene } else { &without }).unwrap();
         let solid = renderer.upload(&solid).unwrap();
         let count = (SIZE.x * SIZE.y) as usize;

@@ -37,7 +37,7 @@ fn mirrored(gpu: &Gpu, environment: &Environment, queries: &[Vec4]) -> Vec<Vec3>
     let light = EnvironmentLight::new(&gpu.device, &gpu.queue, Some((environment, &uploaded))).unwrap();
     let bounds = Bounds { min: -Vec3::ONE, max: Vec3::ONE };
     let camera = looking([0.0, 0.0, 3.0], [0.0; 3]);
-    let view = View::new(&camera, glam::UVec2::ONE, 1.0, Vec3::ZERO, &bounds).upload(&gpu.device);
+    let view = View::new(&camera, glam::UVec2::ONE, Vec3::ZERO, &bounds).upload(&gpu.device);
     let (view, light) = (view.bindings(), light.bindings());
     let answers = ask_about(gpu, "mirrored_radiances", &view.with(&light), queries, 1);
     answers.into_iter().map(Vec4::truncate).collect()

@@ -64,7 +64,7 @@ mod tests {
             let camera = Camera::look_at(Vec3::ZERO, Vec3::NEG_Z, projection);
             let cube = |center: Vec3| Bounds { min: center - Vec3::ONE, max: center + Vec3::ONE };
             let all = Bounds { min: Vec3::splat(-60.0), max: Vec3::splat(60.0) };
-            let view = View::new(&camera, UVec2::new(200, 100), 1.0, Vec3::ZERO, &all);
+            let view = View::new(&camera, UVec2::new(200, 100), Vec3::ZERO, &all);
             let seen = |center| meets_frustum(&view, &cube(center));
             assert!(seen(Vec3::new(0.0, 0.0, -5.0)) && seen(Vec3::ZERO) && seen(Vec3::new(4.0, 0.0, -6.0)));
             assert!(!seen(Vec3::new(0.0, 0.0, 5.0)), "behind");

@@ -79,7 +79,7 @@ impl<'g> Bench<'g> {
         let Self { gpu, renderer, profiler, prepass, rooms, tiled_pixels, clustered_pixels } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
         let uploaded = renderer.upload(scene).unwrap();
-        let seen = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds());
+        let seen = View::new(camera, SIZE, Vec3::ZERO, &scene.bounds());
         let draws = uploaded.visible_draws(&seen);
         let view = seen.upload(&gpu.device);
         let count = (SIZE.x * SIZE.y) as usize;

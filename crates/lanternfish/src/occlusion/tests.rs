@@ -30,7 +30,7 @@ fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
 
 /// How open each pixel is; rows from the top.
 fn openness(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Vec<f32> {
-    let view = View::new(camera, SIZE, 1.0, Vec3::ZERO, &scene.bounds);
+    let view = View::new(camera, SIZE, Vec3::ZERO, &scene.bounds);
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
     let result = renderer.passes.record(&mut frame, scene, &[view], false).unwrap().remove(0);

@@ -1,9 +1,24 @@
 //! From radiance to what a display shows: exposure, tone map, sRGB encoding.
 
-use glam::UVec2;
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
+mod meter;
+#[cfg(test)]
+mod tests;
+mod twin;
 
-use crate::{error::RenderError, settings::ToneMap, shaders::SHADERS, texture::target, view::ViewBuffer};
+use glam::UVec2;
+use lanternfish_gpu::{
+    Bindings, Frame, GpuError, RasterPipeline, RasterState, gpu_struct, read_back, storage_buffer_of, uniform_buffer_of,
+};
+
+use self::meter::Meter;
+use crate::{
+    error::RenderError,
+    settings::{Exposure, ToneMap},
+    shaders::SHADERS,
+    texture::target,
+};
+
+pub use twin::metered_exposure;
 
 gpu_struct! {
     /// How the picture is shown.
@@ -21,33 +36,71 @@ pub const DISPLAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub struct Output {
     pipeline: RasterPipeline,
     parameters: wgpu::Buffer,
+    /// Compiled when something is metered first.
+    meter: Option<Meter>,
+    exposure: Exposure,
+    /// The exposure that pictures are shown at, EV: it is on the device alone, where the meter puts it.
+    level: wgpu::Buffer,
 }
 
 impl Output {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device, tone_map: ToneMap) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, tone_map: ToneMap, exposure: Exposure) -> Result<Self, RenderError> {
         let shader = SHADERS.link("output/output", &[])?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Self {
             pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "output", &state),
             parameters: uniform_buffer_of(device, "output", &OutputParameters { curve: tone_map as u32 }),
+            meter: None,
+            exposure,
+            level: level_of(device, exposure)?,
         })
     }
 
+    /// Pictures from the next frame on are exposed so.
+    pub fn set_exposure(&mut self, device: &wgpu::Device, exposure: Exposure) -> Result<(), RenderError> {
+        (self.exposure, self.level) = (exposure, level_of(device, exposure)?);
+        Ok(())
+    }
+
+    /// Finds the exposure of a frame's pictures, one for all of them, where nobody has said it.
+    pub fn meter(&mut self, frame: &mut Frame<'_>, pictures: &[&wgpu::TextureView]) -> Result<(), RenderError> {
+        if self.exposure == Exposure::Auto {
+            let meter = match &self.meter {
+                Some(meter) => meter,
+                None => self.meter.insert(Meter::new(frame.device)?),
+            };
+            meter.record(frame, pictures, &self.level);
+        }
+        Ok(())
+    }
+
+    /// Waits for the exposure that the last frame's pictures are shown at, EV.
+    pub fn exposure(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<f32, GpuError> {
+        match self.exposure {
+            Exposure::Ev(ev) => Ok(ev),
+            // Rounded to nothing from below it is -0.
+            Exposure::Auto => Ok(read_back::<f32>(device, queue, &self.level, 1)?[0] + 0.0),
+        }
+    }
+
     /// Makes the picture as a display shows it, of linear radiance (nits).
-    pub fn record(
-        &self,
-        frame: &mut Frame<'_>,
-        view: &ViewBuffer,
-        radiance: &wgpu::TextureView,
-        size: UVec2,
-    ) -> wgpu::TextureView {
-        let bindings = view
-            .bindings()
-            .with(&Bindings::new().buffer("output_parameters", &self.parameters))
-            .with(&Bindings::new().texture("radiance_texture", radiance));
+    pub fn record(&self, frame: &mut Frame<'_>, radiance: &wgpu::TextureView, size: UVec2) -> wgpu::TextureView {
+        let bindings = Bindings::new()
+            .buffer("output_parameters", &self.parameters)
+            .buffer("exposure", &self.level)
+            .texture("radiance_texture", radiance);
         fullscreen(frame, &self.pipeline, "output", &bindings, size)
     }
+}
+
+/// The exposure on the device, EV.
+fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, GpuError> {
+    let ev = match exposure {
+        Exposure::Auto => 0.0,
+        Exposure::Ev(ev) => ev,
+    };
+    storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())
 }
 
 /// Runs a pipeline over a new display target of `size`.

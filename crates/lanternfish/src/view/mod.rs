@@ -21,10 +21,10 @@ gpu_struct! {
         orthographic: u32,
         /// Pixels.
         size: UVec2,
-        /// 2^EV.
-        exposure: f32,
         /// Beyond the scene from anywhere in it, m.
         far: f32,
+        /// Unused.
+        _pad: u32,
         /// Radiance of everything that no surface covers, nits.
         sky: Vec3,
         /// Which of the frames that are averaged into one picture this is, from 0: random numbers are drawn with it.
@@ -33,9 +33,8 @@ gpu_struct! {
 }
 
 impl View {
-    /// What `camera` sees of a scene within `bounds` and under `sky` (nits), in an image of `size` pixels, `exposure`
-    /// times as bright.
-    pub fn new(camera: &Camera, size: UVec2, exposure: f32, sky: Vec3, bounds: &Bounds) -> Self {
+    /// What `camera` sees of a scene within `bounds` and under `sky` (nits), in an image of `size` pixels.
+    pub fn new(camera: &Camera, size: UVec2, sky: Vec3, bounds: &Bounds) -> Self {
         let world_from_view = Mat4::from(camera.world_from_camera);
         let projection = tightened(camera, bounds);
         Self {
@@ -45,7 +44,6 @@ impl View {
             eye: camera.eye(),
             orthographic: u32::from(matches!(camera.projection, Projection::Orthographic { .. })),
             size,
-            exposure,
             far: 2.0 * bounds.size().length() + bounds.center().distance(camera.eye()) + 1.0,
             sky,
             ..Default::default()
@@ -186,7 +184,7 @@ mod tests {
             Projection::Orthographic { half_height: 2.0, near: 0.0, far: 20.0 },
         ] {
             let camera = Camera::look_at(Vec3::new(1.0, 2.0, 9.0), Vec3::ZERO, projection);
-            let view = View::new(&camera, size, 1.0, Vec3::ZERO, &Bounds::EMPTY);
+            let view = View::new(&camera, size, Vec3::ZERO, &Bounds::EMPTY);
             assert_eq!(view.of_frame(0), view);
             let pixel = |view: &View, p: Vec3| {
                 let clip = view.clip_from_view * (view.view_from_world * p.extend(1.0));

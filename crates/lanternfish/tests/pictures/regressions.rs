@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish::{
     Settings,
-    settings::{DebugView, RayCulling, Shadows, ToneMap},
+    settings::{DebugView, Exposure, RayCulling, Shadows, ToneMap},
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Scene, Texture, TextureRef};
@@ -121,7 +121,7 @@ fn gpu_the_sun_ends_beyond_the_largest_scene() {
 fn gpu_base_color_is_shown_as_it_is() {
     let Some(gpu) = testing::gpu("gpu_base_color_is_shown_as_it_is") else { return };
     let scene = scene_of(vec![pane(0, 0.0, 2.0)], vec![matt(Vec3::ONE)]);
-    for (tone_map, exposure) in [(ToneMap::Neutral, 0.0), (ToneMap::Reinhard, 2.0)] {
+    for (tone_map, exposure) in [(ToneMap::Neutral, Exposure::Auto), (ToneMap::Reinhard, Exposure::Ev(2.0))] {
         let settings =
             Settings { debug_view: Some(DebugView::BaseColor), tone_map, exposure, ..Settings::direct_light() };
         assert_eq!(Front::render(gpu, &scene, settings).0.display[0], [255; 4]);

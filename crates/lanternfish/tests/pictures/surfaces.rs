@@ -3,7 +3,7 @@
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lanternfish::{
     Settings,
-    settings::{Anisotropy, Materials, Shadows, ToneMap},
+    settings::{Anisotropy, Exposure, Materials, Shadows, ToneMap},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{
@@ -55,7 +55,7 @@ fn gpu_unlit_and_emissive_surfaces_shine_as_said() {
 
     // A display of exposure 1 shows twice as much; unlit white is white.
     scene.materials[0] = unlit(Vec3::splat(0.25));
-    let settings = Settings { exposure: 1.0, tone_map: ToneMap::None, ..Settings::direct_light() };
+    let settings = Settings { exposure: Exposure::Ev(1.0), tone_map: ToneMap::None, ..Settings::direct_light() };
     let picture = Front::render(gpu, &scene, settings).0;
     let display = picture.display[(32 * 64 + 16) as usize];
     // sRGB of 0.5 is 187.5.

@@ -69,6 +69,7 @@ mod tests {
             height,
             radiance: vec![[radiance, radiance, radiance, 1.0]; 64],
             display: vec![[shown, shown, shown, 255]; 64],
+            exposure: None,
             report: Default::default(),
         }
     }

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use clap::Args;
 use lanternfish::{
     Renderer,
-    settings::{Settings, Shadows},
+    settings::{Exposure, Settings, Shadows},
 };
 use lanternfish_gpu::AdapterChoice;
 use serde::Serialize;
@@ -115,10 +115,15 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         shadows: Shadows::Bvh,
         attenuation: lights.attenuation,
         range_threshold: lights.range_threshold,
+        // One for all pictures, which are compared with each other.
+        exposure: Exposure::Ev(0.0),
         ..Settings::direct_light()
     };
     if let Some(shot) = &shot {
-        (look.exposure, look.tone_map) = (shot.args.look.exposure, shot.args.look.tone_map);
+        look.tone_map = shot.args.look.tone_map;
+        if shot.args.look.exposure != Exposure::Auto {
+            look.exposure = shot.args.look.exposure;
+        }
     }
     let gpu = open(args.adapter.as_ref())?;
     if !gpu.description.timestamps {

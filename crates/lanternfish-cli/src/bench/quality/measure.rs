@@ -5,7 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use lanternfish::{Picture, RenderError, Renderer, settings::ToneMap};
+use lanternfish::{
+    Picture, RenderError, Renderer,
+    settings::{Exposure, ToneMap},
+};
 use lanternfish_gpu::Gpu;
 use lanternfish_metrics::{ColorType, HdrFlip, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_scene::{Camera, Scene};
@@ -174,8 +177,9 @@ impl Bench<'_> {
 }
 
 /// What a display shows of linear radiance: bytes, and the same as values of 0..=1.
-pub fn shown(image: &RgbImage, exposure: f32, tone_map: ToneMap) -> (Vec<u8>, RgbImage) {
-    let bytes = display::encoded(&image.pixels, exposure, tone_map);
+pub fn shown(image: &RgbImage, exposure: Exposure, tone_map: ToneMap) -> (Vec<u8>, RgbImage) {
+    let ev = exposure.of(image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]));
+    let bytes = display::encoded(&image.pixels, ev, tone_map);
     let pixels = bytes.as_chunks::<3>().0.iter().map(|pixel| pixel.map(|v| f32::from(v) / 255.0)).collect();
     (bytes, RgbImage { pixels, ..*image })
 }

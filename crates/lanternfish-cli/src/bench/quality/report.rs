@@ -79,7 +79,7 @@ impl ShotReport {
             lights: scene.lights.len(),
             attenuation: settings.attenuation.to_string(),
             range_threshold: settings.range_threshold,
-            exposure: settings.exposure,
+            exposure: shot.exposure,
             tone_map: settings.tone_map.to_string(),
             truths: Vec::new(),
             rows: Vec::new(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::Vec3;
-use lanternfish::settings::{Attenuation, Settings};
+use lanternfish::settings::{Attenuation, Exposure, Settings};
 use lanternfish_scene::{Camera, Environment, Light, Projection, Scene, generate::light_rain, near_plane};
 
 use crate::{
@@ -179,7 +179,7 @@ impl Shot {
         Settings {
             attenuation: self.attenuation,
             range_threshold: self.range_threshold,
-            exposure: self.exposure,
+            exposure: Exposure::Ev(self.exposure),
             ..Settings::direct_light()
         }
     }

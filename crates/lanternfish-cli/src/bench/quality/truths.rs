@@ -3,7 +3,7 @@
 use std::{fs, path::Path, time::Instant};
 
 use glam::Vec3;
-use lanternfish::settings::{Materials, Settings, ToneMap};
+use lanternfish::settings::{Exposure, Materials, Settings, ToneMap};
 use lanternfish_metrics::{
     MetricsError, PIXELS_PER_DEGREE, RELATIVE_EPSILON, RgbImage, flip_ldr, read_exr_attributes, read_exr_layer,
     write_exr_layers,
@@ -129,7 +129,7 @@ impl Truth {
             | Self::Environment
             | Self::Full => shot.clone(),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
-                Settings { exposure: 0.0, tone_map: ToneMap::None, ..shot.clone() }
+                Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() }
             }
         }
     }
@@ -353,7 +353,7 @@ impl Layers {
         variance.sqrt() / energy
     }
 
-    fn flip_of_halves(&self, spp: u64, exposure: f32, tone_map: ToneMap) -> Result<f64, CliError> {
+    fn flip_of_halves(&self, spp: u64, exposure: Exposure, tone_map: ToneMap) -> Result<f64, CliError> {
         let (all, first) = (spp as f32, (spp / 2) as f32);
         let rest = |(mean, half): (&[f32; 3], &[f32; 3])| {
             // Rounding may leave a little less than nothing.

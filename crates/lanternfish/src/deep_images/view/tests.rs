@@ -35,7 +35,7 @@ fn in_chunks(gpu: &Gpu, scene: &GpuScene) -> DeepImages {
 }
 
 fn view_of(scene: &Scene) -> View {
-    View::new(&scene.cameras[0], SIZE, 1.0, Vec3::ZERO, &scene.bounds())
+    View::new(&scene.cameras[0], SIZE, Vec3::ZERO, &scene.bounds())
 }
 
 /// Depths of the points' picture, by rows.

@@ -1,0 +1,153 @@
+//! The scale of a debug view, drawn below its picture.
+
+use font8x8::legacy::BASIC_LEGACY;
+use lanternfish::{Picture, debug_views::Scale};
+
+/// Pixels of a glyph's side, and of the margin around everything.
+const GLYPH: usize = 8;
+const MARGIN: usize = 8;
+const BAR_HEIGHT: usize = 12;
+const TICK_HEIGHT: usize = 3;
+/// Between two lines.
+const GAP: usize = 4;
+const HEIGHT: usize = MARGIN + BAR_HEIGHT + TICK_HEIGHT + GAP + GLYPH + GAP + GLYPH + MARGIN;
+/// A picture that is narrower gets a strip at its right.
+const LEAST_WIDTH: usize = 288;
+/// Pictures from this width on have letters of twice the size, and so on.
+const LETTERS_WIDTH: usize = 1000;
+
+const PAPER: [u8; 4] = [24, 24, 24, 255];
+const INK: [u8; 4] = [230, 230, 230, 255];
+
+/// The picture, untouched, and below it a bar of the scale's colours with numbers and with what they are of.
+pub fn below(picture: Picture, scale: &Scale) -> Picture {
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    let wide = width.max(LEAST_WIDTH);
+    let letters = (wide / LETTERS_WIDTH).max(1);
+    let mut sheet = Sheet::new(wide, height + letters * HEIGHT, letters);
+    for (row, texels) in picture.display.chunks(width).enumerate() {
+        sheet.pixels[row * wide..][..width].copy_from_slice(texels);
+    }
+    sheet.draw(scale, height);
+    Picture { width: sheet.width as u32, height: sheet.height as u32, display: sheet.pixels, ..picture }
+}
+
+struct Sheet {
+    width: usize,
+    height: usize,
+    /// Pixels of the sheet for one of a letter, across and down.
+    letters: usize,
+    pixels: Vec<[u8; 4]>,
+}
+
+impl Sheet {
+    fn new(width: usize, height: usize, letters: usize) -> Self {
+        Self { width, height, letters, pixels: vec![PAPER; width * height] }
+    }
+
+    fn draw(&mut self, scale: &Scale, top: usize) {
+        let unit = self.letters;
+        let (left, length) = (MARGIN * unit, self.width - 2 * MARGIN * unit);
+        let bar = top + MARGIN * unit;
+        for x in 0..length {
+            let [red, green, blue] = scale.color(x as f32 / (length - 1) as f32);
+            self.fill(left + x, bar, 1, BAR_HEIGHT * unit, [red, green, blue, 255]);
+        }
+        let ticks = bar + BAR_HEIGHT * unit;
+        let numbers = ticks + (TICK_HEIGHT + GAP) * unit;
+        for (place, text) in marks(scale) {
+            let x = left + (place * (length - 1) as f32).round() as usize;
+            self.fill(x.min(left + length - unit), ticks, unit, TICK_HEIGHT * unit, INK);
+            // Centred at the tick, but whole.
+            let wide = text.len() * GLYPH * unit;
+            let most = self.width.saturating_sub(wide + unit);
+            self.write(x.saturating_sub(wide / 2).min(most), numbers, &text);
+        }
+        let law = if scale.is_logarithmic() { "logarithmic" } else { "linear" };
+        self.write(left, numbers + (GLYPH + GAP) * unit, &format!("{} ({law})", scale.what));
+    }
+
+    fn fill(&mut self, left: usize, top: usize, width: usize, height: usize, color: [u8; 4]) {
+        for y in top..(top + height).min(self.height) {
+            let end = (left + width).min(self.width);
+            self.pixels[y * self.width + left.min(end)..y * self.width + end].fill(color);
+        }
+    }
+
+    fn write(&mut self, left: usize, top: usize, text: &str) {
+        let unit = self.letters;
+        for (i, byte) in text.bytes().enumerate() {
+            let glyph = BASIC_LEGACY[usize::from(byte.min(127))];
+            for (y, row) in glyph.into_iter().enumerate() {
+                for x in (0..GLYPH).filter(|x| row >> x & 1 == 1) {
+                    self.fill(left + (i * GLYPH + x) * unit, top + y * unit, unit, unit, INK);
+                }
+            }
+        }
+    }
+}
+
+/// Places that get a number, and the number: five steps of the scale, as many as the heat has colours.
+fn marks(scale: &Scale) -> Vec<(f32, String)> {
+    const STEPS: usize = 5;
+    let places = (0..=STEPS).map(|step| step as f32 / STEPS as f32);
+    places.map(|place| (place, number(scale.value(place)))).collect()
+}
+
+/// Three digits at most, but whole numbers whole.
+fn number(value: f32) -> String {
+    match value {
+        v if v.fract() == 0.0 => format!("{v}"),
+        v if v < 1.0 => format!("{}", (100.0 * v).round() / 100.0),
+        v => format!("{}", (10.0 * v).round() / 10.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::{Report, settings::DebugView};
+
+    use super::*;
+
+    fn picture(width: u32, height: u32) -> Picture {
+        let display = (0..width * height).map(|i| [(i % 251) as u8, 7, 9, 255]).collect();
+        Picture { width, height, radiance: Vec::new(), display, exposure: None, report: Report::default() }
+    }
+
+    #[test]
+    fn the_picture_stays_and_the_bar_has_the_scales_colours() {
+        for view in [DebugView::LightCount, DebugView::ClusterLights, DebugView::Depth, DebugView::Occlusion] {
+            for (width, height) in [(1, 1), (320, 50), (1280, 20), (2100, 3)] {
+                let scale = Scale::of(view).unwrap();
+                let plain = picture(width, height);
+                let with = below(plain.clone(), &scale);
+                assert!(with.width >= width && with.display.len() == (with.width * with.height) as usize);
+                let row = |picture: &Picture, y: u32| {
+                    let first = (y * picture.width) as usize;
+                    picture.display[first..first + width as usize].to_vec()
+                };
+                assert!((0..height).all(|y| row(&with, y) == row(&plain, y)), "{view} {width}");
+                // Along the middle of the bar.
+                let letters = (with.width as usize / LETTERS_WIDTH).max(1);
+                let (left, middle) = (MARGIN * letters, height as usize + (MARGIN + BAR_HEIGHT / 2) * letters);
+                let length = with.width as usize - 2 * left;
+                for place in [0.0, 0.2, 0.5, 0.77, 1.0] {
+                    let x = (place * (length - 1) as f32).round() as usize;
+                    let [red, green, blue, _] = with.display[middle * with.width as usize + left + x];
+                    let expected = scale.color(x as f32 / (length - 1) as f32);
+                    assert_eq!([red, green, blue], expected, "{view} {width} {place}");
+                }
+                assert!(with.display[(height * with.width) as usize..].contains(&INK), "numbers");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_the_scales() {
+        let of = |view| marks(&Scale::of(view).unwrap()).into_iter().map(|(_, text)| text).collect::<Vec<_>>();
+        assert_eq!(of(DebugView::LightCount), ["0", "2", "4", "6", "8", "10"]);
+        assert_eq!(of(DebugView::ClusterLights), ["0", "3", "15", "63", "255", "1023"]);
+        assert_eq!(of(DebugView::Depth), ["64", "16", "4", "1", "0.25", "0.06"]);
+        assert_eq!(of(DebugView::Visibility), ["0", "0.2", "0.4", "0.6", "0.8", "1"]);
+    }
+}

@@ -1,0 +1,120 @@
+//! What the colours of a debug view stand for.
+
+use super::{DOUBLINGS, HOTTEST};
+use crate::settings::DebugView;
+
+/// From the colours of a debug view to what it shows, and back. A place on the scale is 0 at its first colour and 1 at its last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// What is counted or measured, and its unit.
+    pub what: &'static str,
+    law: Law,
+    colors: Colors,
+}
+
+/// What the places stand for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Law {
+    /// 0 at 0, so much at 1.
+    Linear(f32),
+    /// 2 to the power of so much times the place, less 1.
+    Doublings(f32),
+    /// Metres: see `debug.wesl`.
+    Distance,
+}
+
+/// What the places look like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Colors {
+    /// `heat` of `common/color.wesl`.
+    Heat,
+    /// As grey a byte as the place.
+    Gray,
+    /// As much light as the place: sRGB-encoded.
+    Light,
+}
+
+impl Scale {
+    /// The scale of a view; none where its colours are no numbers on one line.
+    pub fn of(view: DebugView) -> Option<Self> {
+        let (what, law, colors) = match view {
+            DebugView::Depth => ("m from the camera plane", Law::Distance, Colors::Gray),
+            DebugView::Roughness => ("perceptual roughness", Law::Linear(1.0), Colors::Gray),
+            DebugView::LightCount => ("listed lights", Law::Linear(HOTTEST), Colors::Heat),
+            DebugView::RayCount => ("shadow rays", Law::Linear(HOTTEST), Colors::Heat),
+            DebugView::LightsPerPixel => ("lights in reach", Law::Doublings(DOUBLINGS), Colors::Heat),
+            DebugView::ClusterLights => ("lights of the cluster", Law::Doublings(DOUBLINGS), Colors::Heat),
+            DebugView::ClusterFragments => ("fragments of the cluster", Law::Doublings(DOUBLINGS), Colors::Heat),
+            DebugView::Visibility => ("share of listed lights", Law::Linear(1.0), Colors::Gray),
+            DebugView::Occlusion => ("openness", Law::Linear(1.0), Colors::Light),
+            DebugView::Normal
+            | DebugView::GeometricNormal
+            | DebugView::NormalNaive
+            | DebugView::NormalImproved
+            | DebugView::BaseColor
+            | DebugView::ClusterIndex
+            | DebugView::Nan => return None,
+        };
+        Some(Self { what, law, colors })
+    }
+
+    /// Whether equal steps are equal factors, and not equal differences.
+    pub fn is_logarithmic(&self) -> bool {
+        !matches!(self.law, Law::Linear(_))
+    }
+
+    /// What a place stands for.
+    pub fn value(&self, place: f32) -> f32 {
+        match self.law {
+            Law::Linear(highest) => place * highest,
+            Law::Doublings(doublings) => (place * doublings).exp2() - 1.0,
+            Law::Distance => (6.0 - 10.0 * place).exp2(),
+        }
+    }
+
+    /// Where a value has its place.
+    pub fn place(&self, value: f32) -> f32 {
+        match self.law {
+            Law::Linear(highest) => value / highest,
+            Law::Doublings(doublings) => (1.0 + value).log2() / doublings,
+            Law::Distance => 0.6 - 0.1 * value.log2(),
+        }
+    }
+
+    /// What a place looks like on a display: sRGB. Beyond the ends it looks as they do.
+    pub fn color(&self, place: f32) -> [u8; 3] {
+        let place = place.clamp(0.0, 1.0);
+        let byte = |value: f32| (255.0 * value).round() as u8;
+        match self.colors {
+            Colors::Heat => heat(place).map(byte),
+            Colors::Gray => [byte(place); 3],
+            Colors::Light if place <= 0.003_130_8 => [byte(12.92 * place); 3],
+            Colors::Light => [byte(1.055 * place.powf(1.0 / 2.4) - 0.055); 3],
+        }
+    }
+}
+
+impl std::fmt::Display for Scale {
+    /// In one line: `shadow rays, linear: 0 is black, 10 and more red`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let law = if self.is_logarithmic() { "logarithmic" } else { "linear" };
+        let last = if self.colors == Colors::Heat { "red" } else { "white" };
+        let [low, high] = [0.0, 1.0].map(|place| self.value(place));
+        match self.law {
+            Law::Linear(1.0) => write!(f, "{}, {law}: 0 is black, 1 {last}", self.what),
+            Law::Distance => write!(f, "{}, {law}: {low} and more is black, {high} and less {last}", self.what),
+            Law::Linear(_) | Law::Doublings(_) => {
+                write!(f, "{}, {law}: {low} is black, {high} and more {last}", self.what)
+            }
+        }
+    }
+}
+
+/// `heat` of `common/color.wesl` in plain Rust.
+fn heat(place: f32) -> [f32; 3] {
+    const RAMP: [[f32; 3]; 6] =
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
+    let x = 5.0 * place;
+    let i = (x as usize).min(4);
+    [0, 1, 2].map(|c| RAMP[i][c] + (RAMP[i + 1][c] - RAMP[i][c]) * (x - i as f32))
+}

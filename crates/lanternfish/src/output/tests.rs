@@ -1,0 +1,175 @@
+use glam::Vec3;
+use lanternfish_gpu::{Gpu, Profiler, testing};
+
+use lanternfish_scene::{Camera, generate};
+
+use super::*;
+use crate::{Renderer, Settings, shaders::constant, testing::Random};
+
+/// A picture of `count` pixels, each a surface of one luminance.
+fn surfaces(luminance: f32, count: usize) -> Vec<[f32; 4]> {
+    vec![[luminance, luminance, luminance, 1.0]; count]
+}
+
+fn with(mut pixels: Vec<[f32; 4]>, more: Vec<[f32; 4]>) -> Vec<[f32; 4]> {
+    pixels.extend(more);
+    pixels
+}
+
+/// A room: luminances over eight stops around `middle`, some of them surroundings.
+fn room(middle: f32, seed: u64) -> Vec<[f32; 4]> {
+    let mut random = Random::new(seed);
+    let mut pixel = || {
+        let colour = [(); 3].map(|()| middle * random.between(-4.0, 4.0).exp2());
+        let alpha = if random.unit() < 0.7 { 1.0 } else { random.unit() };
+        [colour[0], colour[1], colour[2], alpha]
+    };
+    (0..5000).map(|_| pixel()).collect()
+}
+
+fn scaled(pixels: &[[f32; 4]], scale: f32) -> Vec<[f32; 4]> {
+    pixels.iter().map(|[r, g, b, a]| [r * scale, g * scale, b * scale, *a]).collect()
+}
+
+#[test]
+fn a_scale_of_the_light_is_undone_by_the_exposure() {
+    let room = room(0.2, 1);
+    let ev = metered_exposure(room.iter().copied());
+    // From 1 cd to 100,000 lx there are 17 doublings.
+    for doublings in -20..=20 {
+        let other = metered_exposure(scaled(&room, (doublings as f32).exp2()));
+        assert_eq!(other, ev - doublings as f32);
+    }
+    // A middle grey stays what it is, by a step.
+    assert!(metered_exposure(surfaces(0.25, 100)).abs() <= 0.125);
+}
+
+#[test]
+fn what_is_not_the_subject_says_little() {
+    let plain = surfaces(0.25, 1000);
+    let ev = metered_exposure(plain.iter().copied());
+    let moved_by = |more: Vec<[f32; 4]>| metered_exposure(with(plain.clone(), more)) - ev;
+    let surroundings = |luminance: f32, count| vec![[luminance, luminance, luminance, 0.0]; count];
+    // Black: nothing at all, however much there is.
+    assert_eq!(moved_by(surfaces(0.0, 9000)), 0.0);
+    assert_eq!(moved_by(surroundings(0.0, 9000)), 0.0);
+    // A lamp of less than the highlights' share, however bright.
+    for bright in [1e3, 1e9, 1e30] {
+        assert!(moved_by(surfaces(bright, 40)).abs() <= 0.125, "{bright}");
+        assert!(moved_by(surroundings(bright, 400)).abs() <= 0.125, "{bright}");
+    }
+    // It can fail: a wall that is as large and as bright is not passed over.
+    assert!(moved_by(surfaces(1e3, 400)) < -8.0);
+    // A sky eight times as bright, over a half of the picture, takes less than a stop; a surface takes more than two.
+    let (sky, wall) = (moved_by(surroundings(2.0, 1000)), moved_by(surfaces(2.0, 1000)));
+    assert!((-1.125..0.0).contains(&sky) && wall <= -2.0, "{sky} {wall}");
+}
+
+#[test]
+fn what_is_no_number_is_passed_over_and_every_exposure_is_finite() {
+    let broken = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0];
+    let broken: Vec<[f32; 4]> = broken.into_iter().flat_map(|value| surfaces(value, 100)).collect();
+    assert_eq!(metered_exposure(with(surfaces(8.0, 100), broken.clone())), metered_exposure(surfaces(8.0, 100)));
+    assert_eq!(metered_exposure(broken), 0.0);
+    assert_eq!(metered_exposure([]), 0.0);
+    assert_eq!(metered_exposure(surfaces(0.0, 10)), 0.0);
+    for luminance in [f32::MIN_POSITIVE, 1e-12, 1e-9, 1.0, 65504.0, 1e12, f32::MAX] {
+        let ev = metered_exposure(surfaces(luminance, 10));
+        assert!((-34.0..=30.0).contains(&ev), "{luminance}: {ev}");
+    }
+}
+
+#[test]
+fn constants_are_the_shaders() {
+    assert_eq!(constant("output/meter", "BIN_COUNT"), meter::BIN_COUNT as f64);
+    assert_eq!(constant("output/meter", "BLOCK_EDGE"), f64::from(meter::BLOCK_EDGE));
+}
+
+/// What the device finds for some pictures together.
+fn metered(gpu: &Gpu, pictures: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
+    let mut output = Output::new(&gpu.device, ToneMap::Neutral, Exposure::Auto).unwrap();
+    let texture = |(size, pixels): &(UVec2, Vec<[f32; 4]>)| {
+        let format = wgpu::TextureFormat::Rgba32Float;
+        let view = target(&gpu.device, "picture", *size, format, wgpu::TextureUsages::COPY_DST);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * size.x), rows_per_image: None };
+        let texels = bytemuck::cast_slice(pixels);
+        gpu.queue.write_texture(view.texture().as_image_copy(), texels, layout, view.texture().size());
+        view
+    };
+    let views: Vec<_> = pictures.iter().map(texture).collect();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    // Twice: nothing is left of what was metered before.
+    for _ in 0..2 {
+        output.meter(&mut frame, &views.iter().collect::<Vec<_>>()).unwrap();
+    }
+    frame.submit();
+    output.exposure(&gpu.device, &gpu.queue).unwrap()
+}
+
+#[test]
+fn gpu_the_meter_is_its_twin() {
+    let Some(gpu) = testing::gpu("gpu_the_meter_is_its_twin") else { return };
+    let picture = |size: UVec2, middle: f32, seed| {
+        let mut pixels = room(middle, seed);
+        pixels.resize((size.x * size.y) as usize, [f32::INFINITY, 0.0, 0.0, 1.0]);
+        (size, pixels)
+    };
+    let mut seen = Vec::new();
+    for (i, middle) in [1e-8, 1e-3, 0.2, 3.0, 700.0, 1e5, 1e9].into_iter().enumerate() {
+        // Around the edges of what a workgroup counts.
+        let sizes = [(70, 100), (1, 6000), (64, 128), (65, 129), (300, 20)];
+        for (width, height) in sizes {
+            let one = picture(UVec2::new(width, height), middle, i as u64);
+            let ev = metered(gpu, std::slice::from_ref(&one));
+            assert_eq!(ev, metered_exposure(one.1.iter().copied()), "{width} x {height}, {middle}");
+            seen.push(ev);
+        }
+    }
+    assert!(seen.iter().any(|ev| *ev > 20.0) && seen.iter().any(|ev| *ev < -25.0), "{seen:?}");
+    assert_eq!(metered(gpu, &[(UVec2::ONE, surfaces(0.0, 1))]), 0.0);
+    // Two pictures are metered as if they were one, in either order.
+    let (left, right) = (picture(UVec2::new(90, 90), 0.1, 8), picture(UVec2::new(80, 70), 5.0, 9));
+    let both = metered_exposure(left.1.iter().chain(&right.1).copied());
+    assert_eq!([metered(gpu, &[left.clone(), right.clone()]), metered(gpu, &[right, left.clone()])], [both; 2]);
+    assert_ne!(metered(gpu, &[left]), both);
+}
+
+#[test]
+fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
+    let Some(gpu) = testing::gpu("gpu_views_share_what_is_found_and_means_go_on_at_another_exposure") else { return };
+    let scene = generate::demo("cornell").unwrap();
+    let new =
+        |exposure| Renderer::new(&gpu.device, &gpu.queue, Settings { exposure, ..Settings::direct_light() }).unwrap();
+    let mut auto = new(Exposure::Auto);
+    let uploaded = auto.upload(&scene).unwrap();
+    // The box, and its lamp from near by.
+    let below = Camera::look_at(Vec3::new(0.0, 1.2, 0.4), Vec3::new(0.05, 2.0, 0.0), scene.cameras[0].projection);
+    let views = [(&scene.cameras[0], 60, 44), (&below, 50, 40)];
+    let pictures = auto.render_views(&uploaded, &views).unwrap();
+    let ev = pictures[0].exposure.unwrap();
+    let alone = [0, 1].map(|eye| auto.render_views(&uploaded, &views[eye..=eye]).unwrap().remove(0).exposure.unwrap());
+    assert!(alone[0] != alone[1], "two views of one brightness show nothing: {alone:?}");
+    assert_eq!(pictures[1].exposure, Some(ev));
+    // What is found is the twin's, and said it makes the same pictures; radiance knows nothing of it.
+    let all = pictures.iter().flat_map(|picture| picture.radiance.iter().copied());
+    assert_eq!(Exposure::Auto.of(all), ev);
+    let said = new(Exposure::Ev(ev)).render_views(&uploaded, &views).unwrap();
+    let dark = new(Exposure::Ev(-6.0)).render_views(&uploaded, &views).unwrap();
+    for ((picture, said), dark) in pictures.iter().zip(&said).zip(&dark) {
+        assert!(picture.display == said.display && picture.radiance == said.radiance);
+        assert!(picture.display != dark.display && picture.radiance == dark.radiance);
+    }
+
+    // The exposure of a viewer changes while the mean goes on.
+    let frames = |picture: &crate::Picture| {
+        picture.report.counters.iter().find(|(name, _)| name == "progressive/frames").map(|(_, count)| *count)
+    };
+    auto.refine(&uploaded, &views[..1]).unwrap();
+    auto.set_exposure(Exposure::Ev(-6.0)).unwrap();
+    let second = auto.refine(&uploaded, &views[..1]).unwrap().remove(0);
+    assert_eq!((frames(&second), second.exposure), (Some(2), Some(-6.0)));
+    auto.set_exposure(Exposure::Auto).unwrap();
+    let third = auto.refine(&uploaded, &views[..1]).unwrap().remove(0);
+    assert_eq!((frames(&third), third.exposure), (Some(3), Some(Exposure::Auto.of(third.radiance.iter().copied()))));
+}

@@ -1,0 +1,49 @@
+//! `meter.wesl` in plain Rust.
+
+const BIN_COUNT: usize = 512;
+const BIN_SHIFT: u32 = 20;
+const FIRST_BIN: u32 = 760;
+const SURFACE_WEIGHT: f32 = 8.0;
+const HIGHLIGHT_SHARE: f32 = 0.05;
+const MIDDLE: f32 = 0.25;
+const STEPS_A_STOP: f32 = 8.0;
+
+/// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives pictures that are shown together: linear radiance, nits, and
+/// the share of the pixel that surfaces cover (0 to 1). Pixels may come in any order.
+///
+/// A multiple of an eighth between −34 and 30; 0 where everything is black.
+pub fn metered_exposure(pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
+    let mut weights = vec![0_u64; BIN_COUNT];
+    for [red, green, blue, alpha] in pixels {
+        let bits = (0.2126 * red + 0.7152 * green + 0.0722 * blue).to_bits();
+        if bits >= f32::INFINITY.to_bits() || (bits >> BIN_SHIFT) < FIRST_BIN {
+            continue;
+        }
+        let bin = ((bits >> BIN_SHIFT) - FIRST_BIN).min(BIN_COUNT as u32 - 1);
+        let weight = 1.0 + (SURFACE_WEIGHT - 1.0) * alpha.clamp(0.0, 1.0);
+        weights[bin as usize] += weight.round_ties_even() as u64;
+    }
+    let total = weights.iter().sum::<u64>() as f32;
+    if total == 0.0 {
+        return 0.0;
+    }
+    let above = HIGHLIGHT_SHARE * total;
+    let (mut highlight, mut passed) = (0.0, 0.0);
+    for (bin, weight) in weights.iter().map(|weight| *weight as f32).enumerate().rev() {
+        if passed + weight > above {
+            highlight = luminance_in_bin(bin, 1.0 - (above - passed) / weight);
+            break;
+        }
+        passed += weight;
+    }
+    let share = |(bin, weight): (usize, &u64)| *weight as f32 / total * luminance_in_bin(bin, 0.5).min(highlight);
+    let mean = weights.iter().enumerate().map(share).sum::<f32>();
+    (STEPS_A_STOP * (MIDDLE / mean).min(1.0 / highlight).log2()).round_ties_even() / STEPS_A_STOP + 0.0
+}
+
+/// Luminance a share of the way through a bin.
+fn luminance_in_bin(bin: usize, share: f32) -> f32 {
+    let edge = |bin: u32| f32::from_bits((FIRST_BIN + bin) << BIN_SHIFT);
+    let (low, high) = (edge(bin as u32), edge(bin as u32 + 1));
+    low + share * (high - low)
+}
