@@ -12,7 +12,7 @@ use crate::error::{CliError, memory_hint};
 pub const VARIANCE: &str = "variance";
 
 /// Memory that all measures take at one time, at most: FLIP's maps of both pictures.
-const BYTES_PER_PIXEL: u64 = 160;
+const BYTES_PER_PIXEL: u64 = 100;
 
 /// What the numbers of a file stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
