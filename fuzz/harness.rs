@@ -41,6 +41,7 @@ impl Harness {
                 // An unknown format or demo would be a fault of the harness.
                 let of_harness = matches!(error, SceneError::UnknownFormat { .. } | SceneError::UnknownDemo { .. });
                 assert!(!of_harness && !error.to_string().is_empty(), "{error}");
+                tell(&error);
                 false
             }
         }
@@ -61,11 +62,24 @@ impl Harness {
     }
 
     fn check_environment(&self, path: &Path) -> bool {
-        let Ok(environment) = Environment::load(path) else { return false };
+        let environment = match Environment::load(path) {
+            Ok(environment) => environment,
+            Err(error) => {
+                tell(&error);
+                return false;
+            }
+        };
         let Environment { width, height, pixels, .. } = &environment;
         assert_eq!(width * height, pixels.len());
         assert!(!pixels.is_empty() && pixels.iter().all(|pixel| pixel.is_finite() && pixel.min_element() >= 0.0));
         true
+    }
+}
+
+/// Prints what came of a decoder that panicked: an error as any other, and worth knowing.
+fn tell(error: &SceneError) {
+    if error.to_string().contains("gives up") {
+        println!("{error}");
     }
 }
 

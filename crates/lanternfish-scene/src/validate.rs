@@ -21,17 +21,18 @@ impl Scene {
         };
         let boxes = self.boxes();
         for (i, instance) in self.instances.iter().enumerate() {
-            for bounds in &boxes[instance.mesh] {
-                let placed = bounds.transformed(&instance.world_from_object);
-                if !placed.is_empty() && !(within(placed.min) && within(placed.max)) {
-                    return fault("instance", i, &instance.name, placed.min.abs().max(placed.max.abs()));
+            for bounds in boxes[instance.mesh].iter().filter(|bounds| !bounds.is_empty()) {
+                // Each corner: a box of corners that are no numbers would be empty.
+                let corners = bounds.corners().map(|corner| instance.world_from_object.transform_point3(corner));
+                if let Some(corner) = corners.into_iter().find(|corner| !within(*corner)) {
+                    return fault("instance", i, &instance.name, corner);
                 }
             }
         }
-        for (i, light) in self.lights.iter().enumerate().filter(|(_, light)| !within(light.position)) {
+        if let Some((i, light)) = self.lights.iter().enumerate().find(|(_, light)| !within(light.position)) {
             return fault("light", i, &light.name, light.position);
         }
-        for (i, camera) in self.cameras.iter().enumerate().filter(|(_, camera)| !within(camera.eye())) {
+        if let Some((i, camera)) = self.cameras.iter().enumerate().find(|(_, camera)| !within(camera.eye())) {
             return fault("camera", i, &camera.name, camera.eye());
         }
         Ok(())
@@ -294,6 +295,24 @@ mod tests {
             s.environment.as_mut().expect("set above").rotation = f32::INFINITY;
         };
         assert!(fault(turned).contains("environment: its rotation is inf"));
+    }
+
+    #[test]
+    fn what_is_too_far_is_named() {
+        let moved = |scene: &mut Scene, by: f32| scene.instances[0].world_from_object.translation.x = by;
+        assert!(fault(|s| moved(s, 1.1e12)).contains("instance 0 (): 1.1e12 m from the origin"));
+        assert!(fault(|s| s.lights[0].position.y = -2e12).contains("light 0 (): 2e12 m"));
+        assert!(fault(|s| s.cameras[0].world_from_camera.translation.z = 1e13).contains("camera 0 (): 1e13 m"));
+        // Corners that turn into no numbers at all.
+        let spun = |s: &mut Scene| {
+            s.meshes[0].primitives[0].positions = vec![Vec3::splat(-3e38), Vec3::splat(3e38), Vec3::X];
+            s.instances[0].world_from_object.matrix3 =
+                glam::Mat3A::from_cols_array(&[2., 2., 2., -2., -2., -2., 2., -2., 2.]);
+        };
+        assert!(fault(spun).contains("instance 0"));
+        let mut far = triangle();
+        moved(&mut far, 9e11);
+        assert_eq!(far.validate(), Ok(()));
     }
 
     #[test]

@@ -75,7 +75,7 @@ fn a_confined_scene_reads_its_folder_alone() {
     for uri in
         [absolute, &encoded, &file_uri, "%252e%252e/secret.bin", "..%5csecret.bin", "%00", "..", ".", "inner", ""]
     {
-        assert!(load_with(&place.scene(uri), &CONFINED).is_err(), "{uri}");
+        assert!(load_with(place.scene(uri), &CONFINED).is_err(), "{uri}");
     }
     // Whether what is outside is there is not told.
     let missing = load_with(place.scene("../missing.bin"), &CONFINED);
