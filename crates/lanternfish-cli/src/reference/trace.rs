@@ -49,9 +49,9 @@ impl Goal {
         let samples = film.samples();
         self.spp.is_some_and(|spp| samples >= spp)
             || self.time_limit.is_some_and(|limit| seconds >= limit)
-            || self.until_error.is_some_and(|error| {
-                is_check(samples) && film.is_even() && film.noise().relative <= error
-            })
+            || self
+                .until_error
+                .is_some_and(|error| is_check(samples) && film.is_even() && film.noise().relative <= error)
     }
 
     /// Most samples of a pass after which the goal may have been reached.
