@@ -26,6 +26,7 @@ pub fn flag() -> Arg {
         .long("help")
         .global(true)
         .action(ArgAction::HelpShort)
+        .help_heading(None)
         .help("Prints this; `lanternfish help COMMAND --all` prints all there is")
 }
 
@@ -90,7 +91,10 @@ mod tests {
         let (render, short, long) = help_of("render");
         let lines = short.lines().count();
         assert!(lines <= SCREEN.0, "{lines} lines:\n{short}");
-        assert!(short.contains("`lanternfish help render --all`"), "{short}");
+        assert!(
+            short.contains("`lanternfish help render --all`") && short.contains("Options:\n  -h, --help"),
+            "{short}"
+        );
         let (mut everyday, mut research) = (0, 0);
         for flag in render.get_arguments().filter_map(|flag| Some((flag.get_long()?, flag.is_hide_short_help_set()))) {
             let (name, is_research) = flag;

@@ -44,7 +44,7 @@ pub struct IndirectArgs {
     #[arg(hide_short_help = true)]
     pub indirect_filter: Option<u32>,
     /// Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with --quality best off.
-    #[arg(long, value_name = "ON|OFF", value_parser = choice::<IndirectClamp>())]
+    #[arg(long, value_name = "ON|OFF", value_parser = choice::<IndirectClamp>(), hide_short_help = true)]
     pub indirect_clamp: Option<IndirectClamp>,
     /// How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with --indirect none.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = OcclusionName::default())]
