@@ -9,7 +9,7 @@ use lanternfish::settings::{
     Materials, RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Light, generate::DEMOS};
+use lanternfish_scene::{Light, Viewpoint, generate::DEMOS, rig::LightRig};
 
 use self::indirect::IndirectArgs;
 use crate::{
@@ -28,7 +28,7 @@ use crate::{
 const EXAMPLES: &str = "\
 Examples:
   lanternfish render demo:atrium --lights rain:1000 -o atrium.png
-  lanternfish render scene.glb --sun 0.3,-1,0.2,3 --exposure 1 -o scene.png
+  lanternfish render scene.glb --view iso --sun 0.3,-1,-0.6,3 --exposure 1 -o scene.png
   lanternfish info scene.glb
 
 `lanternfish help render` shows the flags of every day, `lanternfish help render --all` every flag.";
@@ -37,7 +37,7 @@ Examples:
 const RENDER_SHORT: &str = "\
 Examples:
   lanternfish render demo:atrium --lights rain:1000 -o atrium.png
-  lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --sun 0.3,-1,0.2,3 --exposure 1
+  lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --sun 0.3,-1,-0.6,3 --exposure 1
 
 Units: metres, degrees, candela, lux. +y is up. The last line of output is the picture's path.
 `lanternfish help render --all` shows every flag, and what each value means.";
@@ -47,7 +47,7 @@ Examples:
   A built-in scene with a thousand lights, and what each pass cost:
     lanternfish render demo:atrium --lights rain:1000 --timings -o atrium.png
   Your scene from where you want to stand, in the sun:
-    lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --fov-y 60 --sun 0.3,-1,0.2,3
+    lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --fov-y 60 --sun 0.3,-1,-0.6,3
   A warm lamp of 100 cd that reaches 5 m, and a cold one:
     lanternfish render scene.glb --point 0,2.5,0,100,1,0.9,0.7,5 --point 3,2,1,80,0.6,0.8,1
   Linear radiance for further work:
@@ -55,7 +55,7 @@ Examples:
   How many lights each pixel looks at:
     lanternfish render demo:atrium --lights rain:1000 --debug-view light-count -o lights.png
   All flags in a file, and a flag that goes before the file's:
-    lanternfish shot scene.glb --sun 0.3,-1,0.2,3 > shot.toml
+    lanternfish shot scene.glb --sun 0.3,-1,-0.6,3 > shot.toml
     lanternfish render shot.toml --exposure 1
 
 Units: metres, degrees, candela, lux. +y is up.
@@ -230,9 +230,16 @@ pub struct ViewArgs {
     pub fov_y: Option<f32>,
     /// A camera of the file, by name or by number.
     ///
-    /// `lanternfish info` lists them. Without it: the first of the file, or one that sees the whole scene.
+    /// `lanternfish info` lists them. Without it: the first of the file, or one that sees the whole scene from the front, a
+    /// little from the right and above; a closed interior, from inside.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true)]
     pub camera: Option<String>,
+    /// Looks at the whole scene from one side, in place of the file's cameras.
+    ///
+    /// What is placed takes 80 % of the tighter side of the picture.
+    #[arg(long, value_name = "SIDE", value_parser = choice::<Viewpoint>())]
+    #[arg(conflicts_with_all = ["eye", "target", "camera"])]
+    pub view: Option<Viewpoint>,
 }
 
 #[derive(Debug, Args)]
@@ -293,6 +300,12 @@ pub struct LightArgs {
     /// It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
+    /// Light made about the camera, beside the other flags'.
+    ///
+    /// Surroundings that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
+    /// where surroundings light nothing.
+    #[arg(long, value_name = "NAME", value_parser = choice::<LightRig>())]
+    pub light_rig: Option<LightRig>,
     /// Many coloured point lights: rain:N.
     ///
     /// At most 2097152, those of the file among them. rain:N or rain:N:radius: falling through the scene's box; --seed chooses

@@ -10,33 +10,43 @@ use crate::{args::ViewArgs, error::CliError};
 /// Vertical angle of view where neither file nor flags say one: 45°, that of a 50 mm lens held upright.
 const FOV_Y: f32 = std::f32::consts::FRAC_PI_4;
 
-/// The camera the flags ask for: `--camera`, else the file's first, else one that sees the whole scene; moved, turned
-/// and zoomed by `--eye`, `--target` and `--fov-y`. `aspect` is width / height.
+/// The camera the flags ask for: `--camera` or `--view`, else the file's first, else one that sees the whole scene; moved,
+/// turned and zoomed by `--eye`, `--target` and `--fov-y`. `aspect` is width / height.
 pub fn choose(scene: &Scene, flags: &ViewArgs, aspect: f32) -> Result<Camera, CliError> {
-    choose_within(scene, &LazyCell::new(|| scene.bounds()), flags, aspect)
+    choose_within(scene, &LazyCell::new(|| scene.bounds()), flags, aspect).map(|(camera, _)| camera)
 }
 
-/// As [`choose`], for every view of a sequence.
-pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<Vec<Camera>, CliError> {
+/// As [`choose`], for every view of a sequence; and whether one of them is inside a room where nobody said so.
+pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Vec<Camera>, bool), CliError> {
     // Every vertex is looked at for the box, so that is done once.
     let bounds = LazyCell::new(|| scene.bounds());
-    views.iter().map(|flags| choose_within(scene, &bounds, flags, aspect)).collect()
+    let chosen = views.iter().map(|flags| choose_within(scene, &bounds, flags, aspect));
+    let chosen = chosen.collect::<Result<Vec<_>, _>>()?;
+    let is_inside = chosen.iter().any(|(_, is_inside)| *is_inside);
+    Ok((chosen.into_iter().map(|(camera, _)| camera).collect(), is_inside))
 }
+
+/// What is said where nobody chose a camera and the scene is a room.
+pub const INSIDE: &str = "a closed interior, looked at from inside; --eye and --target choose another place, --view iso \
+                          shows it from outside";
 
 fn choose_within<F: FnOnce() -> Bounds>(
     scene: &Scene,
     bounds: &LazyCell<Bounds, F>,
     flags: &ViewArgs,
     aspect: f32,
-) -> Result<Camera, CliError> {
-    let mut camera = match &flags.camera {
-        Some(wanted) => named(scene, wanted)?.clone(),
-        None => match scene.cameras.first() {
-            Some(camera) => camera.clone(),
-            None => Camera::framing(bounds, flags.fov_y.unwrap_or(FOV_Y), aspect),
-        },
+) -> Result<(Camera, bool), CliError> {
+    let fov_y = flags.fov_y.unwrap_or(FOV_Y);
+    let is_placed = flags.eye.is_some() || flags.target.is_some();
+    let (mut camera, is_inside) = match (&flags.camera, flags.view, scene.cameras.first()) {
+        (Some(wanted), ..) => (named(scene, wanted)?.clone(), false),
+        (None, Some(side), _) => (Camera::framing_scene(scene, Some(side), fov_y, aspect), false),
+        (None, None, Some(camera)) => (camera.clone(), false),
+        // Only how it is turned may be left of it.
+        (None, None, None) if is_placed => (Camera::framing(bounds, fov_y, aspect), false),
+        (None, None, None) => Camera::overview(scene, flags.fov_y, aspect),
     };
-    if flags.eye.is_some() || flags.target.is_some() {
+    if is_placed {
         let eye = flags.eye.unwrap_or(camera.eye());
         let forward = camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
         let target = flags.target.unwrap_or(eye + forward);
@@ -59,7 +69,7 @@ fn choose_within<F: FnOnce() -> Bounds>(
         };
         camera.projection = Projection::Perspective { fov_y, near };
     }
-    Ok(camera)
+    Ok((camera, is_inside))
 }
 
 /// A camera by name, else by number.
@@ -78,6 +88,8 @@ fn named<'s>(scene: &'s Scene, wanted: &str) -> Result<&'s Camera, CliError> {
 
 #[cfg(test)]
 mod tests {
+    use lanternfish_scene::Viewpoint;
+
     use super::*;
 
     const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 1.0, near: 5.0 };
@@ -89,7 +101,7 @@ mod tests {
     }
 
     fn flags() -> ViewArgs {
-        ViewArgs { eye: None, target: None, fov_y: None, camera: None }
+        ViewArgs { eye: None, target: None, fov_y: None, camera: None, view: None }
     }
 
     fn forward(camera: &Camera) -> Vec3 {
@@ -117,6 +129,17 @@ mod tests {
         assert!(camera.eye().is_finite() && forward(&camera).dot(camera.eye()) < 0.0);
         let Projection::Perspective { fov_y, .. } = camera.projection else { panic!("{camera:?}") };
         assert_eq!(fov_y, FOV_Y);
+    }
+
+    #[test]
+    fn a_side_goes_before_the_files_cameras() {
+        let sides = |view| choose(&scene(), &ViewArgs { view: Some(view), ..flags() }, 1.0).unwrap();
+        assert!(forward(&sides(Viewpoint::Left)).abs_diff_eq(Vec3::X, 1e-6));
+        assert!(forward(&sides(Viewpoint::Top)).abs_diff_eq(Vec3::NEG_Y, 1e-6));
+        let zoomed = ViewArgs { view: Some(Viewpoint::Front), fov_y: Some(0.3), ..flags() };
+        let zoomed = choose(&scene(), &zoomed, 1.0).unwrap();
+        // The farther away, the smaller the angle: it is framed by it.
+        assert!(zoomed.eye().length() > 2.0 * sides(Viewpoint::Front).eye().length());
     }
 
     #[test]

@@ -7,6 +7,7 @@ use lanternfish::settings::{
     ToneMap,
 };
 use lanternfish_reference::settings::LightChoice;
+use lanternfish_scene::{Viewpoint, rig::LightRig};
 
 /// A setting chosen by name.
 pub trait Choice: Copy + Send + Sync + 'static {
@@ -138,6 +139,19 @@ meanings! {
     LightChoice {
         Tree: "By a tree over the lights, those first that send most",
         Uniform: "Each alike: for comparison",
+    }
+    Viewpoint {
+        Front: "From +z, as glTF has it",
+        Back: "From -z",
+        Left: "From -x, to the left of who looks at the front",
+        Right: "From +x",
+        Top: "From +y, the front at the bottom",
+        Iso: "From +x, +y and +z alike, in perspective",
+    }
+    LightRig {
+        Studio: "Soft boxes and a grey backdrop; in a closed room, a lamp",
+        Sun: "A sun over the left shoulder, and a sky",
+        None: "None: the scene as it is",
     }
     Anisotropy {
         Auto: "16 on hardware, 4 on a software adapter, 1 on one that stalls on more",

@@ -2,14 +2,17 @@
 
 use std::fmt::Write as _;
 
-use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene};
+use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene, rig};
 
-use crate::{args::InfoArgs, error::CliError, output, report::grouped, scene};
+use crate::{args::InfoArgs, error::CliError, output, progress::Progress, report::grouped, scene};
 
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();
     if let Some(source) = &args.scene {
+        // Warnings are said as `render` says them.
+        let progress = Progress::start(false);
         text += &describe(&scene::load_part(source, args.part.scene_of_file.as_deref())?);
+        drop(progress);
     }
     if args.adapters {
         text += &adapters()?;
@@ -81,6 +84,9 @@ fn describe(scene: &Scene) -> String {
     }
 
     let bounds = scene.bounds();
+    if !bounds.is_empty() && rig::is_dark(scene) {
+        lines.add("light rig", "studio: the scene has no light of its own, so `render` adds some");
+    }
     if bounds.is_empty() {
         lines.add("bounds", "empty: the scene has no geometry");
     } else {
@@ -176,6 +182,10 @@ mod tests {
         ] {
             assert!(text.lines().any(|l| l == line), "{line:?} is not in\n{text}");
         }
-        assert!(describe(&Scene::default()).contains("no geometry"));
+        assert!(!text.contains("light rig"), "{text}");
+        let dark = describe(&Scene { lights: Vec::new(), environment: None, ..scene });
+        assert!(dark.lines().any(|line| line.starts_with("light rig    studio")), "{dark}");
+        let empty = describe(&Scene::default());
+        assert!(empty.contains("no geometry") && !empty.contains("light rig"), "{empty}");
     }
 }

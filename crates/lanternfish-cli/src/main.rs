@@ -10,6 +10,7 @@ mod error;
 mod help;
 mod info;
 mod legend;
+mod light_rig;
 mod output;
 mod parse;
 mod progress;

@@ -87,7 +87,7 @@ pub fn point_light(text: &str) -> Result<Light, String> {
 
 /// `dx,dy,dz,lux[,r,g,b]`.
 pub fn sun(text: &str) -> Result<Light, String> {
-    let expected = "expected dx,dy,dz,lux[,r,g,b], e.g. 0.3,-1,0.2,3";
+    let expected = "expected dx,dy,dz,lux[,r,g,b], e.g. 0.3,-1,-0.6,3";
     let values = numbers(text).filter(|v| matches!(v.len(), 4 | 7)).ok_or(expected)?;
     let direction = Vec3::from_slice(&values);
     // The greatest component becomes 1, so that the length of what is very long or short is a number.

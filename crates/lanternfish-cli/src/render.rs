@@ -19,6 +19,7 @@ use crate::{
     camera,
     error::CliError,
     legend,
+    light_rig::{self, Lighting},
     output::{self, Output},
     parse::LightSet,
     progress::Progress,
@@ -61,16 +62,23 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let mut progress = Progress::start(args.run.quiet);
 
     let part = args.part.scene_of_file.as_deref();
-    let scene = progress.step("load", &format!("Loading {}", args.scene), || {
+    let mut scene = progress.step("load", &format!("Loading {}", args.scene), || {
         let mut scene = scene::load_part(&args.scene, part)?;
         apply_lights(&mut scene, &args.lights, args.run.seed)?;
         Ok::<_, CliError>(scene)
     })?;
-    if scene.lights.is_empty() && settings.debug_view.is_none() {
-        progress
-            .note("the scene has no lights, so only what glows is seen; try --sun 0.3,-1,0.2,3 or --lights rain:100");
+    let aspect = size.width as f32 / size.height as f32;
+    let (cameras, is_inside) = camera::choose_each(&scene, &shot.views(), aspect)?;
+    if is_inside {
+        progress.note(camera::INSIDE);
     }
     let shows_light = settings.debug_view.is_none();
+    // A picture of a quantity wants no light.
+    let lights = Lighting {
+        is_seen: shows_light,
+        reaches_surfaces: settings.indirect != Indirect::None || settings.occlusion != Occlusion::None,
+    };
+    light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
     if settings.occlusion != Occlusion::None && settings.indirect != Indirect::None && shows_light {
         progress.note(
             "--occlusion has no part in this picture: rays of --indirect sampled see the surroundings themselves; \
@@ -81,8 +89,6 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if lit_by_sky && scene.sky == Vec3::ZERO && scene.environment.is_none() {
         progress.note("--occlusion shades the light of the surroundings, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
-    let aspect = size.width as f32 / size.height as f32;
-    let cameras = camera::choose_each(&scene, &shot.views(), aspect)?;
 
     let choice = args.run.adapter.clone().unwrap_or_default();
     let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;

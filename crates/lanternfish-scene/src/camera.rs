@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use glam::{Affine3A, Mat3, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, Mat3, Mat3A, Vec3};
 
 use crate::{Bounds, Scene, validate::UNIT_TOLERANCE};
 
@@ -118,27 +118,6 @@ impl Camera {
         Self { name: String::new(), world_from_camera: Affine3A::from_mat3_translation(rotation, eye), projection }
     }
 
-    /// A perspective camera that just sees the whole of `bounds`, from the front, a little to the right and above.
-    /// `aspect` is width / height. An empty box is taken for a cube of 2 m around the origin.
-    pub fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
-        let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
-        let bounds = if bounds.is_empty() { &cube } else { bounds };
-        let center = bounds.center();
-        let towards_eye = Vec3::new(0.4, 0.3, 1.0).normalize();
-        let turned = Self::look_at(center + towards_eye, center, Projection::Perspective { fov_y, near: 1.0 });
-        let camera_from_world = turned.world_from_camera.matrix3.transpose();
-
-        // A corner (x, y, z) around the centre is in view when |x| and |y| are below the frustum's half extents at it.
-        let slope = Vec2::new(aspect, 1.0) * (0.5 * fov_y).tan();
-        let mut distance = 0.0f32;
-        for corner in bounds.corners() {
-            let c = camera_from_world * Vec3A::from(corner - center);
-            distance = distance.max(c.z + (c.x.abs() / slope.x).max(c.y.abs() / slope.y));
-        }
-        let eye = center + (1.05 * distance).max(1e-3) * towards_eye;
-        Self::look_at(eye, center, Projection::Perspective { fov_y, near: near_plane(bounds) })
-    }
-
     /// Whether there is a view through it; if not, what is wrong, by the field's name, and how it is put right.
     pub fn validate(&self) -> Result<(), String> {
         let (axes, eye) = (self.world_from_camera.matrix3, self.eye());
@@ -175,23 +154,6 @@ pub fn near_plane(bounds: &Bounds) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn framing_shows_all_corners_and_fills_the_view() {
-        for (size, aspect) in [(Vec3::new(9.0, 1.0, 2.0), 1.78), (Vec3::new(1.0, 7.0, 1.0), 0.5), (Vec3::ONE, 1.0)] {
-            let bounds = Bounds { min: Vec3::splat(3.0), max: Vec3::splat(3.0) + size };
-            let camera = Camera::framing(&bounds, 0.8, aspect);
-            let camera_from_world = camera.world_from_camera.inverse();
-            let mut widest = 0.0f32;
-            for corner in bounds.corners() {
-                let p = camera_from_world.transform_point3(corner);
-                let ndc = Vec2::new(p.x / aspect, p.y) / (-p.z * 0.4f32.tan());
-                assert!(p.z < 0.0 && ndc.abs().max_element() <= 1.0, "{corner} is at {ndc}");
-                widest = widest.max(ndc.abs().max_element());
-            }
-            assert!(widest > 0.8, "the view is filled to {widest} only");
-        }
-    }
 
     #[test]
     fn cameras_without_a_view_are_refused_by_the_name_of_the_field() {

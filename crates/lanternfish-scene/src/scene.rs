@@ -53,11 +53,15 @@ impl Scene {
     /// World-space box of all instances; [`Bounds::EMPTY`] for a scene without geometry. Conservative: the boxes of
     /// the primitives are transformed, not their vertices.
     pub fn bounds(&self) -> Bounds {
-        let boxes = self.boxes();
+        self.bounds_of(&self.boxes())
+    }
+
+    /// World-space box of all instances, by the boxes of their primitives.
+    pub(crate) fn bounds_of(&self, boxes: &[Vec<Bounds>]) -> Bounds {
         let mut bounds = Bounds::EMPTY;
         for instance in &self.instances {
-            for of_primitive in &boxes[instance.mesh] {
-                bounds.add_bounds(&of_primitive.transformed(&instance.world_from_object));
+            for inner in &boxes[instance.mesh] {
+                bounds.add_bounds(&inner.transformed(&instance.world_from_object));
             }
         }
         bounds

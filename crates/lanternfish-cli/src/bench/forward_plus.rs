@@ -21,7 +21,7 @@ use crate::{
     args::LightArgs,
     camera,
     error::CliError,
-    output,
+    light_rig, output,
     render::apply_lights,
     scene::{self, SceneName},
     shot::{self, Shot},
@@ -235,10 +235,11 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
     };
     let mut scene = scene::load_part(source, part)?;
     apply_lights(&mut scene, lights, seed)?;
+    let camera = camera::choose(&scene, view, args.size.width as f32 / args.size.height as f32)?;
+    light_rig::add(&mut scene, lights, &camera)?;
     if scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
-    let camera = camera::choose(&scene, view, args.size.width as f32 / args.size.height as f32)?;
     make_folder(&args.output)?;
     let gpu = open(args.adapter.as_ref())?;
     let bench = Bench { gpu, scene, camera, lights, args };

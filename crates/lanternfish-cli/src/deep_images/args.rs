@@ -37,7 +37,9 @@ Examples:
 Points: red faces ±x, green ±y, blue ±z. Layers: lighter is nearer, dark blue is where there is no fragment.
 The last line of standard output is the picture's path.";
 
+// `--view` says here what of the images is shown.
 #[derive(Debug, Args)]
+#[command(mut_arg("view", |side| side.long("side")))]
 pub struct DeepImagesArgs {
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
     pub scene: SceneName,

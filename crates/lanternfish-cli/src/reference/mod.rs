@@ -29,6 +29,7 @@ use crate::{
     args::{LookArgs, RenderArgs},
     camera,
     error::{CliError, say},
+    light_rig::{self, Lighting},
     output,
     parse::Size,
     progress::Progress,
@@ -66,20 +67,24 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     }
 
     let part = flags.part.scene_of_file.as_deref();
-    let scene = progress.step("load", &format!("Loading {}", flags.scene), || {
+    let mut scene = progress.step("load", &format!("Loading {}", flags.scene), || {
         let mut scene = scene::load_part(&flags.scene, part)?;
         apply_lights(&mut scene, &flags.lights, flags.run.seed)?;
         Ok::<_, CliError>(scene)
     })?;
-    if settings.integrator == Integrator::Path && is_dark(&scene) {
-        progress.note("nothing in the scene shines; try --sun 0.3,-1,0.2,3, --lights rain:100 or --sky 1,1,1");
+    let aspect = size.width as f32 / size.height as f32;
+    let (cameras, is_inside) = camera::choose_each(&scene, &[view], aspect)?;
+    let camera = &cameras[0];
+    if is_inside {
+        progress.note(camera::INSIDE);
     }
-    let camera = camera::choose(&scene, &view, size.width as f32 / size.height as f32)?;
+    let lights = Lighting { is_seen: settings.integrator == Integrator::Path, reaches_surfaces: true };
+    light_rig::light(&mut scene, &flags.lights, camera, lights, |note| progress.note(note))?;
 
     let making = Making {
-        fingerprint: fingerprint::of(&scene, &camera, size, &settings),
+        fingerprint: fingerprint::of(&scene, camera, size, &settings),
         seed: settings.seed,
-        facts: facts(flags, &settings, &camera, size),
+        facts: facts(flags, &settings, camera, size),
     };
     let before = match args.output.resume {
         true => target.before(&making, size, args.samples.seed)?,
@@ -107,7 +112,7 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let goal = goal(args);
     let bar = progress.bar();
     let run = progress.step("trace", "Tracing", || {
-        trace::trace(&tracer, &camera, &mut film, &goal, &bar, |film| {
+        trace::trace(&tracer, camera, &mut film, &goal, &bar, |film| {
             target.write(film, &making, dropped + film.dropped(), &look)
         })
     })?;
@@ -173,14 +178,6 @@ fn goal(args: &ReferenceArgs) -> Goal {
         until_error: samples.until_error.map(f64::from),
         time_limit: samples.time_limit.map(f64::from),
     }
-}
-
-/// Whether a path finds no light anywhere.
-fn is_dark(scene: &Scene) -> bool {
-    scene.lights.is_empty()
-        && scene.environment.is_none()
-        && scene.sky == glam::Vec3::ZERO
-        && scene.materials.iter().all(|m| m.emissive == glam::Vec3::ZERO && !m.unlit)
 }
 
 /// What stands in the file for people, and tells two makings apart.

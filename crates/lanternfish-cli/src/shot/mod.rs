@@ -108,6 +108,15 @@ pub fn read(path: &Path, flags: Vec<(String, OsString)>) -> Result<Shot, CliErro
     if flags.iter().any(chooses_when) {
         words.retain(|word| !chooses_when(word));
     }
+    // One way of saying where the camera is, likewise.
+    let places = |(id, _): &(String, OsString)| matches!(id.as_str(), "eye" | "target" | "camera");
+    let sides = |(id, _): &(String, OsString)| id == "view";
+    if flags.iter().any(places) {
+        words.retain(|word| !sides(word));
+    }
+    if flags.iter().any(sides) {
+        words.retain(|word| !places(word));
+    }
     words.extend(flags);
     let mut args = parsed(&scene, &words, &keys);
     if args.output.output.is_none() {
@@ -177,9 +186,10 @@ impl Shot {
         let Some(track) = &self.track else { return vec![view.clone()] };
         let at = |time: f32| {
             let moment = track.at(time);
+            let is_free = view.view.is_none();
             ViewArgs {
-                eye: view.eye.or(moment.eye),
-                target: view.target.or(moment.target),
+                eye: view.eye.or(moment.eye.filter(|_| is_free)),
+                target: view.target.or(moment.target.filter(|_| is_free)),
                 fov_y: view.fov_y.or(moment.fov_y),
                 ..view.clone()
             }

@@ -2,6 +2,7 @@ use std::{collections::BTreeSet, fs};
 
 use glam::Vec3;
 use lanternfish::settings::{Culling, DebugView, Exposure, TileSize, Tiled, ToneMap};
+use lanternfish_scene::{Viewpoint, rig::LightRig};
 
 use super::{keys::keys, *};
 use crate::parse::LightSet;
@@ -95,6 +96,22 @@ fn every_kind_of_value_reaches_its_flag() {
     assert_eq!((settings.tone_map, settings.exposure), (ToneMap::Aces, Exposure::Ev(-1.0)));
     assert_eq!(settings.debug_view, Some(DebugView::Normal));
     assert_eq!(settings.culling, Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
+}
+
+#[test]
+fn a_side_and_a_place_take_each_others_place() {
+    let text = "scene = \"a.glb\"\n[view]\nview = \"top\"\n[lights]\nlight-rig = \"sun\"\n";
+    let args = shot(text, "").unwrap().args;
+    assert_eq!((args.view.view, args.lights.light_rig), (Some(Viewpoint::Top), Some(LightRig::Sun)));
+    let view = shot(text, "--eye 1,2,3").unwrap().args.view;
+    assert_eq!((view.view, view.eye), (None, Some(Vec3::new(1.0, 2.0, 3.0))));
+    let view = shot(TRACK, "--view left").unwrap().views().swap_remove(0);
+    assert_eq!(
+        (view.view, view.eye, view.target, view.fov_y),
+        (Some(Viewpoint::Left), None, None, Some(40f32.to_radians()))
+    );
+    let view = shot("scene = \"a.glb\"\n[view]\neye = [1, 2, 3]\ncamera = \"0\"", "--view left").unwrap().args.view;
+    assert_eq!((view.view, view.eye, view.camera), (Some(Viewpoint::Left), None, None));
 }
 
 #[test]

@@ -169,6 +169,8 @@ fn unknown_values_and_flags() {
         ("--fov-y", "0", "0.1"),
         ("--target", "1,NaN,0", "x,y,z"),
         ("--eye", "1e30,0,0", "1e12 m"),
+        ("--view", "side", "front, back, left, right, top, iso"),
+        ("--light-rig", "lamp", "studio, sun, none"),
     ] {
         run(folder.path(), &["render", "demo:atrium", flag, value]).assert_refused(&[flag, value, known], &[]);
     }
@@ -183,8 +185,19 @@ fn unknown_values_and_flags() {
 fn cameras_that_are_not_there() {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), &["render", "demo:cornell", "--camera", "99"]).assert_refused(&["99", "there are 0"], &[]);
+    for (other, value) in [("--eye", "1,2,3"), ("--camera", "0"), ("--target", "0,0,0")] {
+        run(folder.path(), &["render", "demo:cornell", "--view", "top", other, value])
+            .assert_refused(&["--view", other, "cannot be used with"], &[]);
+    }
     run(folder.path(), &["render", "demo:cornell", "--eye", "1,2,3", "--target", "1,2,3"])
         .assert_refused(&["look at itself"], &[]);
+}
+
+#[test]
+fn the_studio_is_surroundings() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &["render", "demo:cornell", "--light-rig", "studio", "--sky", "1,1,1"])
+        .assert_refused(&["--light-rig studio", "--sky", "hint"], &[]);
 }
 
 #[test]

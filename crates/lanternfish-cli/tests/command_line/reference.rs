@@ -442,3 +442,24 @@ fn gpu_a_png_is_exposed_as_render_exposes_it() {
         assert!((render - reference).abs() <= 0.125, "{point}: {render} {reference}");
     }
 }
+
+#[test]
+fn a_file_without_light_is_lit_as_render_lights_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    fs::write(&path, "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n").unwrap();
+    let run = |words: &str| {
+        let output = output(folder.path(), &format!("reference a.obj --size 32x32 --spp 16 {words} -o a.exr"));
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        (read_exr(&folder.path().join("a.exr")).unwrap(), text(&output.stderr).to_owned())
+    };
+    let (studio, stderr) = run("--view front");
+    assert!(stderr.contains("studio") && !stderr.contains("shines"), "{stderr}");
+    // A white sheet before the backdrop, 80 % of the picture wide.
+    let (sheet, backdrop) = (studio.pixels[16 * 32 + 16][1], studio.pixels[16 * 32 + 1][1]);
+    assert!(sheet > 0.5 && (0.1..0.4).contains(&backdrop), "{sheet}, {backdrop}");
+    let wide = (0..32).filter(|x| studio.pixels[16 * 32 + x][1] > 0.5).count();
+    assert!((24..=26).contains(&wide), "{wide} of 32 pixels");
+    let (dark, stderr) = run("--light-rig none");
+    assert!(values(&dark).all(|value| value == 0.0) && stderr.contains("shines"), "{stderr}");
+}

@@ -210,7 +210,8 @@ fn gpu_scenes_without_lights_or_anything_render() {
     fs::write(folder.path().join("empty.gltf"), r#"{ "asset": { "version": "2.0" } }"#).unwrap();
     let (stdout, stderr) = render_scene(folder.path(), "empty.gltf", "--sky 0.25,0.5,1 -o sky.exr");
     assert_eq!(stdout, "sky.exr\n");
-    assert!(stderr.starts_with("note: the scene has no lights") && stderr.contains("--sun"), "{stderr}");
+    // Once: that nothing shines, though the sky does.
+    assert_eq!(stderr, "note: the scene has no geometry: nothing but its surroundings is seen\n");
     let sky = read_exr(&folder.path().join("sky.exr")).unwrap();
     assert!(sky.pixels.iter().all(|pixel| *pixel == [0.25, 0.5, 1.0]), "{:?}", sky.pixels[0]);
 
@@ -233,4 +234,78 @@ fn gpu_scenes_without_lights_or_anything_render() {
 
     assert_eq!(render_scene(folder.path(), "empty.gltf", "--quiet -o quiet.png").1, "");
     render_scene(folder.path(), "empty.gltf", "--lights rain:10 --culling all -o rain.png");
+}
+
+/// A cube of 2 m, whose faces look outwards or inwards.
+fn cube(inwards: bool) -> String {
+    let corners = (0..8).map(|i| format!("v {} {} {}\n", 2 * (i & 1) - 1, (i & 2) - 1, (i >> 1 & 2) - 1));
+    let faces = [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]];
+    let face = |[a, b, c, d]: [u32; 4]| match inwards {
+        false => format!("f {a} {b} {c} {d}\n"),
+        true => format!("f {d} {c} {b} {a}\n"),
+    };
+    corners.chain(faces.map(face)).collect()
+}
+
+/// Mean of all channels in the middle of the picture, and in its upper right corner.
+fn middle_and_corner(path: &Path) -> (f32, f32) {
+    let picture = read_exr(path).unwrap();
+    let mean = |x: usize, y: usize| {
+        let block = (0..16).map(|i| picture.pixels[(y + i / 4) * picture.width + x + i % 4]);
+        block.flatten().sum::<f32>() / 48.0
+    };
+    (mean(22, 14), mean(44, 0))
+}
+
+#[test]
+fn gpu_a_file_without_light_is_lit() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("cube.obj"), cube(false)).unwrap();
+    fs::write(folder.path().join("room.obj"), cube(true)).unwrap();
+    let seen = |scene: &str, words: &str| {
+        let (_, stderr) = render_scene(folder.path(), scene, &format!("{words} -o a.exr"));
+        (middle_and_corner(&folder.path().join("a.exr")), stderr)
+    };
+    // Once: black, with a hint whose sun shone from behind.
+    let ((cube, backdrop), stderr) = seen("cube.obj", "");
+    assert!(stderr.starts_with("note: ") && stderr.contains("studio") && stderr.contains("--light-rig"), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    assert!((0.2..1.2).contains(&cube) && (0.1..0.4).contains(&backdrop), "{cube} before {backdrop}");
+    assert_eq!(seen("cube.obj", "--quiet"), ((cube, backdrop), String::new()));
+    for side in ["back", "top"] {
+        let ((cube, backdrop), _) = seen("cube.obj", &format!("--view {side}"));
+        assert!((0.2..1.2).contains(&cube) && (0.1..0.4).contains(&backdrop), "{side}: {cube} before {backdrop}");
+    }
+    // Surroundings that light no surface are no light.
+    let ((cube, sky), stderr) = seen("cube.obj", "--indirect none");
+    assert!(stderr.contains("built-in sun") && (0.2..1.2).contains(&cube) && sky > 0.2, "{stderr}{cube} {sky}");
+
+    let (dark, stderr) = seen("cube.obj", "--light-rig none");
+    assert!(dark == (0.0, 0.0) && stderr.contains("shines"), "{dark:?} {stderr}");
+    let sun = stderr.split_whitespace().skip_while(|word| *word != "--sun").nth(1).expect("a sun is suggested");
+    let ((cube, black), stderr) = seen("cube.obj", &format!("--sun {sun}"));
+    assert!(cube > 0.2 && black == 0.0 && stderr.is_empty(), "{sun}: {cube}, {black}, {stderr}");
+
+    let ((walls, _), stderr) = seen("room.obj", "");
+    assert!(stderr.contains("closed interior") && stderr.contains("--eye") && stderr.contains("studio"), "{stderr}");
+    assert!(walls > 0.1, "a lamp shines where no light comes in: {walls}");
+}
+
+#[test]
+fn gpu_info_says_what_render_warns_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"{ "asset": { "version": "2.0" }, "extensionsUsed": ["EXT_one"],
+                    "animations": [ { "channels": [], "samplers": [] } ] }"#;
+    fs::write(folder.path().join("moves.gltf"), text).unwrap();
+    let info = Command::new(env!("CARGO_BIN_EXE_lanternfish"))
+        .current_dir(folder.path())
+        .env_remove("RUST_LOG")
+        .args(["info", "moves.gltf"])
+        .output()
+        .unwrap();
+    let warnings =
+        |stderr: &str| stderr.lines().filter(|line| line.contains("WARN")).map(str::to_owned).collect::<Vec<_>>();
+    let info = warnings(std::str::from_utf8(&info.stderr).unwrap());
+    assert!(info.len() == 2 && info[0].contains("EXT_one") && info[1].contains("animations"), "{info:?}");
+    assert_eq!(warnings(&render_scene(folder.path(), "moves.gltf", "-o a.png").1), info);
 }

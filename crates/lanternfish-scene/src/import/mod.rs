@@ -35,7 +35,8 @@ use crate::{Scene, SceneError};
 ///   iridescence, sheen}` not at all.
 /// * Of `KHR_materials_variants` the default materials. Any other extension that the file requires is an error; one
 ///   that it only uses is a warning.
-/// * Not read: animations, morph targets and skins. A skinned mesh is placed by its own node, undeformed.
+/// * Not read, with a warning that counts them: animations, morph targets and skins. A skinned mesh is placed by its own
+///   node, undeformed.
 ///
 /// Of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as fans of triangles,
 /// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,

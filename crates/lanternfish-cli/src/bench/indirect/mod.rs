@@ -30,6 +30,7 @@ use crate::{
     args::{LightArgs, PartArgs, ViewArgs, adapter},
     camera,
     error::CliError,
+    light_rig,
     output::{print, write_text},
     parse::{self, Size},
     progress::Progress,
@@ -110,6 +111,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     apply_lights(&mut scene, lights, seed)?;
     let Size { width, height } = args.size;
     let camera = camera::choose(&scene, view, width as f32 / height as f32)?;
+    light_rig::add(&mut scene, lights, &camera)?;
     // One tracer of shadow rays, so that the hits' shading is the same work on every adapter.
     let mut look = Settings {
         shadows: Shadows::Bvh,

@@ -38,7 +38,7 @@ mod topology;
 mod uri;
 mod vertices;
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 
 use accessor::Accessors;
@@ -110,8 +110,19 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
     drop_copies(&mut scene, &mut notes);
     let placed: u64 = scene.instances.iter().map(|i| scene.meshes[i.mesh].primitives.len() as u64).sum();
     files.budget.check(placed.saturating_mul(BYTES_PER_PLACED), || format!("{placed} placed primitives need"))?;
+    note_what_moves(&root, &nodes, &used, &mut notes);
     notes.log(path);
     Ok(scene)
+}
+
+/// Notes what would bend or move what is shown. Surfaces stay as they are stored.
+fn note_what_moves(root: &Root, nodes: &[Placed], used: &Used, notes: &mut Notes) {
+    let skins: BTreeSet<_> = nodes.iter().filter(|at| at.node.mesh.is_some()).filter_map(|at| at.node.skin).collect();
+    notes.add_all("skins: what they bend is drawn as it is stored", skins.len());
+    let targets = |mesh: &usize| root.meshes[*mesh].primitives.iter().map(|primitive| primitive.targets.len()).max();
+    let targets = used.meshes.keys().filter_map(targets).sum();
+    notes.add_all("morph targets: what they bend is drawn as it is stored", targets);
+    notes.add_all("animations: what they move stays where it is", root.animations.len());
 }
 
 fn parse(json: &[u8]) -> Result<Root<'_>> {

@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// Text that is borrowed from the JSON where it holds no escapes: data URIs are long.
 #[derive(Deserialize)]
@@ -15,6 +16,9 @@ pub(super) struct Text<'a>(#[serde(borrow)] pub Cow<'a, str>);
 #[serde(rename_all = "camelCase")]
 pub(super) struct Root<'a> {
     pub asset: Asset,
+    /// Which are counted alone.
+    #[serde(default)]
+    pub animations: Vec<IgnoredAny>,
     #[serde(default)]
     pub extensions_used: Vec<String>,
     #[serde(default)]
@@ -394,6 +398,9 @@ pub(super) struct Primitive {
     pub indices: Option<usize>,
     pub material: Option<usize>,
     pub mode: Option<u32>,
+    /// Morph targets, which are counted alone.
+    #[serde(default)]
+    pub targets: Vec<IgnoredAny>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
@@ -415,6 +422,8 @@ pub(super) struct Node {
     pub rotation: Option<[f32; 4]>,
     pub scale: Option<[f32; 3]>,
     pub mesh: Option<usize>,
+    /// Which is counted alone.
+    pub skin: Option<usize>,
     pub camera: Option<usize>,
     pub extensions: NodeExtensions,
 }

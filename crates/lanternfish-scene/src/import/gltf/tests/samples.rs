@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::import::load;
-use crate::{LightKind, Scene};
+use crate::{Camera, LightKind, Scene};
 
 /// A scene from the folder of assets, validated; `None`, and says so, where there is none.
 fn sample(name: &str) -> Option<Scene> {
@@ -69,4 +69,22 @@ fn left_out(line: &str) {
     let Some(file) = std::env::var_os("LANTERNFISH_LEFT_OUT") else { return };
     let mut file = std::fs::OpenOptions::new().append(true).create(true).open(file).expect("it can be written");
     writeln!(file, "{line}").expect("it can be written");
+}
+
+#[test]
+fn rooms_are_looked_at_from_inside_and_things_from_outside() {
+    let samples = [
+        ("sponza/Sponza.glb", true),
+        ("cornell/CornellBox-Blocks.glb", false),
+        ("conformance/CesiumMilkTruck.glb", false),
+        ("conformance/DamagedHelmet.glb", false),
+        ("conformance/OrientationTest.glb", false),
+        ("conformance/BoxTextured/BoxTextured.gltf", false),
+        ("stanford/dragon.glb", false),
+    ];
+    for (file, is_room) in samples {
+        let Some(scene) = sample(file) else { continue };
+        let (camera, is_inside) = Camera::overview(&scene, None, 16.0 / 9.0);
+        assert_eq!(is_inside, is_room, "{file}: {camera:?}");
+    }
 }

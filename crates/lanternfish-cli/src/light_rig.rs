@@ -1,0 +1,83 @@
+//! Light for a scene that has none, and what is said about it.
+
+use lanternfish_scene::{
+    Camera, Scene,
+    rig::{self, LightRig},
+};
+
+use crate::{args::LightArgs, error::CliError};
+
+/// What a picture makes of light.
+#[derive(Clone, Copy, Debug)]
+pub struct Lighting {
+    /// Whether light is what it shows.
+    pub is_seen: bool,
+    /// Whether surroundings light surfaces.
+    pub reaches_surfaces: bool,
+}
+
+/// Adds the rig of `--light-rig`, or where nothing else lights the scene one of its own choice, made about `camera`; `say`
+/// is told what, and where light or surfaces are missing all the same.
+pub fn light(
+    scene: &mut Scene,
+    flags: &LightArgs,
+    camera: &Camera,
+    lighting: Lighting,
+    say: impl Fn(&str),
+) -> Result<(), CliError> {
+    add(scene, flags, camera)?;
+    if scene.bounds().is_empty() {
+        say("the scene has no geometry: nothing but its surroundings is seen");
+        return Ok(());
+    }
+    if !lighting.is_seen || !rig::is_dark(scene) {
+        return Ok(());
+    }
+    if flags.light_rig.is_some() || has_light(flags) {
+        let towards = rig::sun(camera).direction;
+        let sun = [towards.x, towards.y, towards.z].map(|x| format!("{x:.2}")).join(",");
+        say(&format!(
+            "little or nothing in the scene shines; try --light-rig studio, --sun {sun},3 or --lights rain:100"
+        ));
+        return Ok(());
+    }
+    match lighting.reaches_surfaces {
+        true => {
+            LightRig::Studio.add(scene, camera);
+            say("the scene has no light of its own: lit by the built-in studio (--light-rig studio|sun|none)");
+        }
+        // The studio's light comes from its surroundings.
+        false => {
+            LightRig::Sun.add(scene, camera);
+            say("the scene has no light of its own: lit by a built-in sun (--light-rig studio|sun|none)");
+        }
+    }
+    Ok(())
+}
+
+/// Adds the rig of `--light-rig`, if there is one.
+pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), CliError> {
+    let Some(rig) = flags.light_rig else { return Ok(()) };
+    let surroundings = match (&flags.environment, flags.sky) {
+        (Some(_), _) => Some("--environment"),
+        (None, Some(_)) => Some("--sky"),
+        (None, None) => None,
+    };
+    if let Some(flag) = surroundings.filter(|_| rig == LightRig::Studio) {
+        return Err(CliError::new(
+            format_args!("both --light-rig studio and {flag}: the studio is surroundings"),
+            "choose one of them, or --light-rig sun, whose sun shines beside other surroundings",
+        ));
+    }
+    rig.add(scene, camera);
+    Ok(())
+}
+
+/// Whether a flag says what light there is.
+fn has_light(flags: &LightArgs) -> bool {
+    !flags.points.is_empty()
+        || flags.sun.is_some()
+        || flags.environment.is_some()
+        || flags.sky.is_some()
+        || flags.lights.is_some()
+}

@@ -1,0 +1,255 @@
+//! Cameras that show the whole of something.
+
+use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A};
+
+use crate::{Bounds, Camera, Projection, Scene, named_enum, near_plane};
+
+/// Share of the tighter side of a picture that what is framed takes.
+const FILL: f32 = 0.8;
+
+/// From where a scene is looked at unless somebody says: the front, a little from the right and above.
+const THREE_QUARTER: Vec3 = Vec3::new(0.4, 0.3, 1.0);
+
+named_enum! {
+    /// The side from which a scene is looked at. As glTF has it, +y is up and a thing's front faces +z; left and right
+    /// are those of who looks at the front.
+    Viewpoint {
+        /// From +z.
+        Front = "front",
+        /// From −z.
+        Back = "back",
+        /// From −x.
+        Left = "left",
+        /// From +x.
+        Right = "right",
+        /// From +y; the front is at the bottom of the picture.
+        Top = "top",
+        /// From +x, +y and +z alike: the direction of an isometric drawing, in perspective.
+        Iso = "iso",
+    }
+}
+
+impl Viewpoint {
+    /// From what is looked at to the eye, unit length.
+    pub fn towards_eye(self) -> Vec3 {
+        match self {
+            Self::Front => Vec3::Z,
+            Self::Back => Vec3::NEG_Z,
+            Self::Left => Vec3::NEG_X,
+            Self::Right => Vec3::X,
+            Self::Top => Vec3::Y,
+            Self::Iso => Vec3::ONE.normalize(),
+        }
+    }
+}
+
+impl Camera {
+    /// A perspective camera that sees the whole of `bounds`, from the front, a little to the right and above: its
+    /// corners take 80 % of the tighter side of the picture. `aspect` is width / height. An empty box is taken for a
+    /// cube of 2 m around the origin.
+    pub fn framing(bounds: &Bounds, fov_y: f32, aspect: f32) -> Self {
+        let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
+        let bounds = if bounds.is_empty() { &cube } else { bounds };
+        let mut frame = Frame::new(bounds.center(), THREE_QUARTER, fov_y, aspect);
+        frame.add(&bounds.corners(), &Affine3A::IDENTITY);
+        frame.camera(bounds, fov_y)
+    }
+
+    /// A perspective camera that sees all of a scene's surfaces from `side`; without one, from the front, a little to
+    /// the right and above. What is placed takes 80 % of the tighter side of the picture, by its vertices, not its
+    /// box. `aspect` is width / height. Takes time linear in the vertices placed, less those of instances that cannot
+    /// stick out. A scene without geometry is taken for a cube of 2 m around the origin.
+    pub fn framing_scene(scene: &Scene, side: Option<Viewpoint>, fov_y: f32, aspect: f32) -> Self {
+        let towards_eye = side.map_or(THREE_QUARTER, Viewpoint::towards_eye);
+        let boxes = scene.boxes();
+        let bounds = scene.bounds_of(&boxes);
+        let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
+        let bounds = if bounds.is_empty() { cube } else { bounds };
+        let mut frame = Frame::new(bounds.center(), towards_eye, fov_y, aspect);
+        for instance in &scene.instances {
+            for (primitive, inner) in scene.meshes[instance.mesh].primitives.iter().zip(&boxes[instance.mesh]) {
+                if frame.is_exceeded_by(&inner.corners(), &instance.world_from_object) {
+                    frame.add(&primitive.positions, &instance.world_from_object);
+                }
+            }
+        }
+        if scene.instances.is_empty() {
+            frame.add(&bounds.corners(), &Affine3A::IDENTITY);
+        }
+        frame.camera(&bounds, fov_y)
+    }
+}
+
+/// The four planes through an eye that hold what is framed: a picture of which a border is left free. Whatever the eye,
+/// their slopes are known, and so is how far out each of them is.
+struct Frame {
+    /// What coordinates are relative to, so that a float holds them far from the origin: world space, m.
+    center: Vec3,
+    world_from_turned: Mat3,
+    /// Of the planes, along x and y.
+    slope: Vec2,
+    /// max(x + slope z) and so on, for the planes to the right, top, left and bottom: z points towards the eye. Then
+    /// max(z).
+    reach: [f32; 5],
+}
+
+impl Frame {
+    fn new(center: Vec3, towards_eye: Vec3, fov_y: f32, aspect: f32) -> Self {
+        // Only how it is turned matters.
+        let projection = Projection::Perspective { fov_y, near: 1.0 };
+        let world_from_turned = Camera::look_at(towards_eye, Vec3::ZERO, projection).world_from_camera.matrix3.into();
+        let slope = FILL * Vec2::new(aspect, 1.0) * (0.5 * fov_y).tan();
+        Self { center, world_from_turned, slope, reach: [f32::NEG_INFINITY; 5] }
+    }
+
+    /// How far out these points are.
+    fn reach(&self, points: &[Vec3], world_from_points: &Affine3A) -> [f32; 5] {
+        let center = Affine3A::from_translation(-self.center);
+        let turned = Affine3A::from_mat3(self.world_from_turned.transpose()) * center * *world_from_points;
+        let mut reach = [f32::NEG_INFINITY; 5];
+        for point in points {
+            let p = turned.transform_point3a(Vec3A::from(*point));
+            let (x, y) = (self.slope.x * p.z, self.slope.y * p.z);
+            let outer = [x + p.x, y + p.y, x - p.x, y - p.y, p.z];
+            reach = std::array::from_fn(|i| reach[i].max(outer[i]));
+        }
+        reach
+    }
+
+    fn is_exceeded_by(&self, points: &[Vec3], world_from_points: &Affine3A) -> bool {
+        self.reach(points, world_from_points).iter().zip(self.reach).any(|(outer, known)| *outer > known)
+    }
+
+    fn add(&mut self, points: &[Vec3], world_from_points: &Affine3A) {
+        let outer = self.reach(points, world_from_points);
+        self.reach = std::array::from_fn(|i| self.reach[i].max(outer[i]));
+    }
+
+    /// The nearest camera whose planes hold everything. Opposite planes are equally far from the points they are next to.
+    fn camera(&self, bounds: &Bounds, fov_y: f32) -> Camera {
+        let [right, top, left, bottom, nearest] = self.reach;
+        let near = near_plane(bounds);
+        let back = ((right + left) / (2.0 * self.slope.x)).max((top + bottom) / (2.0 * self.slope.y));
+        // A point, or a line towards the eye, has no width to go by.
+        let back = back.max(nearest + 2.0 * near);
+        let eye = Vec3::new(0.5 * (right - left), 0.5 * (top - bottom), back);
+        let world_from_camera =
+            Affine3A::from_mat3_translation(self.world_from_turned, self.center + self.world_from_turned * eye);
+        let projection = Projection::Perspective { fov_y, near };
+        Camera { name: String::new(), world_from_camera, projection }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Instance, Mesh, Primitive};
+
+    /// Least and greatest x and y of what a camera sees of these points, in halves of the picture; all before the eye.
+    fn extent(camera: &Camera, aspect: f32, points: impl Iterator<Item = Vec3>) -> [f32; 4] {
+        let Projection::Perspective { fov_y, near } = camera.projection else { panic!("{camera:?}") };
+        let camera_from_world = camera.world_from_camera.inverse();
+        let slope = Vec2::new(aspect, 1.0) * (0.5 * fov_y).tan();
+        let mut found = [f32::INFINITY, f32::INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY];
+        for point in points {
+            let p = camera_from_world.transform_point3(point);
+            assert!(-p.z > near, "{p} is behind the near plane");
+            let (x, y) = (p.x / (-p.z * slope.x), p.y / (-p.z * slope.y));
+            found = [found[0].min(x), found[1].min(y), found[2].max(x), found[3].max(y)];
+        }
+        found
+    }
+
+    /// A ball, a pole, a plate, a ring of twenty pieces far from the origin, and a mirrored cone.
+    fn shapes() -> Vec<Scene> {
+        let ball = |i: usize| {
+            let (a, b) = (0.1 * i as f32, 0.37 * i as f32);
+            Vec3::new(a.sin() * b.cos(), b.sin(), a.cos() * b.cos())
+        };
+        let cone = |i: usize| {
+            let height = (i % 50) as f32 / 50.0;
+            let ring = Vec3::new((i as f32).sin(), 0.0, (i as f32).cos());
+            (1.0 - height) * ring + 3.0 * height * Vec3::Y
+        };
+        let scene = |positions: Vec<Vec3>, placed: Vec<Affine3A>| Scene {
+            meshes: vec![Mesh { primitives: vec![Primitive { positions, ..Primitive::default() }], ..Mesh::default() }],
+            instances: placed
+                .into_iter()
+                .map(|world_from_object| Instance { name: String::new(), mesh: 0, world_from_object })
+                .collect(),
+            ..Scene::default()
+        };
+        let balls = || (0..500).map(ball).collect::<Vec<_>>();
+        let stretched = |x, y, z| Affine3A::from_scale(Vec3::new(x, y, z));
+        let ring = |i: usize| {
+            let angle = i as f32 * 0.314;
+            let place = Vec3::new(900.0 + 7.0 * angle.sin(), 40.0, -300.0 + 7.0 * angle.cos());
+            Affine3A::from_translation(place) * Affine3A::from_rotation_y(angle)
+        };
+        vec![
+            scene(balls(), vec![stretched(2.0, 2.0, 2.0)]),
+            scene(balls(), vec![stretched(1.0, 4.0, 1.0)]),
+            scene(balls(), vec![stretched(30.0, 0.1, 20.0)]),
+            scene(balls(), (0..20).map(ring).collect()),
+            scene((0..500).map(cone).collect(), vec![stretched(-1.0, 1.0, 1.0) * Affine3A::from_rotation_x(0.4)]),
+        ]
+    }
+
+    #[test]
+    fn what_is_framed_takes_four_fifths_of_the_tighter_side() {
+        for (i, scene) in shapes().iter().enumerate() {
+            let points = || {
+                let placed = |at: &Instance| {
+                    let at = at.world_from_object;
+                    scene.meshes[0].primitives[0]
+                        .positions
+                        .iter()
+                        .map(move |p| at.transform_point3(*p))
+                        .collect::<Vec<_>>()
+                };
+                scene.instances.iter().flat_map(placed)
+            };
+            for side in std::iter::once(None).chain(Viewpoint::ALL.iter().copied().map(Some)) {
+                for (aspect, fov_y) in [(16.0 / 9.0, 0.785), (1.0, 0.3), (0.5, 1.2), (3.0, 0.6)] {
+                    let camera = Camera::framing_scene(scene, side, fov_y, aspect);
+                    let [left, bottom, right, top] = extent(&camera, aspect, points());
+                    let what = format!("shape {i}, {side:?}, {aspect}: {left} to {right}, {bottom} to {top}");
+                    let widest = (0.5 * (right - left)).max(0.5 * (top - bottom));
+                    assert!((widest - 0.8).abs() < 2e-3, "{what}");
+                    assert!(left > -0.803 && bottom > -0.803 && right < 0.803 && top < 0.803, "{what}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sides_are_those_of_who_looks_at_the_front() {
+        let scene = &shapes()[0];
+        let camera = |side| Camera::framing_scene(scene, Some(side), 0.8, 1.0);
+        let right_of = |side| camera(side).world_from_camera.transform_vector3(Vec3::X);
+        assert!(right_of(Viewpoint::Front).abs_diff_eq(Vec3::X, 1e-6));
+        assert!(right_of(Viewpoint::Back).abs_diff_eq(Vec3::NEG_X, 1e-6));
+        assert!(right_of(Viewpoint::Right).abs_diff_eq(Vec3::NEG_Z, 1e-6));
+        assert!(right_of(Viewpoint::Left).abs_diff_eq(Vec3::Z, 1e-6));
+        assert!(right_of(Viewpoint::Top).abs_diff_eq(Vec3::X, 1e-6));
+        assert!(camera(Viewpoint::Top).eye().y > 2.0 && camera(Viewpoint::Iso).eye().min_element() > 1.0);
+    }
+
+    #[test]
+    fn boxes_and_nothing_are_framed() {
+        for (size, aspect) in [(Vec3::new(9.0, 1.0, 2.0), 1.78), (Vec3::new(1.0, 7.0, 1.0), 0.5), (Vec3::ONE, 1.0)] {
+            let bounds = Bounds { min: Vec3::splat(3.0), max: Vec3::splat(3.0) + size };
+            let camera = Camera::framing(&bounds, 0.8, aspect);
+            let [left, bottom, right, top] = extent(&camera, aspect, bounds.corners().into_iter());
+            let widest = (0.5 * (right - left)).max(0.5 * (top - bottom));
+            assert!((widest - 0.8).abs() < 1e-3 && left.min(bottom) > -0.801 && right.max(top) < 0.801, "{widest}");
+        }
+        let nothing = Camera::framing(&Bounds::EMPTY, 0.8, 1.5);
+        assert_eq!(Camera::framing_scene(&Scene::default(), None, 0.8, 1.5), nothing);
+        // A point has no size.
+        let mut point = shapes().swap_remove(0);
+        point.instances[0].world_from_object = Affine3A::from_scale(Vec3::splat(0.0));
+        let camera = Camera::framing_scene(&point, None, 0.8, 1.0);
+        assert!(camera.eye().is_finite() && camera.eye().length() > 1e-6);
+    }
+}

@@ -1,0 +1,358 @@
+//! Light for scenes that bring none: made by formulas about the camera, so that every view is lit alike.
+//!
+//! Use one by itself ([`studio`], [`sun`], [`sky`], [`lamp`]), or let a [`LightRig`] put into a scene what belongs
+//! together. [`is_dark`] says whether a scene needs any.
+
+use glam::{Mat3, Vec3};
+
+use crate::sight::{Face, look};
+use crate::{Camera, Environment, Light, Material, Scene, named_enum};
+
+named_enum! {
+    /// Light that is added to a scene.
+    LightRig {
+        /// Soft boxes and a calm backdrop, and where no light from outside comes in, a lamp.
+        Studio = "studio",
+        /// A sun from the camera's side and a sky.
+        Sun = "sun",
+        /// None.
+        None = "none",
+    }
+}
+
+impl LightRig {
+    /// Adds its light to the scene, for `camera`; surroundings that the scene has stay.
+    pub fn add(self, scene: &mut Scene, camera: &Camera) {
+        let has_surroundings = scene.environment.is_some() || scene.sky != Vec3::ZERO;
+        match self {
+            Self::Studio => {
+                scene.lights.extend(lamp(scene, camera));
+                if !has_surroundings {
+                    scene.environment = Some(studio(camera));
+                }
+            }
+            Self::Sun => {
+                scene.lights.push(sun(camera));
+                if !has_surroundings {
+                    scene.sky = sky();
+                }
+            }
+            Self::None => {}
+        }
+    }
+}
+
+/// Light that surfaces have to send on average, nits, to light a scene: a third of what the lamp of the Cornell box is.
+const LIT_BY_EMISSION: f32 = 0.03;
+/// Luminance above which a glowing surface counts as a lamp, nits: brighter than a white sheet in good light. Labels and
+/// displays are not.
+const LAMP: f32 = 1.0;
+
+/// Whether nothing lights the scene: it has no lights and no surroundings, and what glows is no lamp, or sends little.
+pub fn is_dark(scene: &Scene) -> bool {
+    let has_light = scene.lights.iter().any(|light| light.intensity != Vec3::ZERO);
+    let surroundings = scene
+        .environment
+        .as_ref()
+        .map_or(scene.sky != Vec3::ZERO, |image| image.pixels.iter().any(|pixel| *pixel != Vec3::ZERO));
+    !has_light && !surroundings && mean_emission(scene) < LIT_BY_EMISSION
+}
+
+/// Mean luminance that a scene's surfaces emit, over all their area, nits. Materials of at most 1 nit count as dark, and a
+/// texture by the mean of its image.
+fn mean_emission(scene: &Scene) -> f32 {
+    let glow: Vec<f32> = scene.materials.iter().map(|material| emission(scene, material)).collect();
+    if glow.iter().all(|luminance| *luminance == 0.0) {
+        return 0.0;
+    }
+    let (mut light, mut area) = (0.0f64, 0.0f64);
+    for instance in &scene.instances {
+        for primitive in &scene.meshes[instance.mesh].primitives {
+            let edge = |a: u32, b: u32| {
+                let along = primitive.positions[b as usize] - primitive.positions[a as usize];
+                instance.world_from_object.transform_vector3(along)
+            };
+            let doubled = |corners: &[u32]| edge(corners[0], corners[1]).cross(edge(corners[0], corners[2])).length();
+            let sum: f64 = primitive.indices.chunks_exact(3).map(|corners| f64::from(doubled(corners))).sum();
+            light += sum * f64::from(glow[primitive.material]);
+            area += sum;
+        }
+    }
+    if area > 0.0 { (light / area) as f32 } else { 0.0 }
+}
+
+/// Mean luminance of a glowing material, nits.
+fn emission(scene: &Scene, material: &Material) -> f32 {
+    /// Texels that are read, evenly: enough for a mean.
+    const MOST: usize = 1 << 14;
+    if luminance(material.emissive) <= LAMP {
+        return 0.0;
+    }
+    let mean = material.emissive_texture.map_or(Vec3::ONE, |texture| {
+        let texels = scene.images[scene.textures[texture.texture].image].rgba.as_chunks::<4>().0;
+        let step = texels.len().div_ceil(MOST).max(1);
+        let read = texels.iter().step_by(step).map(|[r, g, b, _]| Vec3::from([r, g, b].map(|c| linear(*c))));
+        read.sum::<Vec3>() / texels.len().div_ceil(step) as f32
+    });
+    luminance(material.emissive * mean)
+}
+
+/// Of a linear Rec. 709 colour.
+fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// The inverse of the encoding of sRGB.
+fn linear(encoded: u8) -> f32 {
+    let c = f32::from(encoded) / 255.0;
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+/// A box of soft light.
+struct SoftBox {
+    /// Where it is, in the camera's frame: x right, y up, z towards who looks; any length.
+    towards: Vec3,
+    /// Half its width and height, as slopes.
+    half: [f32; 2],
+    /// nits.
+    radiance: Vec3,
+}
+
+/// From the upper left of the camera the key, warm; from the right a weaker fill; from behind on the right, above what a
+/// camera sees, the rim, cool; a broad one overhead.
+const BOXES: [SoftBox; 4] = [
+    SoftBox { towards: Vec3::new(-0.75, 0.75, 0.75), half: [0.5, 0.5], radiance: Vec3::new(4.9, 4.7, 4.4) },
+    SoftBox { towards: Vec3::new(1.0, 0.15, 0.55), half: [0.35, 0.7], radiance: Vec3::new(1.15, 1.2, 1.25) },
+    SoftBox { towards: Vec3::new(0.6, 1.2, -0.6), half: [0.45, 0.3], radiance: Vec3::new(2.9, 3.1, 3.4) },
+    SoftBox { towards: Vec3::new(0.0, 1.0, 0.1), half: [0.7, 0.7], radiance: Vec3::new(1.2, 1.2, 1.2) },
+];
+
+/// Width of the edge of a soft box, as a share of its half width.
+const EDGE: f32 = 0.45;
+
+/// Surroundings for a thing before this camera: soft boxes around it, and behind it a backdrop of grey that darkens
+/// away from the middle of the picture. A white sheet that faces the camera is about 0.9 nits bright, a grey one of
+/// 18 % 0.2: a picture without exposure shows them as they are. An image of 512 × 256 pixels.
+pub fn studio(camera: &Camera) -> Environment {
+    let (width, height) = (512, 256);
+    let mut environment = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
+    let camera_from_world = Mat3::from(camera.world_from_camera.matrix3).transpose();
+    let pixel = |i: usize| {
+        let (u, v) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        studio_radiance(camera_from_world * environment.direction(u / width as f32, v / height as f32))
+    };
+    environment.pixels = (0..width * height).map(pixel).collect();
+    environment
+}
+
+/// Radiance of the studio in a direction of the camera's frame, nits.
+fn studio_radiance(direction: Vec3) -> Vec3 {
+    // The backdrop: 0.34 in the middle of the picture, falling to 0.1 beside and behind the camera; darker below.
+    let middle = (0.5 - 0.5 * direction.z).powi(6);
+    let below = smoothstep(-1.0, 0.4, direction.y);
+    let grey = (0.1 + 0.24 * middle) * (0.45 + 0.55 * below);
+    let mut radiance = grey * Vec3::new(0.97, 1.0, 1.05);
+    for SoftBox { towards, half, radiance: bright } in &BOXES {
+        let axis = towards.normalize();
+        let along = direction.dot(axis);
+        if along <= 0.0 {
+            continue;
+        }
+        let right = Vec3::Y.cross(axis).try_normalize().unwrap_or(Vec3::X);
+        let place = [direction.dot(right), direction.dot(axis.cross(right))].map(|x| (x / along).abs());
+        let inside = |x: f32, half: f32| 1.0 - smoothstep(half * (1.0 - EDGE), half * (1.0 + EDGE), x);
+        radiance += inside(place[0], half[0]) * inside(place[1], half[1]) * *bright;
+    }
+    radiance
+}
+
+fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// A sun of 3 lx that shines from over the left shoulder of who looks through the camera, 45° high.
+pub fn sun(camera: &Camera) -> Light {
+    let axis = |a: Vec3| camera.world_from_camera.transform_vector3(a);
+    // Looking straight up or down, what is up in the picture says where behind is.
+    let back = axis(Vec3::Z);
+    let level = Vec3::new(back.x, 0.0, back.z);
+    let upright = -axis(Vec3::Y) * back.y.signum();
+    let level = if level.length() > 0.05 { level } else { Vec3::new(upright.x, 0.0, upright.z) };
+    let behind = level.normalize_or(Vec3::Z);
+    let left = behind.cross(Vec3::Y);
+    let towards = (behind + 0.6 * left).normalize() + Vec3::Y;
+    Light { name: "sun of the rig".to_owned(), ..Light::directional(-towards, Vec3::new(3.0, 2.85, 2.6)) }
+}
+
+/// Radiance of the sky that goes with [`sun`], nits: a third of the light of a level ground.
+pub fn sky() -> Vec3 {
+    Vec3::new(0.26, 0.32, 0.42)
+}
+
+/// Cells a side of the cube of what is around a camera.
+const CELLS: usize = 8;
+
+/// A lamp for a camera in a closed room, to which no light from outside comes (see [`Camera::is_enclosed`]); `None`
+/// elsewhere. It hangs over the left shoulder, free of walls, and lights what is half as far as all else with about 4 lx.
+pub fn lamp(scene: &Scene, camera: &Camera) -> Option<Light> {
+    if !camera.is_enclosed(scene) {
+        return None;
+    }
+    let eye = camera.eye();
+    let seen = look(scene, eye, &Face::cube(), CELLS);
+    let mut depths: Vec<f32> = seen.iter().flatten().map(|hit| hit.depth).collect();
+    depths.sort_unstable_by(f32::total_cmp);
+    let middle = *depths.get(depths.len() / 2)?;
+    // Above and to the left, as far as half the way to the next wall there.
+    let aside = camera.world_from_camera.transform_vector3(Vec3::new(-0.6, 0.8, 0.0));
+    let face = Face {
+        world_from_face: Mat3::from(Camera::look_at(eye, eye + aside, camera.projection).world_from_camera.matrix3),
+        slope: glam::Vec2::splat(0.2),
+    };
+    let free = look(scene, eye, &[face], 2).iter().flatten().map(|hit| hit.depth).fold(middle, f32::min);
+    let place = eye + 0.5 * free * aside;
+    Some(Light { name: "lamp of the rig".to_owned(), ..Light::point(place, Vec3::splat(4.0 * middle * middle)) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Image, Instance, Mesh, Primitive, Projection, Texture, TextureRef, Viewpoint, generate};
+
+    fn cameras() -> Vec<Camera> {
+        let scene = generate::demo("furnace").unwrap();
+        let sides = Viewpoint::ALL.iter().map(|side| Camera::framing_scene(&scene, Some(*side), 0.8, 1.5));
+        let below = Camera::look_at(Vec3::NEG_Y, Vec3::ZERO, Projection::Perspective { fov_y: 0.8, near: 0.1 });
+        sides.chain([below]).collect()
+    }
+
+    /// Light that falls on a surface of this normal, lx: the sum over pixels.
+    fn irradiance(environment: &Environment, normal: Vec3) -> Vec3 {
+        let (width, height) = (environment.width, environment.height);
+        let mut sum = Vec3::ZERO;
+        for y in 0..height {
+            for x in 0..width {
+                let v = (y as f32 + 0.5) / height as f32;
+                let direction = environment.direction((x as f32 + 0.5) / width as f32, v);
+                let pi = std::f32::consts::PI;
+                let solid_angle = 2.0 * pi * pi * (pi * v).sin() / (width * height) as f32;
+                sum += environment.pixels[y * width + x] * direction.dot(normal).max(0.0) * solid_angle;
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn the_studio_lights_every_view_alike_and_from_the_upper_left() {
+        for camera in cameras() {
+            let studio = studio(&camera);
+            studio.validate().unwrap();
+            assert_eq!(studio, super::studio(&camera), "the same every time");
+            let axis = |x, y, z| camera.world_from_camera.transform_vector3(Vec3::new(x, y, z)).normalize();
+            // Radiance of a white sheet that faces so.
+            let sheet = |normal: Vec3| irradiance(&studio, normal).element_sum() / 3.0 / std::f32::consts::PI;
+            let facing = sheet(axis(0.0, 0.0, 1.0));
+            assert!((0.75..1.05).contains(&facing), "facing the camera: {facing}");
+            let (left, right) = (sheet(axis(-1.0, 0.0, 0.3)), sheet(axis(1.0, 0.0, 0.3)));
+            let (up, down) = (sheet(axis(0.0, 1.0, 0.0)), sheet(axis(0.0, -1.0, 0.0)));
+            assert!(left > 1.3 * right && up > 3.0 * down, "{left} {right}, {up} {down}");
+            assert!(down > 0.08 && right > 0.3, "nothing is black: {down} {right}");
+            // What is behind the thing: calm, and neither as bright as white nor black.
+            let pixels = (0..400).map(|i| {
+                let (x, y) = ((i % 20) as f32 / 10.0 - 0.95, (i / 20) as f32 / 10.0 - 0.95);
+                studio.radiance(axis(0.74 * x, 0.41 * y, -1.0)).element_sum() / 3.0
+            });
+            let (least, most) = pixels.fold((f32::INFINITY, 0.0f32), |(a, b), p| (a.min(p), b.max(p)));
+            assert!(least > 0.1 && most < 0.36 && most > 1.3 * least, "{least} to {most}");
+        }
+    }
+
+    #[test]
+    fn the_sun_comes_from_the_camera_and_from_above() {
+        for camera in cameras() {
+            let light = sun(&camera);
+            assert!((light.direction.length() - 1.0).abs() < 1e-5 && light.direction.y < -0.65, "{light:?}");
+            let forward = camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
+            if forward.y.abs() < 0.9 {
+                assert!(light.direction.dot(forward) > 0.3, "not against the camera: {light:?}");
+                let right = camera.world_from_camera.transform_vector3(Vec3::X);
+                assert!(light.direction.dot(right) > 0.2, "from the left: {light:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_closed_room_gets_a_lamp_within_it() {
+        let mut room = generate::demo("cornell").unwrap();
+        let projection = Projection::Perspective { fov_y: 0.8, near: 0.01 };
+        let (inside, outside) = (Vec3::new(0.0, 1.2, 0.7), Vec3::new(0.0, 1.0, 3.6));
+        let [inside, outside] = [inside, outside].map(|eye| Camera::look_at(eye, Vec3::Y, projection));
+        assert_eq!(lamp(&room, &outside), None);
+        assert_eq!(lamp(&room, &inside), None, "light comes in from the open side");
+        // A lid on the open side.
+        let bounds = room.bounds();
+        let lid = Primitive {
+            positions: bounds.corners()[4..].iter().map(|p| *p + 0.001 * Vec3::Z).collect(),
+            indices: vec![0, 2, 1, 1, 2, 3],
+            ..Primitive::default()
+        };
+        room.meshes.push(Mesh { primitives: vec![lid], ..Mesh::default() });
+        let placed =
+            Instance { name: String::new(), mesh: room.meshes.len() - 1, world_from_object: glam::Affine3A::IDENTITY };
+        room.instances.push(placed);
+        let light = lamp(&room, &inside).expect("it is closed");
+        assert!(light.position.cmpgt(bounds.min).all() && light.position.cmplt(bounds.max).all(), "{light:?}");
+        assert!(light.position.x < 0.0 && light.position.y > 1.2, "over the left shoulder: {light:?}");
+        assert_eq!(lamp(&room, &outside), None);
+    }
+
+    #[test]
+    fn a_scene_is_dark_where_nothing_sends_light() {
+        let mut scene = generate::demo("cornell").unwrap();
+        assert!(!is_dark(&scene));
+        scene.lights.clear();
+        let glowing: Vec<_> = scene.materials.iter().map(|material| material.emissive).collect();
+        scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+        assert!(is_dark(&scene));
+        scene.sky = Vec3::splat(1e-3);
+        assert!(!is_dark(&scene));
+        // An image goes before the sky.
+        scene.environment = Some(Environment { width: 1, height: 1, pixels: vec![Vec3::ZERO], rotation: 0.0 });
+        assert!(is_dark(&scene));
+        scene.environment = None;
+        scene.sky = Vec3::ZERO;
+        // A lamp lights, a gleam does not; and half of a glowing texture is half as bright.
+        scene.materials.iter_mut().zip(glowing).for_each(|(material, emissive)| material.emissive = emissive);
+        scene.materials[0].emissive = Vec3::splat(10.0);
+        let whole = mean_emission(&scene);
+        assert!(!is_dark(&scene) && whole > 0.1, "{whole}");
+        let rgba = [[255u8; 4], [0, 0, 0, 255]].concat();
+        scene.images.push(Image { name: String::new(), width: 2, height: 1, rgba });
+        scene.textures.push(Texture { image: scene.images.len() - 1, sampler: 0 });
+        let others = {
+            scene.materials[0].emissive = Vec3::ZERO;
+            mean_emission(&scene)
+        };
+        scene.materials[0].emissive = Vec3::splat(10.0);
+        scene.materials[0].emissive_texture = Some(TextureRef::new(scene.textures.len() - 1));
+        assert!((mean_emission(&scene) - others - 0.5 * (whole - others)).abs() < 1e-3 * whole);
+        scene.materials.iter_mut().for_each(|material| material.emissive *= 0.1);
+        assert!(is_dark(&scene));
+    }
+
+    #[test]
+    fn what_a_scene_has_stays() {
+        let camera = &cameras()[0];
+        let mut scene = generate::demo("furnace").unwrap();
+        LightRig::Sun.add(&mut scene, camera);
+        assert_eq!((scene.sky, scene.lights.len()), (Vec3::ONE, 2));
+        LightRig::Studio.add(&mut scene, camera);
+        assert!(scene.environment.is_none());
+        let mut empty = Scene::default();
+        LightRig::None.add(&mut empty, camera);
+        assert!(is_dark(&empty));
+        LightRig::Studio.add(&mut empty, camera);
+        assert!(!is_dark(&empty) && empty.lights.is_empty());
+    }
+}
