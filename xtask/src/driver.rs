@@ -8,10 +8,7 @@ mod sources;
 
 use std::{path::Path, process::Command};
 
-use crate::command::find_program;
-
-/// The flag against installing anything.
-pub const NO_INSTALL: &str = "--no-driver-install";
+use crate::apt;
 
 /// What a driver is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +46,7 @@ impl Driver {
     }
 
     fn install(&mut self, hardware: bool) -> Result<(), String> {
-        if !self.may_install || find_program("apt-get").is_none() {
+        if !self.may_install || !apt::is_there() {
             return Ok(());
         }
         let step = debian::plan(&debian::Machine::look(hardware), self.purpose);

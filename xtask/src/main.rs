@@ -1,9 +1,11 @@
 //! The project's chores, on a machine that has Rust and nothing else.
 
+mod apt;
 mod check;
 #[cfg(test)]
 mod citations;
 mod command;
+mod compiler;
 mod demo;
 mod driver;
 mod quality;
@@ -21,14 +23,14 @@ cargo xtask quality [FLAGS]
 cargo xtask test           sets up what is missing, then runs every test
 cargo xtask check          format, lints and documentation
 
-What is missing may be a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one is installed, as
-root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
+What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
+is installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
 ";
 
 fn main() -> ExitCode {
     let mut words: Vec<String> = std::env::args().skip(1).collect();
     let count = words.len();
-    words.retain(|word| word != driver::NO_INSTALL);
+    words.retain(|word| word != apt::NO_INSTALL);
     let may_install = words.len() == count;
     let task = if words.is_empty() { "help".to_owned() } else { words.remove(0) };
     let result = match task.as_str() {

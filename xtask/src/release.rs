@@ -4,11 +4,13 @@ use std::process::Command;
 
 use crate::{
     command::{self, cargo},
+    compiler,
     driver::{Driver, Purpose},
 };
 
 /// Sets up what is missing, and builds.
 pub fn ready(may_install: bool) -> Result<(), String> {
+    compiler::ensure(may_install)?;
     let mut driver = Driver::new(Purpose::Pictures, may_install);
     driver.before_build()?;
     command::run(&mut cargo(["build", "--release", "--package", "lanternfish-cli"]))?;

@@ -10,11 +10,13 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
+    thread,
     time::Instant,
 };
 
 use crate::{
     command::{cargo, run as step, succeeds},
+    compiler,
     driver::{Driver, Purpose},
 };
 
@@ -24,8 +26,12 @@ const LEFT_OUT: &str = "LEFT OUT: ";
 /// Everything that is built for tests but the tests in documentation. Each call names the same, so that nothing is built twice.
 const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
 
+/// Tests at a time without nextest; `gpu` in `.config/nextest.toml`.
+const MOST_AT_ONCE: usize = 4;
+
 pub fn run(may_install: bool) -> Result<(), String> {
     let started = Instant::now();
+    compiler::ensure(may_install)?;
     let mut driver = Driver::new(Purpose::Tests, may_install);
     driver.before_build()?;
     step(cargo(TARGETS).arg("--no-run"))?;
@@ -55,19 +61,16 @@ pub fn run(may_install: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// Every test once. Those that use the adapter (their names start with `gpu_`) one at a time: nextest is configured
-/// so, the plain harness is told so.
+/// Every test once, no more of them at a time than nextest is configured for.
 fn test_commands() -> Vec<Command> {
     let documentation = cargo(["test", "--workspace", "--doc"]);
     if succeeds(&mut cargo(["nextest", "--version"])) {
         return vec![documentation, cargo(["nextest", "run", "--workspace"])];
     }
-    let plain = |words: &[&str]| {
-        let mut command = cargo(TARGETS);
-        command.arg("--no-fail-fast").args(words);
-        command
-    };
-    vec![documentation, plain(&["--", "--skip", "gpu_"]), plain(&["gpu_", "--", "--test-threads=1"])]
+    let threads = thread::available_parallelism().map_or(1, |count| count.get().min(MOST_AT_ONCE));
+    let mut tests = cargo(TARGETS);
+    tests.args(["--no-fail-fast", "--", &format!("--test-threads={threads}")]);
+    vec![documentation, tests]
 }
 
 /// An error if something had to run and did not.

@@ -1,6 +1,6 @@
 //! Pictures on a real adapter: against ground truth, against each other, from run to run.
 //!
-//! Every test that needs an adapter is called `gpu_…`; they run one at a time on the software adapter.
+//! Every test that needs an adapter is called `gpu_…`.
 
 #[path = "pictures/conformance.rs"]
 mod conformance;

@@ -2,8 +2,11 @@
 
 use std::{fs, path::Path, process::Command};
 
-use super::{NO_INSTALL, Purpose, sources};
-use crate::command::{find_program, run};
+use super::{Purpose, sources};
+use crate::{
+    apt::{self, NO_INSTALL, as_root},
+    command::run,
+};
 
 /// Mesa's drivers, the software one among them, and the loader that wgpu opens.
 pub const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
@@ -72,7 +75,7 @@ pub fn install(step: Step) -> Result<(), String> {
             eprintln!(
                 "==> No Vulkan driver: installing Mesa's software one ({NO_INSTALL} leaves the machine as it is)"
             );
-            apt_get_install(&[])
+            apt::install(&[], &PACKAGES)
         }
         Step::Backport { has_one } => {
             eprintln!(
@@ -98,21 +101,12 @@ fn install_backport() -> Result<(), String> {
         let source = source.ok_or("apt's sources name no mirror of bookworm to take backports from")?;
         write_as_root(BACKPORTS_FILE, &source.stanza(BACKPORTS))?;
     }
-    let installed = apt_get_install(&["--target-release", BACKPORTS]);
+    let installed = apt::install(&["--target-release", BACKPORTS], &PACKAGES);
     if installed.is_err() && is_added {
         // A mirror without backports would fail every update from now on.
         run(&mut as_root(&["rm", "--force", BACKPORTS_FILE])?)?;
     }
     installed
-}
-
-fn apt_get_install(from: &[&str]) -> Result<(), String> {
-    let apt_get = ["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"];
-    // Standing sources may be partly out of reach: whether the install works is what counts.
-    if let Err(error) = run(&mut as_root(&[&apt_get[..], &["update"]].concat())?) {
-        eprintln!("{error}; trying all the same");
-    }
-    run(&mut as_root(&[&apt_get[..], &["install", "--yes", "--no-install-recommends"], from, &PACKAGES].concat())?)
 }
 
 fn write_as_root(path: &str, text: &str) -> Result<(), String> {
@@ -122,25 +116,6 @@ fn write_as_root(path: &str, text: &str) -> Result<(), String> {
     let written = as_root(&["install", "--mode=644", &aside_name, path]).and_then(|mut command| run(&mut command));
     let _ = fs::remove_file(&aside);
     written
-}
-
-/// A command as root, directly or through sudo.
-fn as_root(words: &[&str]) -> Result<Command, String> {
-    let is_root = Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout.trim_ascii() == b"0");
-    let mut command = if is_root {
-        Command::new(words[0])
-    } else if let Some(sudo) = find_program("sudo") {
-        let mut command = Command::new(sudo);
-        command.arg(words[0]);
-        command
-    } else {
-        return Err(format!(
-            "no right to install {}: call this as root once, or with {NO_INSTALL}",
-            PACKAGES.join(" ")
-        ));
-    };
-    command.args(&words[1..]);
-    Ok(command)
 }
 
 /// The version of an installed package.
