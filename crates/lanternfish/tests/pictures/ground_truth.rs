@@ -45,8 +45,8 @@ impl Reference {
     }
 
     /// Our picture, rendered `scale` times larger and box-averaged, every intensity multiplied by `brightness`, against
-    /// the reference; both averaged over blocks of `block` pixels, which takes the reference's noise out.
-    fn compare(&self, gpu: &Gpu, scale: u32, block: usize, brightness: f32) -> RelativeError {
+    /// the reference.
+    fn compare(&self, gpu: &Gpu, scale: u32, brightness: f32) -> RelativeError {
         let mut scene = self.scene.clone();
         scene.lights.iter_mut().for_each(|light| light.intensity *= brightness);
         let settings = Settings {
@@ -62,8 +62,7 @@ impl Reference {
             let path = std::path::Path::new(&folder).join(format!("{}.exr", self.scene.name));
             lanternfish_metrics::write_exr(&path, &ours).expect("the folder can be written");
         }
-        let blocks = |image: &RgbImage| image.box_downsampled(block).expect("a whole factor");
-        RelativeError::measure(&blocks(&ours), &blocks(&self.image), LIT).expect("equal sizes")
+        RelativeError::measure(&ours, &self.image, LIT).expect("equal sizes")
     }
 }
 
@@ -86,14 +85,14 @@ fn gpu_cornell_direct_light_is_the_reference() {
     let name = "gpu_cornell_direct_light_is_the_reference";
     let Some(gpu) = testing::gpu(name) else { return };
     let Some(reference) = Reference::load(name, "references", "cornell-point-direct") else { return };
-    let error = reference.compare(gpu, 8, 1, 1.0);
+    let error = reference.compare(gpu, 8, 1.0);
     report("cornell-point-direct", &error, 0.02);
     assert!(error.median() < 0.005, "median {}", error.median());
     assert!(error.share_within(0.02) > 0.98, "within 2 %: {}", error.share_within(0.02));
     assert!((error.energy_ratio() - 1.0).abs() < 0.005, "energy {}", error.energy_ratio());
 
     // The harness can fail: one per cent too bright is seen.
-    let brighter = reference.compare(gpu, 8, 1, 1.01);
+    let brighter = reference.compare(gpu, 8, 1.01);
     assert!(brighter.median() > 0.005 && brighter.energy_ratio() > 1.005, "blind to 1 % of light");
 }
 
@@ -105,11 +104,10 @@ fn gpu_sponza_direct_light_is_the_reference() {
         return;
     }
     let Some(reference) = Reference::load(name, "references/upright", "sponza-ten-direct") else { return };
-    // The reference picks one of ten lights a sample: its own 256 samples are 10.3 % (median) from the mean of 640, and
-    // ours is no farther. Over blocks of 10 x 10 pixels its noise is 1.3 %, and what is left is ours.
-    let error = reference.compare(gpu, 4, 10, 1.0);
-    report("sponza-ten-direct, blocks of 10 x 10", &error, 0.1);
-    assert!(error.median() < 0.02, "median {}", error.median());
+    // What is left: the reference reads textures at their finest level, and edges differ in where their samples lie.
+    let error = reference.compare(gpu, 4, 1.0);
+    report("sponza-ten-direct", &error, 0.1);
+    assert!(error.median() < 0.015, "median {}", error.median());
     assert!(error.share_within(0.1) > 0.9, "within 10 %: {}", error.share_within(0.1));
-    assert!((error.energy_ratio() - 1.0).abs() < 0.01, "energy {}", error.energy_ratio());
+    assert!((error.energy_ratio() - 1.0).abs() < 0.005, "energy {}", error.energy_ratio());
 }
