@@ -88,7 +88,8 @@ impl GpuScene {
         }
         let shining = emissive::shining(scene);
         let shines_as_before = self.light_trees.is_none() || shining == self.placed.shining;
-        if shines_as_before && transforms(scene).eq(self.placed.transforms.iter().copied()) {
+        let stands_still = transforms(scene).eq(self.placed.transforms.iter().copied());
+        if shines_as_before && stands_still {
             if let Some(trees) = &mut self.light_trees {
                 trees.update_lights(device, scene, settings)?;
             }
@@ -113,7 +114,9 @@ impl GpuScene {
         }
         self.placed.transforms = transforms(scene).collect();
         self.placed.shining = shining;
-        self.placed.generation = next_number();
+        if !stands_still {
+            self.placed.generation = next_number();
+        }
         Ok(())
     }
 
