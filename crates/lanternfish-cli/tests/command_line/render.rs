@@ -123,15 +123,15 @@ fn gpu_pictures_are_exposed_so_that_they_can_be_seen() {
     let mut evs = Vec::new();
     for intensity in [1, 100, 10_000, 100_000] {
         let (pixels, ev) = png("a.png", &format!("--point 0,1,0,{intensity}"));
-        assert!((0.15..0.6).contains(&mean(&pixels)), "{intensity} cd at {ev:?} EV: {}", mean(&pixels));
+        assert!((0.15..0.4).contains(&mean(&pixels)), "{intensity} cd at {ev:?} EV: {}", mean(&pixels));
         let ev = ev.expect("what was chosen is said");
         let (again, said) = png("b.png", &format!("--point 0,1,0,{intensity} --exposure {ev}"));
         assert!(again == pixels && said.is_none(), "{intensity} cd at {ev} EV");
         evs.push(ev.parse::<f32>().unwrap());
     }
     assert!(evs[0] - evs[3] > 10.0, "{evs:?}");
-    // It can fail: as it is, a lamp of 100,000 cd is white.
-    assert!(mean(&png("a.png", "--point 0,1,0,100000 --exposure 0").0) > 0.9);
+    // It can fail: as it is, all that a lamp of 100,000 cd lights is white, which is more than half of the picture.
+    assert!(mean(&png("a.png", "--point 0,1,0,100000 --exposure 0").0) > 0.5);
 }
 
 #[test]
