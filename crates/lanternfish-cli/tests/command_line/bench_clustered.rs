@@ -12,7 +12,7 @@ fn lanternfish(folder: &Path, words: &[&str]) -> String {
 }
 
 fn bench(folder: &Path, name: &str) -> (Value, String) {
-    let words = ["bench", "clustered", "demo:cornell", "--quick", "--size", "48x27", "--adapter", "cpu", "-o", name];
+    let words = ["bench", "clustered", "demo:cornell", "--quick", "--size", "96x54", "--adapter", "cpu", "-o", name];
     let said = lanternfish(folder, &words);
     let report = fs::read(folder.join(name).join("report.json")).unwrap();
     (serde_json::from_slice(&report).unwrap(), said)
@@ -39,7 +39,7 @@ fn gpu_two_runs_count_the_same() {
     for row in rows {
         let count = |name: &str| row["counts"][name].as_u64().unwrap();
         assert!(count("visible_clusters") > 0 && count("visible_clusters") <= count("clusters"), "{row}");
-        assert!(count("fragments") <= 2 * 48 * 27 && count("lighting_operations") >= count("lights_listed"), "{row}");
+        assert!(count("fragments") <= 2 * 96 * 54 && count("lighting_operations") >= count("lights_listed"), "{row}");
         for histogram in ["clusters_by_lights", "clusters_by_fragments"] {
             let bins = row["counts"][histogram].as_array().unwrap();
             assert_eq!(bins.iter().map(|bin| bin.as_u64().unwrap()).sum::<u64>(), count("visible_clusters"));
