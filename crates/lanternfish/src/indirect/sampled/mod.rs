@@ -166,8 +166,8 @@ impl SampledLight {
         let sample_size = surface.size.map(|side| side.div_ceil(scale));
         let samples = groups(&self.trace, sample_size);
         let pixels = groups(&self.filter, surface.size);
-        // Both ways of finding what shines are asked as often.
-        let emitter_rays = if scene.has_emissive_triangles() { settings.diffuse_rays } else { 0 };
+        // Of the two ways of finding what shines, rays that run into it come for nothing.
+        let emitter_rays = if scene.has_emissive_triangles() { settings.diffuse_rays.div_ceil(2) } else { 0 };
         let parameters = SampledParameters {
             emitter_rays,
             clamped: u32::from(settings.clamp == IndirectClamp::On),
