@@ -50,6 +50,51 @@ pub enum Bsdf {
     Lambert(DVec3),
     /// glTF's metallic-roughness model.
     MetallicRoughness(Reflector),
+    /// The same below a clear coat.
+    Coated(Coat, Reflector),
+}
+
+/// A clear coat of index 1.5 over a surface (`KHR_materials_clearcoat`): a specular layer of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// How much of it there is, in 0..=1.
+    pub weight: f64,
+    /// The artist's roughness.
+    pub perceptual_roughness: f64,
+    /// Unit: as the shading normal, without a normal map.
+    pub normal: DVec3,
+}
+
+impl Coat {
+    fn layer(&self) -> Reflector {
+        Reflector {
+            albedo: DVec3::ZERO,
+            f0: DVec3::splat(0.04),
+            f90: 1.0,
+            perceptual_roughness: self.perceptual_roughness,
+            transmission: 0.0,
+            behind: Behind::Thin,
+        }
+    }
+
+    /// Share of what the surface below sends towards `wo` that it lets through.
+    pub fn share_below(&self, wo: DVec3) -> f64 {
+        let layer = self.layer();
+        let grazing = grazing_share(self.normal.dot(wo).max(LEAST_COSINE), layer.alpha());
+        1.0 - self.weight * (1.0 - layer.lets_in(grazing).x)
+    }
+
+    /// The BRDF times n·wi, 1/sr, of a surface that sends `below`, with its coat.
+    pub fn over(&self, wi: DVec3, wo: DVec3, below: DVec3) -> DVec3 {
+        self.share_below(wo) * below + self.weight * self.layer().reflect_light(self.normal, wi, wo)
+    }
+
+    /// Chance that a direction is chosen by the coat.
+    fn chance(&self, wo: DVec3) -> f64 {
+        // As much as it mirrors, and a tenth where that is nearly nothing.
+        let weight = self.weight * self.layer().fresnel(self.normal.dot(wo).max(LEAST_COSINE)).x.max(0.1);
+        weight / (1.0 + weight)
+    }
 }
 
 /// A direction chosen for light to come from.
@@ -68,8 +113,8 @@ impl Bsdf {
     pub fn scatter(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
         match self {
             Self::Lambert(albedo) => albedo * (n.dot(wi).max(0.0) / PI),
-            Self::MetallicRoughness(reflector) if n.dot(wi) > 0.0 => reflector.reflect_light(n, wi, wo),
-            Self::MetallicRoughness(reflector) => reflector.transmit_light(n, wi, wo),
+            Self::MetallicRoughness(reflector) => reflector.scatter(n, wi, wo),
+            Self::Coated(coat, reflector) => coat.over(wi, wo, reflector.scatter(n, wi, wo)),
         }
     }
 
@@ -78,6 +123,14 @@ impl Bsdf {
         let wi = match self {
             Self::Lambert(_) => cosine_direction(n, u[1], u[2]),
             Self::MetallicRoughness(reflector) => reflector.choose(n, wo, u)?,
+            Self::Coated(coat, reflector) => {
+                let chance = coat.chance(wo);
+                if u[0] < chance {
+                    coat.layer().choose(coat.normal, wo, [0.0, u[1], u[2]])?
+                } else {
+                    reflector.choose(n, wo, [(u[0] - chance) / (1.0 - chance), u[1], u[2]])?
+                }
+            }
         };
         let pdf = self.pdf(n, wi, wo);
         let weight = self.scatter(n, wi, wo) / pdf;
@@ -89,6 +142,10 @@ impl Bsdf {
         match self {
             Self::Lambert(_) => n.dot(wi).max(0.0) / PI,
             Self::MetallicRoughness(reflector) => reflector.pdf(n, wi, wo),
+            Self::Coated(coat, reflector) => {
+                let chance = coat.chance(wo);
+                chance * coat.layer().pdf(coat.normal, wi, wo) + (1.0 - chance) * reflector.pdf(n, wi, wo)
+            }
         }
     }
 }
@@ -143,6 +200,11 @@ impl Reflector {
             cosine = squared.sqrt();
         }
         self.f0 + (self.f90 - self.f0) * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
+    }
+
+    /// The BSDF times |n·wi|, 1/sr.
+    fn scatter(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
+        if n.dot(wi) > 0.0 { self.reflect_light(n, wi, wo) } else { self.transmit_light(n, wi, wo) }
     }
 
     /// The specular BRDF, 1/sr; without the cosine.

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3, Vec3A, Vec4};
 use lanternfish_scene::{Material, shading::Materials};
 
 use crate::{
-    brdf::{Behind, Bsdf, Reflector},
+    brdf::{Behind, Bsdf, Coat, Reflector},
     texture::{self, Encoding},
     world::{Hit, World},
 };
@@ -90,8 +90,28 @@ impl Surface {
                     metallic *= texel.z;
                     roughness *= texel.y;
                 }
-                let reflector = reflector(material, color, metallic.into(), roughness.into(), hit.front);
-                surface.bsdf = Some(Bsdf::MetallicRoughness(reflector));
+                let linear = |texture: &Option<_>| {
+                    texture.as_ref().map_or(Vec4::ONE, |reference| textured(reference, Encoding::Linear))
+                };
+                let tint = material.specular_color_texture.as_ref();
+                let tint = tint.map_or(Vec4::ONE, |reference| textured(reference, Encoding::Srgb));
+                let dielectric = Dielectric {
+                    specular: (material.specular * linear(&material.specular_texture).w).into(),
+                    specular_color: (material.specular_color * tint.truncate()).as_dvec3(),
+                    transmission: (material.transmission * linear(&material.transmission_texture).x).into(),
+                };
+                let reflector = reflector_of(material, dielectric, color, metallic.into(), roughness.into(), hit.front);
+                let coat = material.clearcoat * linear(&material.clearcoat_texture).x;
+                surface.bsdf = Some(if coat > 0.0 {
+                    let roughness = material.clearcoat_roughness * linear(&material.clearcoat_roughness_texture).y;
+                    let normal = (side * n).as_dvec3().normalize();
+                    Bsdf::Coated(
+                        Coat { weight: coat.into(), perceptual_roughness: roughness.into(), normal },
+                        reflector,
+                    )
+                } else {
+                    Bsdf::MetallicRoughness(reflector)
+                });
                 if !hit.front && material.transmission > 0.0 && material.thickness > 0.0 {
                     let per_metre = 1.0 / material.attenuation_distance;
                     surface.volume = Some(material.attenuation_color.powf(per_metre));
@@ -107,7 +127,14 @@ fn unit_or(v: Vec3A, otherwise: Vec3A) -> Vec3A {
     if v.length_squared() > 1e-30 { v.normalize() } else { otherwise }
 }
 
-/// The file's own material, as `gpu_scene/materials.rs` packs it.
+/// What a material's textures say where it is no metal.
+struct Dielectric {
+    specular: f64,
+    specular_color: DVec3,
+    transmission: f64,
+}
+
+/// The file's own material without its textures, as `gpu_scene/materials.rs` packs it.
 pub fn reflector(
     material: &Material,
     base_color: DVec3,
@@ -115,11 +142,26 @@ pub fn reflector(
     perceptual_roughness: f64,
     front: bool,
 ) -> Reflector {
+    let dielectric = Dielectric {
+        specular: material.specular.into(),
+        specular_color: material.specular_color.as_dvec3(),
+        transmission: material.transmission.into(),
+    };
+    reflector_of(material, dielectric, base_color, metallic, perceptual_roughness, front)
+}
+
+fn reflector_of(
+    material: &Material,
+    Dielectric { specular, specular_color, transmission }: Dielectric,
+    base_color: DVec3,
+    metallic: f64,
+    perceptual_roughness: f64,
+    front: bool,
+) -> Reflector {
     let ior = f64::from(material.ior);
     let r = (ior - 1.0) / (ior + 1.0);
-    let specular = f64::from(material.specular);
     // KHR_materials_specular: the tint is cut at one before the weight applies.
-    let dielectric_f0 = (r * r * material.specular_color.as_dvec3()).min(DVec3::ONE) * specular;
+    let dielectric_f0 = (r * r * specular_color).min(DVec3::ONE) * specular;
     // What does not refract has no facet that could.
     let behind = match material.thickness > 0.0 && ior > 1.001 {
         true => Behind::Volume { eta: if front { ior } else { 1.0 / ior } },
@@ -131,7 +173,7 @@ pub fn reflector(
         f0: dielectric_f0.lerp(base_color, metallic),
         f90: specular + (1.0 - specular) * metallic,
         perceptual_roughness,
-        transmission: material.transmission.into(),
+        transmission,
         behind,
     }
 }
@@ -156,11 +198,16 @@ pub(crate) fn pane_transmittance(world: &World, hit: &Hit, direction: Vec3A) -> 
 impl Surface {
     /// Share of light, each channel, that goes straight through towards `wo`.
     pub fn passes_straight(&self, wo: DVec3) -> Vec3 {
-        let Some(Bsdf::MetallicRoughness(reflector)) = self.bsdf else { return Vec3::ZERO };
+        let (share, reflector) = match self.bsdf {
+            Some(Bsdf::MetallicRoughness(reflector)) => (1.0, reflector),
+            Some(Bsdf::Coated(coat, reflector)) => (coat.share_below(wo), reflector),
+            _ => return Vec3::ZERO,
+        };
         if reflector.behind != Behind::Pane {
             return Vec3::ZERO;
         }
-        let passes = (1.0 - reflector.fresnel(self.normal.dot(wo).abs())) * reflector.albedo * reflector.transmission;
+        let passes =
+            share * (1.0 - reflector.fresnel(self.normal.dot(wo).abs())) * reflector.albedo * reflector.transmission;
         passes.clamp(DVec3::ZERO, DVec3::ONE).as_vec3()
     }
 }

@@ -38,12 +38,27 @@ pub struct Material {
     pub ior: f32,
     /// Multiplies what is reflected where the surface is no metal, in 0..=1.
     pub specular: f32,
+    /// Linear; alpha.
+    pub specular_texture: Option<TextureRef>,
     /// Linear; multiplies the reflectance from the front where the surface is no metal. Not negative; may exceed 1,
     /// where the product with the reflectance is to be cut at 1.
     pub specular_color: Vec3,
+    /// sRGB-encoded RGB.
+    pub specular_color_texture: Option<TextureRef>,
     /// Share of light that passes through what is not metal, of what it does not reflect, in 0..=1. Above 0 the surface is all
     /// there whatever its alpha, and importers make it [`AlphaMode::Blend`].
     pub transmission: f32,
+    /// Linear; red.
+    pub transmission_texture: Option<TextureRef>,
+    /// How much of a clear coat of index 1.5 lies over the surface, in 0..=1 (`KHR_materials_clearcoat`). Its normal is the
+    /// vertices', whatever the normal map is.
+    pub clearcoat: f32,
+    /// Linear; red.
+    pub clearcoat_texture: Option<TextureRef>,
+    /// The coat's own, in 0..=1.
+    pub clearcoat_roughness: f32,
+    /// Linear; green.
+    pub clearcoat_roughness_texture: Option<TextureRef>,
     /// `KHR_materials_volume`: how thick the body below the surface is, in object space, m, not negative. 0: the surface
     /// is a thin sheet. For a renderer that traces through closed surfaces, only whether it is 0 matters.
     pub thickness: f32,
@@ -76,8 +91,15 @@ impl Default for Material {
             double_sided: false,
             ior: 1.5,
             specular: 1.0,
+            specular_texture: None,
             specular_color: Vec3::ONE,
+            specular_color_texture: None,
             transmission: 0.0,
+            transmission_texture: None,
+            clearcoat: 0.0,
+            clearcoat_texture: None,
+            clearcoat_roughness: 0.0,
+            clearcoat_roughness_texture: None,
             thickness: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,

@@ -187,6 +187,11 @@ impl Material {
             self.normal_texture,
             self.occlusion_texture,
             self.emissive_texture,
+            self.specular_texture,
+            self.specular_color_texture,
+            self.transmission_texture,
+            self.clearcoat_texture,
+            self.clearcoat_roughness_texture,
         ];
         for texture in textures.into_iter().flatten() {
             if texture.texture >= texture_count || texture.uv_set > 1 || !texture.texture_from_uv.is_finite() {
@@ -202,6 +207,9 @@ impl Material {
         }
         if !in_unit(self.specular) || !in_unit(self.transmission) {
             return Err("specular or transmission outside 0..=1".to_owned());
+        }
+        if !in_unit(self.clearcoat) || !in_unit(self.clearcoat_roughness) {
+            return Err("clear coat or its roughness outside 0..=1".to_owned());
         }
         if !(self.ior == 0.0 || (self.ior >= 1.0 && self.ior.is_finite())) {
             return Err(format!("index of refraction {}, neither 0 nor at least 1", self.ior));

@@ -221,6 +221,10 @@ struct HitTextures {
     metallic: f32,
     /// Mean of the texture, or one.
     perceptual_roughness: f32,
+    /// Mean of the texture, or one.
+    specular: f32,
+    /// Mean of the texture, or one.
+    specular_color: Vec3,
 }
 
 impl HitTextures {
@@ -243,7 +247,17 @@ impl HitTextures {
             .metallic_roughness_texture
             .map_or(Vec3::ONE, |reference| mean(&scene.images[scene.textures[reference.texture].image], false));
         let [_, perceptual_roughness, metallic] = metallic_roughness.to_array();
-        Self { base_color_layer, base_color, emissive_layer, emissive, metallic, perceptual_roughness }
+        let image = |reference: TextureRef| &scene.images[scene.textures[reference.texture].image];
+        Self {
+            base_color_layer,
+            base_color,
+            emissive_layer,
+            emissive,
+            metallic,
+            perceptual_roughness,
+            specular: material.specular_texture.map_or(1.0, |reference| mean_alpha(image(reference))),
+            specular_color: material.specular_color_texture.map_or(Vec3::ONE, |r| mean(image(r), true)),
+        }
     }
 }
 
@@ -258,8 +272,8 @@ fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMateria
         base_color_layer: read.base_color_layer,
         emissive: material.emissive * read.emissive,
         emissive_layer: read.emissive_layer,
-        dielectric_f0: dielectric_f0(material),
-        dielectric_f90: material.specular,
+        dielectric_f0: dielectric_f0(material, read.specular_color, read.specular),
+        dielectric_f90: material.specular * read.specular,
         metallic: material.metallic * read.metallic,
         perceptual_roughness: material.perceptual_roughness * read.perceptual_roughness,
         flags: flag(shading == Shading::File && material.unlit, UNLIT)
@@ -342,6 +356,12 @@ fn shrunk(image: &Image) -> Vec<u8> {
         }
     }
     texels
+}
+
+/// Mean coverage, 0 to 1.
+fn mean_alpha(image: &Image) -> f32 {
+    let sum: u64 = image.rgba.par_chunks(4).map(|texel| u64::from(texel[3])).sum();
+    (sum as f64 / 255.0 / f64::from(image.width) / f64::from(image.height)) as f32
 }
 
 /// Mean colour, 0 to 1; in linear light where it is sRGB.

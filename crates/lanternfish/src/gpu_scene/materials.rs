@@ -41,16 +41,19 @@ gpu_struct! {
         alpha_cutoff: f32,
         /// Sum of the constants in `material.wesl`.
         flags: u32,
-        /// Reflectance of the dielectric part at normal incidence (`KHR_materials_ior`, `KHR_materials_specular`).
+        /// Reflectance of the dielectric part at normal incidence (`KHR_materials_ior`, `KHR_materials_specular`), to be cut at 1 and
+        /// weighed by the next.
         dielectric_f0: Vec3,
         /// And at grazing incidence.
         dielectric_f90: f32,
         /// Share of what is neither reflected nor metal's that passes (`KHR_materials_transmission`).
         transmission: f32,
+        /// How much of a clear coat there is (`KHR_materials_clearcoat`).
+        coat: f32,
+        /// The coat's own.
+        coat_roughness: f32,
         /// Unused.
         _pad: f32,
-        /// Unused.
-        _pad_more: Vec2,
         /// sRGB.
         base_color_map: TextureSlot,
         /// Linear.
@@ -59,6 +62,16 @@ gpu_struct! {
         normal_map: TextureSlot,
         /// sRGB.
         emissive_map: TextureSlot,
+        /// Linear.
+        specular_map: TextureSlot,
+        /// sRGB.
+        specular_color_map: TextureSlot,
+        /// Linear.
+        transmission_map: TextureSlot,
+        /// Linear.
+        coat_map: TextureSlot,
+        /// Linear.
+        coat_roughness_map: TextureSlot,
     }
 }
 
@@ -68,6 +81,11 @@ const NORMAL_MAPPED: u32 = 4;
 const METALLIC_ROUGHNESS_MAPPED: u32 = 8;
 const EMISSIVE_MAPPED: u32 = 16;
 const BASE_COLOR_MAPPED: u32 = 32;
+const SPECULAR_MAPPED: u32 = 64;
+const SPECULAR_COLOR_MAPPED: u32 = 128;
+const TRANSMISSION_MAPPED: u32 = 256;
+const COAT_MAPPED: u32 = 512;
+const COAT_ROUGHNESS_MAPPED: u32 = 1024;
 
 /// The materials of a scene on the device: an array where textures are one, else each where a uniform binding may start.
 #[derive(Debug)]
@@ -109,10 +127,16 @@ impl Materials {
     }
 }
 
-/// Reflectance at normal incidence of a dielectric, tinted and weighted as `KHR_materials_specular` says.
-pub(super) fn dielectric_f0(material: &lanternfish_scene::Material) -> Vec3 {
+/// Reflectance at normal incidence of a dielectric, tinted and weighted as `KHR_materials_specular` says, where its textures are
+/// `tint` and `weight`.
+pub(super) fn dielectric_f0(material: &lanternfish_scene::Material, tint: Vec3, weight: f32) -> Vec3 {
+    (tinted_f0(material) * tint).min(Vec3::ONE) * (material.specular * weight)
+}
+
+/// The same before it is cut and weighed.
+fn tinted_f0(material: &lanternfish_scene::Material) -> Vec3 {
     let r = (material.ior - 1.0) / (material.ior + 1.0);
-    (r * r * material.specular_color).min(Vec3::ONE) * material.specular
+    r * r * material.specular_color
 }
 
 /// All materials, one every `stride` bytes.
@@ -153,15 +177,27 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
             | flag(file && material.normal_texture.is_some(), NORMAL_MAPPED)
             | flag(file && material.metallic_roughness_texture.is_some(), METALLIC_ROUGHNESS_MAPPED)
             | flag(material.emissive_texture.is_some(), EMISSIVE_MAPPED)
-            | flag(material.base_color_texture.is_some(), BASE_COLOR_MAPPED),
-        dielectric_f0: dielectric_f0(material),
+            | flag(material.base_color_texture.is_some(), BASE_COLOR_MAPPED)
+            | flag(file && material.specular_texture.is_some(), SPECULAR_MAPPED)
+            | flag(file && material.specular_color_texture.is_some(), SPECULAR_COLOR_MAPPED)
+            | flag(file && material.transmission_texture.is_some(), TRANSMISSION_MAPPED)
+            | flag(file && material.clearcoat_texture.is_some(), COAT_MAPPED)
+            | flag(file && material.clearcoat_roughness_texture.is_some(), COAT_ROUGHNESS_MAPPED),
+        dielectric_f0: tinted_f0(material),
         dielectric_f90: material.specular,
         transmission: if file { material.transmission } else { 0.0 },
+        coat: if file { material.clearcoat } else { 0.0 },
+        coat_roughness: material.clearcoat_roughness,
+        _pad: 0.0,
         base_color_map: slot(&material.base_color_texture, true),
         metallic_roughness_map: slot(&material.metallic_roughness_texture, false),
         normal_map: slot(&material.normal_texture, false),
         emissive_map: slot(&material.emissive_texture, true),
-        ..Material::default()
+        specular_map: slot(&material.specular_texture, false),
+        specular_color_map: slot(&material.specular_color_texture, true),
+        transmission_map: slot(&material.transmission_texture, false),
+        coat_map: slot(&material.clearcoat_texture, false),
+        coat_roughness_map: slot(&material.clearcoat_roughness_texture, false),
     }
 }
 
@@ -173,7 +209,7 @@ mod tests {
     fn dielectrics_reflect_what_index_and_specular_say() {
         let f0 = |ior, specular, specular_color| {
             let material = lanternfish_scene::Material { ior, specular, specular_color, ..Default::default() };
-            dielectric_f0(&material)
+            dielectric_f0(&material, Vec3::ONE, 1.0)
         };
         // ((n − 1) / (n + 1))²: 0.04 for glass, 0.02 for water, 1 for the mirror that KHR_materials_ior writes as 0.
         assert!((f0(1.5, 1.0, Vec3::ONE) - 0.04).abs().max_element() < 1e-6);
@@ -192,6 +228,11 @@ mod tests {
             ("METALLIC_ROUGHNESS_MAPPED", METALLIC_ROUGHNESS_MAPPED),
             ("EMISSIVE_MAPPED", EMISSIVE_MAPPED),
             ("BASE_COLOR_MAPPED", BASE_COLOR_MAPPED),
+            ("SPECULAR_MAPPED", SPECULAR_MAPPED),
+            ("SPECULAR_COLOR_MAPPED", SPECULAR_COLOR_MAPPED),
+            ("TRANSMISSION_MAPPED", TRANSMISSION_MAPPED),
+            ("COAT_MAPPED", COAT_MAPPED),
+            ("COAT_ROUGHNESS_MAPPED", COAT_ROUGHNESS_MAPPED),
         ] {
             assert_eq!(crate::shaders::constant("gpu_scene/material", name), f64::from(flag), "{name}");
         }

@@ -19,12 +19,19 @@ const SOFTWARE_ANISOTROPY: u16 = 4;
 /// second without; 25.0.7 is fine; those between are untested.
 const FIRST_ANISOTROPIC_MESA: u32 = 25;
 /// Names of a material's textures and samplers where each material has a bind group.
-const NAMES: [(&str, &str); 4] = [
+const NAMES: [(&str, &str); MAPS] = [
     ("base_color_texture", "base_color_sampler"),
     ("metallic_roughness_texture", "metallic_roughness_sampler"),
     ("normal_texture", "normal_sampler"),
     ("emissive_texture", "emissive_sampler"),
+    ("specular_texture", "specular_sampler"),
+    ("specular_color_texture", "specular_color_sampler"),
+    ("transmission_texture", "transmission_sampler"),
+    ("coat_texture", "coat_sampler"),
+    ("coat_roughness_texture", "coat_roughness_sampler"),
 ];
+/// Textures of a material that are shaded.
+const MAPS: usize = 9;
 
 /// The textures of a scene on the device. Texture 0 is one white texel.
 #[derive(Debug)]
@@ -37,18 +44,24 @@ pub struct Textures {
     samplers: Vec<wgpu::Sampler>,
     /// Texture and sampler of each scene texture, by (index, whether read as sRGB).
     slots: HashMap<(usize, bool), (u32, u32)>,
-    /// Of each material: its four textures and samplers.
-    by_material: Vec<[(u32, u32); 4]>,
+    /// Of each material: its textures and samplers.
+    by_material: Vec<[(u32, u32); MAPS]>,
 }
 
-/// The four textures of a material that are shaded, and whether they are sRGB-encoded.
-fn references(material: &Material, shading: Shading) -> [(Option<&TextureRef>, bool); 4] {
+/// The textures of a material that are shaded, and whether they are sRGB-encoded.
+fn references<'m>(material: &'m Material, shading: Shading) -> [(Option<&'m TextureRef>, bool); MAPS] {
     let file = shading == Shading::File;
+    let of_file = |texture: &'m Option<TextureRef>| texture.as_ref().filter(|_| file);
     [
         (material.base_color_texture.as_ref(), true),
-        (material.metallic_roughness_texture.as_ref().filter(|_| file), false),
-        (material.normal_texture.as_ref().filter(|_| file), false),
+        (of_file(&material.metallic_roughness_texture), false),
+        (of_file(&material.normal_texture), false),
         (material.emissive_texture.as_ref(), true),
+        (of_file(&material.specular_texture), false),
+        (of_file(&material.specular_color_texture), true),
+        (of_file(&material.transmission_texture), false),
+        (of_file(&material.clearcoat_texture), false),
+        (of_file(&material.clearcoat_roughness_texture), false),
     ]
 }
 

@@ -4,10 +4,10 @@ mod glass;
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use lanternfish_gpu::testing;
 use lanternfish_reference::{
-    brdf::{self, Reflector, normal_distribution},
+    brdf::{self, Coat, Reflector, normal_distribution},
     reflector,
 };
 use lanternfish_scene::Material;
@@ -85,6 +85,27 @@ fn gpu_brdf_is_its_twin() {
         worst = worst.max(error);
     }
     println!("largest relative difference {worst:.1e}");
+}
+
+#[test]
+fn gpu_coats_are_their_twins() {
+    let Some(gpu) = testing::gpu("gpu_coats_are_their_twins") else { return };
+    let mut random = Random::new(13);
+    let (mut queries, mut expected) = (Vec::new(), Vec::new());
+    for _ in 0..2048 {
+        let (weight, roughness) = (random.unit(), random.between(0.1, 1.0));
+        let upper = |v: Vec3| if v.z < 0.0 { -v } else { v };
+        let (wi, wo) = (upper(random.direction()), upper(random.direction()));
+        queries.extend([Vec4::new(weight, roughness, 0.0, 0.0), Vec3::Z.extend(0.0), wi.extend(0.0), wo.extend(0.0)]);
+        let coat = Coat { weight: weight.into(), perceptual_roughness: roughness.into(), normal: DVec3::Z };
+        let (wi, wo) = (wi.as_dvec3(), wo.as_dvec3());
+        expected.push(coat.over(wi, wo, DVec3::splat(wi.z / PI)));
+    }
+    for (answer, expected) in ask(gpu, "coated_reflections", &queries, 4).iter().zip(expected) {
+        let error = (answer.truncate().as_dvec3() - expected).abs().max_element();
+        // As for the BRDF without a coat; alpha is at least 0.01.
+        assert!(error <= 2e-4 * expected.x.max(1e-3), "{answer}, not {expected}");
+    }
 }
 
 /// What the sums over strata may be off by: halving the strata changes none by more.

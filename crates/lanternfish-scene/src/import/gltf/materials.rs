@@ -63,7 +63,7 @@ fn read_unplaced(
     }
     // An unlit material is not to have others.
     if !read.unlit {
-        surface::apply(&material.extensions, &mut read, notes);
+        surface::apply(root, &material.extensions, &mut read, textures, notes)?;
     }
     Ok(read)
 }

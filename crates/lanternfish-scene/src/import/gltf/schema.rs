@@ -268,6 +268,10 @@ pub(super) struct Anisotropy {
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Clearcoat {
     pub clearcoat_factor: f32,
+    pub clearcoat_texture: Option<TextureInfo>,
+    pub clearcoat_roughness_factor: f32,
+    pub clearcoat_roughness_texture: Option<TextureInfo>,
+    pub clearcoat_normal_texture: Option<NormalTexture>,
 }
 
 #[derive(Default, Deserialize)]

@@ -12,7 +12,17 @@ use crate::{AlphaMode, Material};
 const DIELECTRIC_REFLECTANCE: f32 = 0.04;
 
 /// Applies what is read of a material's extensions to what is read of its core; notes what is not.
-pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, notes: &mut Notes) {
+pub(super) fn apply(
+    root: &Root,
+    extensions: &MaterialExtensions,
+    material: &mut Material,
+    textures: &mut Textures,
+    notes: &mut Notes,
+) -> Result<()> {
+    let mut texture = |info: &Option<TextureInfo>, notes: &mut Notes| match info {
+        Some(info) => textures.add(root, info, notes),
+        None => Ok(None),
+    };
     if let Some(ior) = extensions.ior.as_ref().and_then(|extension| extension.ior) {
         // 0 is allowed, and stands for a mirror; between 0 and 1 there is nothing.
         material.ior = if ior == 0.0 { 0.0 } else { ior.clamp(1.0, f32::MAX) };
@@ -21,17 +31,26 @@ pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, no
         material.specular = specular.specular_factor.unwrap_or(1.0).clamp(0.0, 1.0);
         material.specular_color =
             specular.specular_color_factor.map_or(Vec3::ONE, Vec3::from).clamp(Vec3::ZERO, Vec3::MAX);
-        if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
-            notes.add("textures of KHR_materials_specular");
+        material.specular_texture = texture(&specular.specular_texture, notes)?;
+        material.specular_color_texture = texture(&specular.specular_color_texture, notes)?;
+    }
+    if let Some(coat) = &extensions.clearcoat
+        && let factor = coat.clearcoat_factor.clamp(0.0, 1.0)
+        && factor > 0.0
+    {
+        material.clearcoat = factor;
+        material.clearcoat_texture = texture(&coat.clearcoat_texture, notes)?;
+        material.clearcoat_roughness = coat.clearcoat_roughness_factor.clamp(0.0, 1.0);
+        material.clearcoat_roughness_texture = texture(&coat.clearcoat_roughness_texture, notes)?;
+        if coat.clearcoat_normal_texture.is_some() {
+            notes.add("normal maps of KHR_materials_clearcoat");
         }
     }
     if let Some(transmission) = &extensions.transmission
         && let factor = transmission.transmission_factor.clamp(0.0, 1.0)
         && factor > 0.0
     {
-        if transmission.transmission_texture.is_some() {
-            notes.add("textures of KHR_materials_transmission");
-        }
+        material.transmission_texture = texture(&transmission.transmission_texture, notes)?;
         transmit(material, factor);
     }
     if let Some(volume) = &extensions.volume
@@ -49,7 +68,6 @@ pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, no
     }
     for (name, has_effect) in [
         ("KHR_materials_anisotropy", extensions.anisotropy.as_ref().is_some_and(|e| e.anisotropy_strength != 0.0)),
-        ("KHR_materials_clearcoat", extensions.clearcoat.as_ref().is_some_and(|e| e.clearcoat_factor != 0.0)),
         ("KHR_materials_dispersion", extensions.dispersion.as_ref().is_some_and(|e| e.dispersion != 0.0)),
         ("KHR_materials_iridescence", extensions.iridescence.as_ref().is_some_and(|e| e.iridescence_factor != 0.0)),
         ("KHR_materials_sheen", extensions.sheen.as_ref().is_some_and(|e| e.sheen_color_factor != [0.0; 3])),
@@ -58,6 +76,7 @@ pub(super) fn apply(extensions: &MaterialExtensions, material: &mut Material, no
             notes.add(name);
         }
     }
+    Ok(())
 }
 
 /// Makes a material let through light. Metal transmits nothing; where a texture says what is metal, some of it may be none.

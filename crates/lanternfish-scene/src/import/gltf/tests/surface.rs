@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::warnings::warnings;
 use super::{File, assert_contains};
-use crate::{AlphaMode, Material, SceneError};
+use crate::{AlphaMode, Material, SceneError, TextureRef};
 
 /// A triangle with this material; all its extensions are required.
 fn with_material(material: Value) -> File {
@@ -82,14 +82,15 @@ fn volumes_are_read_and_clamped() {
 #[test]
 fn what_is_left_out_of_a_surface_is_said_by_name() {
     let file = with_material(json!({ "extensions": {
-        "KHR_materials_clearcoat": { "clearcoatFactor": 1 },
+        "KHR_materials_clearcoat": { "clearcoatFactor": 1, "clearcoatNormalTexture": { "index": 0 } },
         "KHR_materials_sheen": { "sheenColorFactor": [1, 0, 0] },
         "KHR_materials_iridescence": { "iridescenceFactor": 1 },
         "KHR_materials_anisotropy": { "anisotropyStrength": 1 },
         "KHR_materials_dispersion": { "dispersion": 1 },
     } }));
-    let names = ["anisotropy", "clearcoat", "dispersion", "iridescence", "sheen"];
-    let expected = names.map(|name| format!("folder/test.glb: left out: KHR_materials_{name} (1)"));
+    let names = ["anisotropy", "dispersion", "iridescence", "sheen"].map(|name| format!("KHR_materials_{name}"));
+    let names = names.into_iter().chain(["normal maps of KHR_materials_clearcoat".to_owned()]);
+    let expected: Vec<_> = names.map(|name| format!("folder/test.glb: left out: {name} (1)")).collect();
     assert_eq!(warnings(&file), expected);
     let file = with_material(json!({ "extensions": {
         "KHR_materials_clearcoat": {}, "KHR_materials_sheen": {}, "KHR_materials_volume": {},
@@ -119,6 +120,36 @@ fn specular_and_glossiness_are_converted() {
     file.json["extensionsRequired"] = json!([]);
     let read = file.scene().materials.remove(0);
     assert_eq!((read.base_color, read.specular_color), (Vec4::new(1.0, 0.0, 0.0, 1.0), Vec3::ONE));
+}
+
+#[test]
+fn textures_of_coats_specular_layers_and_transmission_are_read() {
+    let texture = |index: u32| json!({ "index": index });
+    let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
+    file.json["materials"][0]["extensions"] = json!({
+        "KHR_materials_clearcoat": {
+            "clearcoatFactor": 0.75, "clearcoatTexture": texture(0),
+            "clearcoatRoughnessFactor": 0.25, "clearcoatRoughnessTexture": texture(1),
+        },
+        "KHR_materials_specular": { "specularTexture": texture(1), "specularColorTexture": texture(0) },
+        "KHR_materials_transmission": { "transmissionFactor": 0.5, "transmissionTexture": texture(1) },
+    });
+    assert!(warnings(&file).is_empty(), "{:?}", warnings(&file));
+    let read = file.scene().materials.remove(0);
+    assert_eq!((read.clearcoat, read.clearcoat_roughness, read.transmission), (0.75, 0.25, 0.5));
+    let index = |reference: Option<TextureRef>| reference.expect("it is read").texture;
+    let (first, second) = (index(read.clearcoat_texture), index(read.clearcoat_roughness_texture));
+    assert_eq!(first, index(read.base_color_texture));
+    assert_ne!(first, second);
+    assert_eq!(index(read.specular_color_texture), first);
+    assert_eq!((index(read.specular_texture), index(read.transmission_texture)), (second, second));
+    // Without a coat its textures are not read, and what is out of range is clamped.
+    let coat = |coat: Value| {
+        let read = material(json!({ "extensions": { "KHR_materials_clearcoat": coat } }));
+        (read.clearcoat, read.clearcoat_roughness)
+    };
+    assert_eq!(coat(json!({})), (0.0, 0.0));
+    assert_eq!(coat(json!({ "clearcoatFactor": 2, "clearcoatRoughnessFactor": -1 })), (1.0, 0.0));
 }
 
 /// A triangle whose base colour is texture 0, over these textures.
