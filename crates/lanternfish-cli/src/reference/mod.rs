@@ -105,8 +105,7 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let tracer = progress.step("build", "Building trees", || Tracer::new(&scene, settings.clone()))?;
     let LookArgs { exposure, tone_map, .. } = flags.look;
     let meters = target.is_png() && settings.integrator == Integrator::Path && exposure == Exposure::Auto;
-    let coverage =
-        if meters { tracer.coverage(&camera, size.width as usize, size.height as usize) } else { Vec::new() };
+    let coverage = if meters { tracer.coverage(camera, size.width as usize, size.height as usize) } else { Vec::new() };
     let look = Look { integrator: settings.integrator, exposure, tone_map, coverage };
     signals::end_when_asked();
     let goal = goal(args);
