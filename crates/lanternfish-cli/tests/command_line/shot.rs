@@ -67,6 +67,8 @@ const TRACK: &str = "scene = \"demo:cornell\"
 [output]
 output = \"walk.png\"
 size = [24, 16]
+[look]
+exposure = 0
 [track]
 frames = 3
 keyframes = [
@@ -90,7 +92,7 @@ fn gpu_a_track_becomes_numbered_pictures_beside_the_shot() {
     let report: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!(report["frames"], 3);
 
-    // A still is the sequence's picture of that moment.
+    // A still is the sequence's picture of that moment, at an exposure that is said: each run would meter its first picture.
     let still = |time: &str| {
         run(&inner, &format!("render walk.toml --time {time} -o still.png"));
         fs::read(inner.join("still.png")).unwrap()
