@@ -190,14 +190,15 @@ fn cornell_is_the_references() {
     for (name, reference) in references {
         let agreement = reference.compare(32);
         println!("{name}: {agreement:?}");
-        // Noise around small lamps is far from normal: tails up to four times those of a normal distribution.
-        assert_eq!(agreement.fault(0.1, 0.011), None, "{name}");
+        // The median of z² over 625 blocks, whose channels have their noise in common, itself scatters by 9 %. Noise around small
+        // lamps is far from normal: tails up to four times those of a normal distribution.
+        assert_eq!(agreement.fault(0.25, 0.011), None, "{name}");
         // It can fail: 1 % of light is seen in all, and a bounce more or less.
         let mut brighter = reference;
         brighter.scene.lights.iter_mut().for_each(|light| light.intensity *= 1.015);
         brighter.scene.materials.iter_mut().for_each(|material| material.emissive *= 1.015);
         let agreement = brighter.compare(32);
-        assert!(agreement.fault(0.1, 0.011).is_some(), "{name}: blind to 1.5 % of light: {agreement:?}");
+        assert!(agreement.fault(0.25, 0.011).is_some(), "{name}: blind to 1.5 % of light: {agreement:?}");
     }
 }
 
