@@ -1,15 +1,13 @@
-//! Many pictures on one sheet, each made a quarter as large: the picture of `docs/any-file.md`.
+//! Many pictures on one sheet, each made smaller by a whole factor: the picture of `docs/any-file.md`.
 //!
-//! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS SHEET.jpg PICTURE.png…`: pictures of one size,
-//! row by row.
+//! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS FACTOR SHEET.jpg PICTURE.png…`: pictures of one
+//! size, row by row.
 
 use std::{error::Error, fs::File, io::BufWriter, path::Path};
 
 use image::{ExtendedColorType, ImageEncoder, codecs::jpeg::JpegEncoder};
 use lanternfish_metrics::read_png;
 
-/// Pixels of a picture that become one, each way.
-const FACTOR: usize = 4;
 /// Pixels between pictures.
 const GAP: usize = 4;
 /// Of JPEG, 1 to 100.
@@ -17,9 +15,11 @@ const QUALITY: u8 = 88;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [columns, sheet, pictures @ ..] = &words[..] else { return Err("COLUMNS SHEET.jpg PICTURE.png…".into()) };
-    let columns: usize = columns.parse()?;
-    let cells = pictures.iter().map(|path| Ok(read_png(Path::new(path))?.box_downsampled(FACTOR)?));
+    let [columns, factor, sheet, pictures @ ..] = &words[..] else {
+        return Err("COLUMNS FACTOR SHEET.jpg PICTURE.png…".into());
+    };
+    let (columns, factor): (usize, usize) = (columns.parse()?, factor.parse()?);
+    let cells = pictures.iter().map(|path| Ok(read_png(Path::new(path))?.box_downsampled(factor)?));
     let cells = cells.collect::<Result<Vec<_>, Box<dyn Error>>>()?;
     let first = cells.first().ok_or("no pictures")?;
     let (across, down) = (first.width + GAP, first.height + GAP);
