@@ -3,7 +3,7 @@
 //! Use one by itself ([`studio`], [`sun`], [`sky`], [`lamp`]), or let a [`LightRig`] put into a scene what belongs
 //! together. [`is_dark`] says whether a scene needs any.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 
 use crate::sight::{Face, look};
 use crate::{Camera, Environment, Light, Material, Scene, named_enum};
@@ -190,17 +190,18 @@ pub fn sky() -> Vec3 {
     Vec3::new(0.26, 0.32, 0.42)
 }
 
-/// Cells a side of the cube of what is around a camera.
+/// Cells a side of what is ahead of a camera.
 const CELLS: usize = 8;
 
 /// A lamp for a camera in a closed room, to which no light from outside comes (see [`Camera::is_enclosed`]); `None`
-/// elsewhere. It hangs over the left shoulder, free of walls, and lights what is half as far as all else with about 4 lx.
+/// elsewhere. It hangs over the left shoulder, free of walls, and gives about 4 lx at the middle distance of what is ahead.
 pub fn lamp(scene: &Scene, camera: &Camera) -> Option<Light> {
     if !camera.is_enclosed(scene) {
         return None;
     }
     let eye = camera.eye();
-    let seen = look(scene, eye, &Face::cube(), CELLS);
+    let ahead = Face { world_from_face: camera.world_from_camera.matrix3.into(), slope: Vec2::splat(0.6) };
+    let seen = look(scene, eye, &[ahead], CELLS);
     let mut depths: Vec<f32> = seen.iter().flatten().map(|hit| hit.depth).collect();
     depths.sort_unstable_by(f32::total_cmp);
     let middle = *depths.get(depths.len() / 2)?;
@@ -208,7 +209,7 @@ pub fn lamp(scene: &Scene, camera: &Camera) -> Option<Light> {
     let aside = camera.world_from_camera.transform_vector3(Vec3::new(-0.6, 0.8, 0.0));
     let face = Face {
         world_from_face: Mat3::from(Camera::look_at(eye, eye + aside, camera.projection).world_from_camera.matrix3),
-        slope: glam::Vec2::splat(0.2),
+        slope: Vec2::splat(0.2),
     };
     let free = look(scene, eye, &[face], 2).iter().flatten().map(|hit| hit.depth).fold(middle, f32::min);
     let place = eye + 0.5 * free * aside;

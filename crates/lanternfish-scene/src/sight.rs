@@ -162,7 +162,7 @@ mod tests {
         let behind = look(
             &scene,
             eye - 9.0 * Vec3::Z,
-            &[Face { world_from_face: Mat3::from_rotation_y(3.1415927), slope: Vec2::splat(0.02) }],
+            &[Face { world_from_face: Mat3::from_rotation_y(std::f32::consts::PI), slope: Vec2::splat(0.02) }],
             4,
         );
         assert!(behind.iter().all(|hit| hit.is_some_and(|hit| !hit.is_front)));

@@ -82,6 +82,7 @@ fn what_bends_and_moves_is_counted() {
     let place = nodes.iter().position(|node| node["mesh"] == 0).expect("the triangle's node");
     nodes[place]["skin"] = json!(1);
     nodes.push(nodes[place].clone());
+    nodes[place]["translation"] = json!([1, 0, 0]);
     nodes.push(json!({ "skin": 0 }));
     file.json["scene"] = json!(0);
     file.json["scenes"] = json!([{ "nodes": (0..nodes.len()).collect::<Vec<_>>() }]);
