@@ -228,7 +228,6 @@ impl ReferenceArgs {
             light_radius: shot.lights.light_radius,
             light_choice: transport.light_choice,
             seed,
-            ..Settings::default()
         })
     }
 }

@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     fn of_cornell(change: impl FnOnce(&mut Scene, &mut Size, &mut Settings)) -> String {
-        let mut scene = lanternfish_scene::load(&format!("demo:{}", generate::DEMOS[1])).unwrap();
+        let mut scene = lanternfish_scene::load(format!("demo:{}", generate::DEMOS[1])).unwrap();
         let camera = Camera::framing(&scene.bounds(), 0.7, 1.0);
         let (mut size, mut settings) = (Size { width: 4, height: 3 }, Settings::default());
         change(&mut scene, &mut size, &mut settings);
