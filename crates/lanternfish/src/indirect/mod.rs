@@ -132,9 +132,10 @@ named_enum! {
 named_enum! {
     /// Whether what a pixel's rays bring is bounded by its neighbours.
     IndirectClamp {
-        /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations.
+        /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
+        /// mean of n frames.
         On = "on",
-        /// It is not: the mean of many frames is right.
+        /// It is not: the mean of all pictures is right.
         Off = "off",
     }
 }

@@ -41,8 +41,8 @@ gpu_struct! {
         glossy_blur: f32,
         /// A pixel's rays to emissive triangles; 0 where nothing shines.
         emitter_rays: u32,
-        /// 1: a pixel's sums are bounded by those around it.
-        clamped: u32,
+        /// Frames whose mean the picture is, where a pixel's sums are bounded by those around it; 0: they are not.
+        clamp_frames: f32,
         /// Unused.
         _pad_a: u32,
         /// Unused.
@@ -170,7 +170,7 @@ impl SampledLight {
         let emitter_rays = if scene.has_emissive_triangles() { settings.diffuse_rays.div_ceil(2) } else { 0 };
         let parameters = SampledParameters {
             emitter_rays,
-            clamped: u32::from(settings.clamp == IndirectClamp::On),
+            clamp_frames: if settings.clamp == IndirectClamp::On { frames as f32 } else { 0.0 },
             scale,
             diffuse_rays: settings.diffuse_rays,
             glossy_rays: settings.glossy_rays,
@@ -224,7 +224,7 @@ impl SampledLight {
         let resolving = shared.clone().buffer("sampled", &uniform).buffer("finished_sums", &targets.sums);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", written), pixels);
         let is_filtered = radius > 0;
-        let bounding = (is_filtered || parameters.clamped == 1).then_some((&self.bound, 0));
+        let bounding = (is_filtered || parameters.clamp_frames > 0.0).then_some((&self.bound, 0));
         let filtering = [0, 1].into_iter().filter(|_| is_filtered).map(|axis| (&self.filter, axis));
         for (kernel, axis) in bounding.into_iter().chain(filtering) {
             std::mem::swap(&mut read, &mut written);

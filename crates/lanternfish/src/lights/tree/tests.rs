@@ -24,7 +24,7 @@ fn triangles(random: &mut Random) -> Vec<EmissiveTriangle> {
         let (place, normal) = (5.0 * random.point(), random.direction());
         let (right, up) = normal.any_orthonormal_pair();
         let corners = [place, place + random.unit() * right, place + random.unit() * up];
-        let front = (i % 3 != 0).then_some(normal);
+        let front = (!i.is_multiple_of(3)).then_some(normal);
         EmissiveTriangle { triangle: 7 * i + 2, emitter: Emitter::of_triangle(corners, 3.0, front) }
     };
     (0..300).map(triangle).collect()
