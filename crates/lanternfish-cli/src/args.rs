@@ -272,13 +272,13 @@ pub struct TrackArgs {
 pub struct LightArgs {
     /// A point light, and another each time.
     ///
-    /// x,y,z,cd[,r,g,b[,range]]: position (m), intensity (cd), colour that scales it, and where it ends (m).
+    /// `x,y,z,cd[,r,g,b[,range]]`: position (m), intensity (cd), colour that scales it, and where it ends (m).
     #[arg(long = "point", value_name = "x,y,z,cd[,...]")]
     #[arg(value_parser = parse::point_light, allow_hyphen_values = true)]
     pub points: Vec<Light>,
     /// A light from infinitely far.
     ///
-    /// dx,dy,dz,lux[,r,g,b]: the direction in which it travels, illuminance (lx), colour that scales it.
+    /// `dx,dy,dz,lux[,r,g,b]`: the direction in which it travels, illuminance (lx), colour that scales it.
     #[arg(long, value_name = "dx,dy,dz,lux[,...]", value_parser = parse::sun, allow_hyphen_values = true)]
     pub sun: Option<Light>,
     /// The surroundings: an equirectangular image (.hdr, .exr).

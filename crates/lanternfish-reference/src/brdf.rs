@@ -222,7 +222,7 @@ impl Reflector {
         1.0 - self.f0 * all - (self.f90 - self.f0) * grazing
     }
 
-    /// The diffuse BRDF, 1/sr: what the specular layer lets in and out again [Kelemen2001], and transmission leaves.
+    /// The diffuse BRDF, 1/sr: what the specular layer lets in and out again `[Kelemen2001]`, and transmission leaves.
     ///
     /// With even light from all sides, it sends towards `wo` what the specular layer does not.
     pub fn diffuse(&self, n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {

@@ -1,7 +1,7 @@
-//! A compressed wide BVH [Ylitie2017] over boxes, in bounded time and depth whatever lies on one spot.
+//! A compressed wide BVH `[Ylitie2017]` over boxes, in bounded time and depth whatever lies on one spot.
 //!
-//! 1. [`cluster`](cluster::tree): a binary tree by locally ordered clustering [Meister2018], which always gets on.
-//! 2. Reinsertion [Meister2018b], by `obvhs`: it costs as many steps a box as there are boxes around it, so it is left out
+//! 1. `cluster`: a binary tree by locally ordered clustering `[Meister2018]`, which always gets on.
+//! 2. Reinsertion `[Meister2018b]`, by `obvhs`: it costs as many steps a box as there are boxes around it, so it is left out
 //!    where these are thousands.
 //! 3. Eight children a node, by `obvhs`. Where that is deeper than [`MAX_DEPTH`], the boxes' order along a space-filling
 //!    curve is halved again and again instead: no tree of fewer than 2³² boxes is deeper than 32 levels then.

@@ -1,4 +1,4 @@
-//! A tree over emitters that have a place, from which one is chosen by what it may send to a surface [Conty2018].
+//! A tree over emitters that have a place, from which one is chosen by what it may send to a surface `[Conty2018]`.
 //!
 //! 1. Build: halve the emitters at the middle of the longest side of the box of their centres. Depth is the logarithm of the
 //!    count, whatever lies on one spot; the same emitters give the same tree.
