@@ -146,7 +146,8 @@ mod tests {
             let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
             assert!(lines.any(|line| line.unwrap() == "half written"), "the child ended early");
             assert_eq!(names(), 2, "the file and what is written beside it");
-            let kill = Command::new("kill").args([format!("-{signal}"), child.id().to_string()]).status();
+            // The shell's own: a bare machine has no program of that name.
+            let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status();
             assert!(kill.unwrap().success());
             // Not wait(), which would close standard input first.
             let rest = lines.count();
