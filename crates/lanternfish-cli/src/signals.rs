@@ -103,7 +103,7 @@ mod tests {
     use std::{
         env, fs,
         io::{BufRead as _, BufReader, Read as _, Write as _},
-        os::unix::process::ExitStatusExt as _,
+        os::unix::process::{CommandExt as _, ExitStatusExt as _},
         path::Path,
         process::{Command, Stdio},
     };
@@ -136,13 +136,21 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             fs::write(folder.path().join("picture"), "whole").unwrap();
             let names = || fs::read_dir(folder.path()).unwrap().count();
-            let mut child = Command::new(env::current_exe().unwrap())
+            let mut command = Command::new(env::current_exe().unwrap());
+            command
                 .args(["--exact", "signals::tests::child", "--ignored", "--nocapture"])
                 .env(FOLDER, folder.path())
                 .stdin(Stdio::piped())
-                .stdout(Stdio::piped())
-                .spawn()
-                .unwrap();
+                .stdout(Stdio::piped());
+            // Who starts the tests in the background may have had the signal ignored, which processes inherit.
+            let heed_signal = move || {
+                // SAFETY: async-signal-safe, with a handler that the system itself has.
+                unsafe { libc::signal(signal, libc::SIG_DFL) };
+                Ok(())
+            };
+            // SAFETY: the closure allocates nothing and takes no lock.
+            unsafe { command.pre_exec(heed_signal) };
+            let mut child = command.spawn().unwrap();
             let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
             assert!(lines.any(|line| line.unwrap() == "half written"), "the child ended early");
             assert_eq!(names(), 2, "the file and what is written beside it");

@@ -356,6 +356,16 @@ fn started(folder: &Path, before: &str) -> (Child, Lines<BufReader<ChildStderr>>
     );
     let mut command = Command::new("sh");
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).args(["-c", &line]);
+    // Who starts the tests in the background may have had signals ignored, which processes inherit and a shell cannot undo.
+    let heed_signals = || {
+        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+            // SAFETY: async-signal-safe, with a handler that the system itself has.
+            unsafe { libc::signal(signal, libc::SIG_DFL) };
+        }
+        Ok(())
+    };
+    // SAFETY: the closure allocates nothing and takes no lock.
+    unsafe { std::os::unix::process::CommandExt::pre_exec(&mut command, heed_signals) };
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     assert!(lines.any(|line| is_estimate(&line.unwrap())), "it ended without an estimate");
