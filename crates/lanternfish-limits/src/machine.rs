@@ -34,29 +34,31 @@ fn kibibytes(text: &str, name: &str) -> Option<u64> {
 }
 
 /// What is left of the control groups that `/proc/self/cgroup` names, or of all that a container sees of them. Pages of files
-/// count as left: they are given back when memory is short.
+/// on a disk count as left: they are given back when memory is short. Files in memory (`shmem`, which `file` includes) are not.
 fn in_group(root: &Path, groups: &str) -> Option<u64> {
     let number = |path: &Path| fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
-    let left = |folder: &Path, most: &str, used: &str, pages: &str| {
+    let left = |folder: &Path, most: &str, used: &str, pages: &[&str]| {
         let most = number(&folder.join(most))?;
         let stat = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
-        let pages = stat.lines().find_map(|line| line.strip_prefix(pages)?.trim().parse().ok()).unwrap_or(0);
+        let pages_of = |line: &str| pages.iter().find_map(|name| line.strip_prefix(name)?.trim().parse::<u64>().ok());
+        let pages = stat.lines().filter_map(pages_of).sum();
         Some(most.saturating_sub(number(&folder.join(used))?.saturating_sub(pages)))
     };
     let of_line = |line: &str| {
         let (_, rest) = line.split_once(':')?;
         let (controllers, path) = rest.split_once(':')?;
-        let (root, names) = match controllers {
-            "" => (root.to_owned(), ["memory.max", "memory.current", "file "]),
+        let (root, most, used, pages): (_, _, _, &[_]) = match controllers {
+            "" => (root.to_owned(), "memory.max", "memory.current", &["active_file ", "inactive_file "]),
             "memory" => {
-                (root.join("memory"), ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file "])
+                let names = ("memory.limit_in_bytes", "memory.usage_in_bytes");
+                (root.join("memory"), names.0, names.1, &["total_inactive_file "])
             }
             _ => return None,
         };
         // A group's limit holds for all below it.
         let own = root.join(path.trim_start_matches('/'));
         let above = own.ancestors().take_while(|folder| folder.starts_with(&root));
-        above.filter_map(|folder| left(folder, names[0], names[1], names[2])).min()
+        above.filter_map(|folder| left(folder, most, used, pages)).min()
     };
     groups.lines().filter_map(of_line).min()
 }
@@ -91,7 +93,7 @@ mod tests {
         assert_eq!(room("0::/a/b\n"), None, "max is no limit");
         write("a/memory.max", "1000\n");
         write("a/memory.current", "700\n");
-        write("a/memory.stat", "anon 5\nfile 200\nfile_mapped 99\n");
+        write("a/memory.stat", "anon 5\nfile 500\nshmem 300\nfile_mapped 99\ninactive_file 50\nactive_file 150\n");
         assert_eq!(room("0::/a/b\n"), Some(500));
         // The first version of groups: one a controller, and in a container the root is the group.
         write("memory/memory.limit_in_bytes", "900\n");

@@ -86,7 +86,7 @@ impl<'a> Files<'a> {
         let file = match &self.confined_to {
             None => open_regular(path)?,
             Some(folder) => {
-                let real = path.canonicalize()?;
+                let real = path.canonicalize().map_err(|error| unresolved(path, folder, error))?;
                 if !real.starts_with(folder) {
                     return Err(FileError::Outside);
                 }
@@ -106,6 +106,14 @@ impl<'a> Files<'a> {
         file.take(length).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
+}
+
+/// Why a path is not resolved. Where its last part that is there leads out, or nowhere, that is all there is to be told:
+/// what is there outside, or is not, is told alike.
+fn unresolved(path: &Path, folder: &Path, error: io::Error) -> FileError {
+    let there = path.ancestors().find(|path| path.symlink_metadata().is_ok());
+    let leads_out = |path: &Path| !path.canonicalize().is_ok_and(|real| real.starts_with(folder));
+    if there.is_some_and(leads_out) { FileError::Outside } else { FileError::Io(error) }
 }
 
 /// The content of a file that the program's user names, of at most so many bytes.

@@ -97,6 +97,16 @@ fn links_do_not_lead_out() {
         let refused = load_with(&scene, &CONFINED);
         assert!(matches!(refused, Err(SceneError::Outside { .. })), "{uri}: {refused:?}");
     }
+    // Whether there is something behind a link is not told.
+    symlink(place.path("missing.bin"), place.path("scene/dangling.bin")).unwrap();
+    for uri in ["dangling.bin", "inner/up/missing.bin", "inner/up/missing/secret.bin"] {
+        let refused = load_with(place.scene(uri), &CONFINED);
+        assert!(matches!(refused, Err(SceneError::Outside { .. })), "{uri}: {refused:?}");
+    }
+    for uri in ["missing.bin", "inner/missing.bin", "inner/missing/../own.bin"] {
+        let refused = load_with(place.scene(uri), &CONFINED);
+        assert!(matches!(refused, Err(SceneError::Io { .. })), "{uri}: {refused:?}");
+    }
     // A link within the folder is as good as a file, and so is a link to the whole folder.
     for uri in ["within.bin", "inner/up/scene/own.bin"] {
         assert!(load_with(place.scene(uri), &CONFINED).is_ok(), "{uri}");
@@ -174,6 +184,27 @@ fn memory_is_asked_for_before_it_is_taken() {
     let error = within(1000).unwrap_err().to_string();
     assert!(error.contains("wide.obj needs 200.0 kB of memory"), "{error}");
     assert!(within(100_000_000).is_ok());
+}
+
+/// Materials are counted before they are made; what there is no memory for is refused, and not missing.
+#[test]
+fn libraries_and_textures_are_within_the_budget() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.obj");
+    fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n").unwrap();
+    let within = |library: &str| {
+        fs::write(folder.path().join("a.mtl"), library).unwrap();
+        load_with(&path, &LoadOptions { memory_limit: Some(5_000_000), ..Default::default() })
+    };
+    let refused = |library: &str| match within(library) {
+        Err(SceneError::TooMuch { need, .. }) => need.what,
+        other => panic!("not refused: {:?}", other.map(|scene| scene.materials.len())),
+    };
+    assert_eq!(refused(&"newmtl a\n".repeat(20_000)), "the materials of a.mtl need");
+    assert_eq!(refused(&"# filler\n".repeat(1_000_000)), "a.mtl needs");
+    fs::write(folder.path().join("wide.png"), vec![0; 6_000_000]).unwrap();
+    assert_eq!(refused("newmtl a\nmap_Kd wide.png\n"), "wide.png needs");
+    assert_eq!(within("newmtl a\nKd 1 0 0\n").unwrap().materials[0].base_color.y, 0.0);
 }
 
 #[cfg(unix)]

@@ -73,7 +73,7 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> std::result::Result<Sc
 /// Reads the content of a file; `path` names the scene.
 fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<Scene> {
     let parts = container::split(file)?;
-    let root = parse(parts.json)?;
+    let root = parse(parts.json, files.budget)?;
     extensions::check(&root, path)?;
     let scene = scenes::select(&root, scene)?;
     let buffers = Buffers::load(&root, parts.bin, files)?;
@@ -125,7 +125,29 @@ fn note_what_moves(root: &Root, nodes: &[Placed], used: &Used, notes: &mut Notes
     notes.add_all("animations: what they move stays where it is", root.animations.len());
 }
 
-fn parse(json: &[u8]) -> Result<Root<'_>> {
+/// Bytes that parsing takes of an object, at most: the largest of a list, which doubles as it grows.
+const BYTES_PER_OBJECT: u64 = 2 * size_of::<schema::Material>() as u64;
+const _: () = assert!(
+    size_of::<schema::Material>() >= size_of::<schema::Node>()
+        && size_of::<schema::Material>() >= size_of::<schema::Image>()
+        && size_of::<schema::Material>() >= size_of::<schema::Accessor>()
+        && size_of::<schema::Material>() >= size_of::<schema::BufferView>()
+);
+/// And of a number, a string or a map's entry, beside its text.
+const BYTES_PER_ITEM: u64 = 96;
+
+/// Parses the JSON, once there is memory for what it may become: a list of `{}` takes hundreds of times its text.
+fn parse<'a>(json: &'a [u8], budget: &Budget) -> Result<Root<'a>> {
+    let (mut objects, mut items) = (0, 1);
+    for byte in json {
+        match byte {
+            b'{' => objects += 1,
+            b',' => items += 1,
+            _ => {}
+        }
+    }
+    let need = json.len() as u64 + BYTES_PER_OBJECT * objects + BYTES_PER_ITEM * items;
+    budget.take(need, || format!("JSON of {objects} objects needs"))?;
     let mut reader = serde_json::Deserializer::from_slice(json);
     let root = Root::deserialize(Objects(&mut reader)).and_then(|root| reader.end().map(|()| root));
     let root = root.map_err(|error| invalid(format!("JSON: {error}")))?;

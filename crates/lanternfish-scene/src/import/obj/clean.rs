@@ -12,6 +12,10 @@ use super::Notes;
 /// Vertices, texture coordinates and normals so far.
 type Counts = [usize; 3];
 
+/// Bytes that are made of one byte of text, at most: a relative index becomes a long one (`f -1 -1 -1` at the ten-millionth
+/// vertex 29 bytes of 11), a divided point of 10 bytes one of 42, and a name is kept by its mesh and by its instance.
+pub(super) const MOST_GROWTH: u64 = 5;
+
 /// A file made plain.
 #[derive(Default)]
 pub(super) struct Plain {
@@ -21,25 +25,37 @@ pub(super) struct Plain {
     pub materials: BTreeSet<String>,
     /// That polygons fall into.
     pub triangles: u64,
+    /// Of the shapes that have faces: the text has indices into this in the place of names, which may be of any length and
+    /// are needed at every change of attributes.
+    pub names: Vec<String>,
     /// Vertices, texture coordinates and normals.
     points: u64,
+    /// Lines at which the reader begins a model.
+    models: u64,
 }
 
 impl Plain {
     /// Bytes that reading the text takes, at most: of each triangle the reader's corners, and three vertices of flat normals
-    /// before and after tangents.
+    /// before and after tangents; of each model the reader's and ours, in lists that double as they grow.
     pub fn bytes_needed(&self) -> u64 {
-        48 * self.points + 640 * self.triangles
+        48 * self.points + 640 * self.triangles + 1024 * self.models
+    }
+
+    /// The name of a shape that has faces, by what the text calls it.
+    pub fn name(&self, index: &str) -> &str {
+        index.parse().ok().and_then(|index: usize| self.names.get(index)).map_or("unnamed", String::as_str)
     }
 }
 
-/// The lines that are read, each in its plainest form; or what is wrong, with the line.
+/// The lines that are read, each in its plainest form; or what is wrong, with the line. At most [`MOST_GROWTH`] times
+/// as long.
 pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
     let mut plain = Plain::default();
     let mut used = None;
     let mut out = String::with_capacity(text.len());
     let mut counts: Counts = [0; 3];
-    let mut name = "unnamed".to_owned();
+    // That of the faces to come, where it is not that of the last face.
+    let mut next_name = Some("unnamed".to_owned());
     // Which attributes the corners of the last face had.
     let mut last: Option<[bool; 3]> = None;
     let mut joined = String::new();
@@ -69,18 +85,18 @@ pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
                 plain.triangles += corners.len() as u64 - 2;
                 plain.materials.extend(used.take());
                 let has = [true, corners.iter().all(|c| c[1] > 0), corners.iter().all(|c| c[2] > 0)];
-                if last.replace(has).is_some_and(|last| last != has) {
-                    let _ = writeln!(out, "g {name}");
+                plain.names.extend(next_name.take().inspect(|_| last = None));
+                if last.replace(has) != Some(has) {
+                    let _ = writeln!(out, "g {}", plain.names.len() - 1);
+                    plain.models += 1;
                 }
                 write_face(&mut out, &corners, has);
             }
-            "o" | "g" => {
-                name = if rest.is_empty() { "unnamed".to_owned() } else { rest.to_owned() };
-                let _ = writeln!(out, "g {name}");
-            }
+            "o" | "g" => next_name = Some(if rest.is_empty() { "unnamed" } else { rest }.to_owned()),
             "mtllib" | "usemtl" if !rest.is_empty() => {
                 if key == "usemtl" {
                     used = Some(rest.to_owned());
+                    plain.models += 1;
                 }
                 let _ = writeln!(out, "{key} {rest}");
             }
@@ -103,9 +119,10 @@ pub(super) fn split_key(line: &str) -> (&str, &str) {
 
 /// Writes a vertex (kind 0), texture coordinate (1) or normal (2). Numbers that follow are dropped: colours, depth.
 fn write_numbers(out: &mut String, kind: usize, rest: &str) -> Result<(), String> {
-    let mut numbers = [0.0f32; 4];
+    let (mut numbers, mut words) = ([0.0f32; 4], [""; 4]);
     let mut count = 0;
     for (number, word) in numbers.iter_mut().zip(rest.split_whitespace()) {
+        words[count] = word;
         *number = word.parse().ok().filter(|n: &f32| n.is_finite()).ok_or_else(|| format!("{word:?} is no number"))?;
         count += 1;
     }
@@ -113,15 +130,19 @@ fn write_numbers(out: &mut String, kind: usize, rest: &str) -> Result<(), String
     if count < least {
         return Err(format!("{count} numbers, {least} expected"));
     }
-    let [mut x, mut y, mut z, w] = numbers;
+    let ([x, y, z, w], [x_word, y_word, z_word, _]) = (numbers, words);
     // Four numbers are homogeneous; six are a point and its colour.
     if kind == 0 && rest.split_whitespace().count() == 4 && w != 1.0 {
-        [x, y, z] = [x / w, y / w, z / w];
+        let [x, y, z] = [x / w, y / w, z / w];
         if !(x.is_finite() && y.is_finite() && z.is_finite()) {
             return Err(format!("a point at infinity, w = {w}"));
         }
+        let _ = writeln!(out, "{key} {x:e} {y:e} {z:e}");
+    } else {
+        // As they are written: spelt out, a short number may be of fifty digits.
+        let z_word = if kind == 1 { "" } else { z_word };
+        out.extend([key, " ", x_word, " ", if count < 2 { "0" } else { y_word }, " ", z_word, "\n"]);
     }
-    let _ = if kind == 1 { writeln!(out, "{key} {x} {y}") } else { writeln!(out, "{key} {x} {y} {z}") };
     Ok(())
 }
 

@@ -11,6 +11,13 @@ use super::textures::{Map, Textures};
 use crate::import::files::Files;
 use crate::{AlphaMode, Image, Material, Scene};
 
+/// Bytes that reading an MTL file takes, at most: its text, which grows where numbers are spelt out; and of each line a
+/// material of the reader's, in a list that doubles as it grows, and two entries in tables of names.
+pub(super) fn bytes_needed(file: &[u8]) -> u64 {
+    let lines = 1 + file.iter().filter(|byte| **byte == b'\n').count() as u64;
+    4 * file.len() as u64 + (2 * size_of::<tobj::Material>() as u64 + 512) * lines
+}
+
 /// The text of the MTL file `name` without the lines that `tobj` 4 would panic or give up on, which are noted. A colour of one
 /// number is grey.
 pub(super) fn clean(text: &str, name: &str, notes: &mut Notes) -> String {

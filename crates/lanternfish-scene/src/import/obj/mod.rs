@@ -11,7 +11,7 @@ mod materials;
 mod tests;
 mod textures;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use lanternfish_limits::caught;
 
 use super::LoadOptions;
-use super::files::Files;
+use super::files::{FileError, Files};
 use crate::generate::{Shape, Surface};
 use crate::{Instance, Mesh, Primitive, Scene, SceneError};
 use materials::Materials;
@@ -42,27 +42,38 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     let invalid = |what: String| SceneError::Invalid { path: path.to_owned(), what };
     let mut notes = Notes::new();
     let too_much = |need| SceneError::TooMuch { path: path.to_owned(), need };
-    files.budget.take(3 * file.len() as u64, || "its text needs".to_owned()).map_err(too_much)?;
-    let plain = clean::clean(&String::from_utf8_lossy(file), &mut notes).map_err(invalid)?;
+    let take_text = |bytes| files.budget.take(bytes, || "its text needs".to_owned()).map_err(too_much);
+    // Each byte that is none of UTF-8 becomes three.
+    take_text(3 * file.len() as u64)?;
+    let text = String::from_utf8_lossy(file);
+    take_text(clean::MOST_GROWTH * text.len() as u64)?;
+    let plain = clean::clean(&text, &mut notes).map_err(invalid)?;
     files.budget.take(plain.bytes_needed(), || format!("{} triangles need", plain.triangles)).map_err(too_much)?;
     let options = tobj::LoadOptions { single_index: true, triangulate: true, ..Default::default() };
     let (missing, mut garbled) = (RefCell::new(Notes::new()), RefCell::new(Notes::new()));
+    let refused = Cell::new(None);
     let read_library = |name: &Path| {
         let name = name.to_string_lossy().replace('\\', "/");
-        match files.named(Path::new(&name)) {
+        let bytes = files.named(Path::new(&name)).and_then(|bytes| {
+            let need = materials::bytes_needed(&bytes);
+            Ok(files.budget.take(need, || format!("the materials of {name} need")).map(|()| bytes)?)
+        });
+        match bytes {
             Ok(bytes) => {
                 let text = materials::clean(&String::from_utf8_lossy(&bytes), &name, &mut garbled.borrow_mut());
-                tobj::load_mtl_buf(&mut text.as_bytes())
+                return tobj::load_mtl_buf(&mut text.as_bytes());
             }
-            Err(error) => {
-                missing.borrow_mut().insert(format!("{name}: {error}; its materials become grey"));
-                Err(tobj::LoadError::OpenFileFailed)
-            }
+            Err(FileError::TooMuch(need)) => refused.set(Some(need)),
+            Err(error) => drop(missing.borrow_mut().insert(format!("{name}: {error}; its materials become grey"))),
         }
+        Err(tobj::LoadError::OpenFileFailed)
     };
     let (models, library) = caught(|| tobj::load_obj_buf(&mut plain.text.as_bytes(), &options, read_library))
         .map_err(invalid)?
         .map_err(|error| invalid(error.to_string()))?;
+    if let Some(need) = refused.take() {
+        return Err(too_much(need));
+    }
     let mut missing = missing.into_inner();
 
     let models: Vec<_> = models.into_iter().filter(|model| !model.mesh.indices.is_empty()).collect();
@@ -84,9 +95,10 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
         let normal_mapped = materials.list[material].normal_texture.is_some();
         let primitive = primitive(&model.mesh, Surface { material, texture_size: 1.0, normal_mapped });
         // One object with several materials comes as several models of its name.
-        match scene.meshes.last_mut().filter(|mesh| mesh.name == model.name) {
+        let name = plain.name(&model.name);
+        match scene.meshes.last_mut().filter(|mesh| mesh.name == name) {
             Some(mesh) => mesh.primitives.push(primitive),
-            None => scene.meshes.push(Mesh { name: model.name, primitives: vec![primitive] }),
+            None => scene.meshes.push(Mesh { name: name.to_owned(), primitives: vec![primitive] }),
         }
     }
     scene.instances = (0..scene.meshes.len())

@@ -201,3 +201,26 @@ fn materials_that_are_used_are_known() {
     let plain = plain.unwrap();
     assert_eq!((plain.materials.into_iter().collect::<Vec<_>>(), plain.triangles), (vec!["a".into(), "b".into()], 3));
 }
+
+/// What each change of attributes, number and index becomes is short, whatever the name.
+#[test]
+fn plain_text_is_not_much_longer_than_the_files() {
+    let plain = |text: &str| {
+        let plain = super::clean::clean(text, &mut super::Notes::new()).unwrap();
+        let most = super::clean::MOST_GROWTH as usize * text.len();
+        assert!(plain.text.len() <= most, "{} bytes of {}", plain.text.len(), text.len());
+        plain
+    };
+    let name = "wall ".repeat(1000) + "end";
+    let text = format!("{SQUARE}g {name}\n{}", "f 1 2 3\nf 1/1 2/2 3/3\n".repeat(1000));
+    assert_eq!(plain(&text).names, [name.as_str()]);
+    let scene = obj(&text);
+    assert_eq!((scene.meshes.len(), &scene.meshes[0].name, scene.meshes[0].primitives.len()), (1, &name, 2000));
+    plain(&"v 1e-45 1e38 1e-45\n".repeat(1000));
+    plain(&"v 1 1 1 3\n".repeat(1000));
+    plain(&format!("{}{}", "v 0 0 0\n".repeat(9999), "f -1 -1 -1\n".repeat(10_000)));
+    let scene = obj("v 3e0 0 0\nv 3 3 0 3\nv 0 1 0\nvt 1e-3\nf 1/1 2/1 3/1\n");
+    assert_eq!(only(&scene).positions, [Vec3::X * 3.0, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+    assert_eq!(only(&scene).uv0[0], Vec2::new(1e-3, 1.0));
+    assert_eq!(scene.meshes[0].name, "unnamed");
+}

@@ -7,7 +7,7 @@ use lanternfish_limits::memory::{Budget, TooMuch};
 use rayon::prelude::*;
 
 use super::Notes;
-use crate::import::files::Files;
+use crate::import::files::{FileError, Files};
 use crate::import::pixels;
 use crate::{Image, Sampler, Scene, Texture, TextureRef, Wrap};
 
@@ -59,11 +59,14 @@ pub(super) struct Textures {
 
 impl Textures {
     /// Decodes the files of these names on all cores. One that cannot be read is noted and left out; an error before that, if
-    /// memory does not hold them.
+    /// memory does not hold them, encoded or decoded.
     pub fn decode(names: &BTreeSet<String>, files: &Files, notes: &mut Notes) -> Result<Self, TooMuch> {
         let (mut encoded, mut sizes) = (Vec::new(), Vec::new());
         for name in names {
-            let bytes = files.named(Path::new(name)).map_err(|error| error.to_string());
+            let bytes = match files.named(Path::new(name)) {
+                Err(FileError::TooMuch(need)) => return Err(need),
+                bytes => bytes.map_err(|error| error.to_string()),
+            };
             match bytes.and_then(|bytes| Ok((pixels::size(&bytes)?, bytes))) {
                 Ok((size, bytes)) => {
                     encoded.push((name, bytes));

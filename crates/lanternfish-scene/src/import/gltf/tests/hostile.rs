@@ -56,6 +56,24 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
+/// Two megabytes of text that become half a gigabyte of materials.
+#[test]
+fn objects_are_counted_before_they_are_parsed() {
+    let text = |list: &str, count: usize| {
+        let objects = vec!["{}"; count].join(",");
+        format!(r#"{{"asset": {{"version": "2.0"}}, "{list}": [{objects}]}}"#)
+    };
+    for list in ["materials", "nodes"] {
+        match load_within(text(list, 600_000).as_bytes(), 100_000_000) {
+            Err(error @ SceneError::TooMuch { .. }) => {
+                assert_contains(&error.to_string(), "JSON of 600002 objects needs")
+            }
+            other => panic!("not refused for its size: {:?}", other.map(|scene| scene.triangle_counts())),
+        }
+        assert!(load_within(text(list, 10_000).as_bytes(), 100_000_000).is_ok());
+    }
+}
+
 /// 100 images from one bufferView of two kilobytes: 1.7 GB.
 #[test]
 fn images_are_counted_before_they_are_decoded() {
