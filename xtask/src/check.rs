@@ -1,9 +1,13 @@
 //! `cargo xtask check`: all that is not a test.
 
-use crate::command::{cargo, run as step};
+use crate::{
+    command::{cargo, run as step},
+    compiler,
+};
 
-/// Format, lints and documentation, with warnings as errors.
-pub fn run() -> Result<(), String> {
+/// Format, lints and documentation, with warnings as errors. Lints run the build scripts, which need a C++ compiler.
+pub fn run(may_install: bool) -> Result<(), String> {
+    compiler::ensure(may_install)?;
     step(&mut cargo(["fmt", "--all", "--check"]))?;
     step(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     step(cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))

@@ -2,8 +2,9 @@
 
 use std::{
     ffi::OsStr,
+    io::{self, Write as _},
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::{Command, ExitStatus, Stdio},
 };
 
 /// The folder of the workspace, wherever the task was called from.
@@ -20,9 +21,23 @@ pub fn cargo<S: AsRef<OsStr>>(words: impl IntoIterator<Item = S>) -> Command {
 
 /// Prints the command line, then runs it to its end; an error unless it succeeds.
 pub fn run(command: &mut Command) -> Result<(), String> {
+    told(command, Command::status)
+}
+
+/// As [`run`], with this on its standard input, and without its standard output.
+pub fn run_with_input(command: &mut Command, input: &str) -> Result<(), String> {
+    told(command.stdin(Stdio::piped()).stdout(Stdio::null()), |command| {
+        let mut child = command.spawn()?;
+        // Whoever reads no further says why by its exit status.
+        let _ = child.stdin.take().expect("it is piped").write_all(input.as_bytes());
+        child.wait()
+    })
+}
+
+fn told(command: &mut Command, run: impl FnOnce(&mut Command) -> io::Result<ExitStatus>) -> Result<(), String> {
     let line = line(command);
     eprintln!("==> {line}");
-    match command.status() {
+    match run(command) {
         Ok(status) if status.success() => Ok(()),
         Ok(status) => Err(format!("{line}: {status}")),
         Err(error) => Err(format!("{line}: {error}")),
@@ -60,6 +75,16 @@ mod tests {
         let mut command = Command::new("some/folder/cargo");
         command.args(["doc", "--no-deps"]).env("RUSTDOCFLAGS", "-Dwarnings");
         assert_eq!(line(&command), "RUSTDOCFLAGS=-Dwarnings cargo doc --no-deps");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_command_reads_what_it_is_given() {
+        assert_eq!(
+            run_with_input(&mut Command::new("sh").args(["-c", "test \"$(cat)\" = 'two words'"]), "two words\n"),
+            Ok(())
+        );
+        assert!(run_with_input(&mut Command::new("false"), &"much ".repeat(100_000)).is_err());
     }
 
     #[test]

@@ -49,7 +49,7 @@ impl Driver {
         if !self.may_install || !apt::is_there() {
             return Ok(());
         }
-        let step = debian::plan(&debian::Machine::look(hardware), self.purpose);
+        let step = debian::plan(&debian::Machine::look(hardware, may_have_graphics_card()), self.purpose);
         // What failed once is not tried again after the build.
         self.may_install &= step == debian::Step::Nothing;
         debian::install(step)

@@ -21,7 +21,7 @@ cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
                            of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish bench quality`
 cargo xtask test           sets up what is missing, then runs every test
-cargo xtask check          format, lints and documentation
+cargo xtask check          sets up a compiler if there is none; format, lints and documentation
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
 is installed, as root or through sudo. --no-driver-install, with any of these, leaves the machine as it is.
@@ -38,7 +38,7 @@ fn main() -> ExitCode {
         "quality" => quality::run(words, may_install),
         "test" | "check" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
         "test" => test::run(may_install),
-        "check" => check::run(),
+        "check" => check::run(may_install),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())

@@ -2,10 +2,13 @@
 
 use std::{fs, path::Path, process::Command};
 
-use super::{Purpose, sources};
+use super::{
+    Purpose,
+    sources::{self, Source},
+};
 use crate::{
     apt::{self, NO_INSTALL, as_root},
-    command::run,
+    command::{run, run_with_input},
 };
 
 /// Mesa's drivers, the software one among them, and the loader that wgpu opens.
@@ -15,8 +18,10 @@ const WANTED_MESA: u32 = 25;
 /// The release whose own Mesa, 22.3.6, is older, and the one beside it that has a newer.
 const OLD_RELEASE: &str = "bookworm";
 const BACKPORTS: &str = "bookworm-backports";
-/// Where the newer one is added to apt's sources.
-const BACKPORTS_FILE: &str = "/etc/apt/sources.list.d/bookworm-backports.sources";
+/// As what else the mirrors of a machine of that release may be written down.
+const OLD_RELEASE_ALIASES: [&str; 2] = ["oldstable", "stable"];
+/// Where the newer one is added to apt's sources: a name that nobody else has.
+const BACKPORTS_FILE: &str = "/etc/apt/sources.list.d/lanternfish-bookworm-backports.sources";
 
 /// What decides.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +34,8 @@ pub struct Machine {
     pub has_loader: bool,
     /// Whether a graphics card's driver works.
     pub has_graphics_card: bool,
+    /// Whether there may be a card that this user's list of adapters does not show, e.g. outside the group `render`.
+    pub may_have_graphics_card: bool,
 }
 
 /// What there is to do.
@@ -37,32 +44,34 @@ pub enum Step {
     Nothing,
     /// Install what the distribution has.
     Distributions,
-    /// Install from the backports; where that fails and `has_one`, go on with the older driver.
+    /// Install from the backports; where that fails, go on with the older driver: `has_one`, or the distribution's.
     Backport {
         has_one: bool,
     },
 }
 
 impl Machine {
-    pub fn look(has_graphics_card: bool) -> Self {
+    pub fn look(has_graphics_card: bool, may_have_graphics_card: bool) -> Self {
         let mesa = installed_version(PACKAGES[0]);
         Self {
             is_old_release: is_old_release(&fs::read_to_string("/etc/os-release").unwrap_or_default()),
             mesa: mesa.and_then(|version| version.split('.').next()?.parse().ok()),
             has_loader: installed_version(PACKAGES[1]).is_some(),
             has_graphics_card,
+            may_have_graphics_card,
         }
     }
 }
 
-/// Beside a graphics card's driver nothing is replaced: there only tests get a software driver, if there is none, and the
-/// distribution's.
+/// Where there may be a graphics card no driver is replaced, which may be its own. Beside one that works, only tests get a
+/// software driver, if there is none, and the distribution's.
 pub fn plan(machine: &Machine, purpose: Purpose) -> Step {
     let has_one = machine.mesa.is_some() && machine.has_loader;
     let is_fit = has_one && machine.mesa >= Some(WANTED_MESA);
+    let may_replace = !machine.may_have_graphics_card || machine.mesa.is_none();
     match machine.has_graphics_card {
         true if purpose == Purpose::Pictures => Step::Nothing,
-        false if machine.is_old_release && !is_fit => Step::Backport { has_one },
+        false if machine.is_old_release && !is_fit && may_replace => Step::Backport { has_one },
         _ if has_one => Step::Nothing,
         _ => Step::Distributions,
     }
@@ -82,13 +91,26 @@ pub fn install(step: Step) -> Result<(), String> {
                 "==> Debian 12's software Vulkan driver is too old: installing Mesa {WANTED_MESA} from {BACKPORTS} \
                  ({NO_INSTALL} leaves the machine as it is)"
             );
-            match install_backport() {
-                Err(error) if has_one => {
-                    eprintln!("warning: {error}; going on with the driver that is there");
-                    Ok(())
-                }
-                result => result,
-            }
+            backport_or_older(has_one, install_backport, || apt::install(&[], &PACKAGES))
+        }
+    }
+}
+
+/// The newer driver; where it cannot be had, the older one that is there, or that the distribution has.
+fn backport_or_older(
+    has_one: bool,
+    backport: impl FnOnce() -> Result<(), String>,
+    distributions: impl FnOnce() -> Result<(), String>,
+) -> Result<(), String> {
+    match backport() {
+        Ok(()) => Ok(()),
+        Err(error) if has_one => {
+            eprintln!("warning: {error}; going on with the driver that is there");
+            Ok(())
+        }
+        Err(error) => {
+            eprintln!("warning: {error}; installing Debian 12's own driver, which is slow, and wrong with many lights");
+            distributions()
         }
     }
 }
@@ -97,25 +119,24 @@ fn install_backport() -> Result<(), String> {
     let sources = sources::read(Path::new("/etc/apt"));
     let is_added = !sources.iter().any(|source| source.offers(BACKPORTS));
     if is_added {
-        let source = sources.iter().find(|source| source.offers(OLD_RELEASE));
-        let source = source.ok_or("apt's sources name no mirror of bookworm to take backports from")?;
-        write_as_root(BACKPORTS_FILE, &source.stanza(BACKPORTS))?;
+        let source = mirror(&sources).ok_or("apt's sources name no mirror of bookworm to take backports from")?;
+        run_with_input(&mut as_root(&["tee", BACKPORTS_FILE])?, &source.stanza(BACKPORTS))?;
     }
     let installed = apt::install(&["--target-release", BACKPORTS], &PACKAGES);
     if installed.is_err() && is_added {
         // A mirror without backports would fail every update from now on.
-        run(&mut as_root(&["rm", "--force", BACKPORTS_FILE])?)?;
+        if let Err(error) = as_root(&["rm", "--force", BACKPORTS_FILE]).and_then(|mut rm| run(&mut rm)) {
+            eprintln!("warning: {error}; {BACKPORTS_FILE} stays");
+        }
     }
     installed
 }
 
-fn write_as_root(path: &str, text: &str) -> Result<(), String> {
-    let aside = std::env::temp_dir().join(format!("lanternfish-source-{}", std::process::id()));
-    fs::write(&aside, text).map_err(|error| format!("{}: {error}", aside.display()))?;
-    let aside_name = aside.to_string_lossy();
-    let written = as_root(&["install", "--mode=644", &aside_name, path]).and_then(|mut command| run(&mut command));
-    let _ = fs::remove_file(&aside);
-    written
+/// Debian's own source, or one of its mirrors; else the first that has a release of this name.
+fn mirror(sources: &[Source]) -> Option<&Source> {
+    let has_release =
+        |source: &&Source| source.offers(OLD_RELEASE) || OLD_RELEASE_ALIASES.iter().any(|alias| source.offers(alias));
+    sources.iter().filter(has_release).min_by_key(|source| source.strangeness())
 }
 
 /// The version of an installed package.
@@ -151,8 +172,10 @@ mod tests {
 
     #[test]
     fn a_driver_is_installed_where_there_is_none_or_none_that_is_fit() {
-        let of = |is_old_release, mesa, has_graphics_card, purpose| {
-            let machine = Machine { is_old_release, mesa, has_loader: mesa.is_some(), has_graphics_card };
+        let of = |is_old_release, mesa: Option<u32>, has_graphics_card, purpose| {
+            let has_loader = mesa.is_some();
+            let may_have_graphics_card = has_graphics_card;
+            let machine = Machine { is_old_release, mesa, has_loader, has_graphics_card, may_have_graphics_card };
             plan(&machine, purpose)
         };
         for purpose in [Purpose::Pictures, Purpose::Tests] {
@@ -172,7 +195,56 @@ mod tests {
             assert_eq!(of(is_old_release, None, true, Purpose::Pictures), Step::Nothing);
             assert_eq!(of(is_old_release, None, true, Purpose::Tests), Step::Distributions);
         }
-        let no_loader = Machine { is_old_release: true, mesa: Some(25), has_loader: false, has_graphics_card: false };
+        let no_loader = Machine {
+            is_old_release: true,
+            mesa: Some(25),
+            has_loader: false,
+            has_graphics_card: false,
+            may_have_graphics_card: false,
+        };
         assert_eq!(plan(&no_loader, Purpose::Pictures), Step::Backport { has_one: false });
+        // A card that the list does not show, as of a user outside the group `render`: its driver stays.
+        let hidden = Machine { mesa: Some(22), has_loader: true, may_have_graphics_card: true, ..no_loader };
+        for purpose in [Purpose::Pictures, Purpose::Tests] {
+            assert_eq!(plan(&hidden, purpose), Step::Nothing);
+            assert_eq!(plan(&Machine { has_loader: false, ..hidden }, purpose), Step::Distributions);
+            assert_eq!(plan(&Machine { mesa: None, ..hidden }, purpose), Step::Backport { has_one: false });
+        }
+    }
+
+    #[test]
+    fn without_backports_the_older_driver_is_taken() {
+        let fails = || Err("no backports here".to_owned());
+        let never = || panic!("the driver that is there is enough");
+        assert_eq!(backport_or_older(true, fails, never), Ok(()));
+        assert_eq!(backport_or_older(false, || Ok(()), never), Ok(()));
+        assert_eq!(backport_or_older(false, fails, || Ok(())), Ok(()));
+        assert_eq!(backport_or_older(false, fails, || Err("nor this".to_owned())), Err("nor this".to_owned()));
+    }
+
+    #[test]
+    fn backports_come_from_debian_and_not_from_whoever_has_a_suite_of_that_name() {
+        let source = |uri: &str, suite: &str, components: &str, signed_by: &str| Source {
+            uris: uri.to_owned(),
+            suites: vec![suite.to_owned()],
+            components: components.to_owned(),
+            signed_by: signed_by.to_owned(),
+            options: Vec::new(),
+        };
+        let adoptium = source("https://packages.adoptium.net/artifactory/deb", "bookworm", "main", "/k/adoptium.gpg");
+        let docker = source("https://download.docker.com/linux/debian", "bookworm", "stable", "/k/docker.asc");
+        let debian = source("http://mirror.example/debian/", "bookworm", "main contrib", "");
+        let signed =
+            source("http://cache.local/d", "oldstable", "main", "/usr/share/keyrings/debian-archive-keyring.gpg");
+        let updates = source("http://mirror.example/debian", "bookworm-updates", "main", "");
+        let chosen = |sources: &[&Source]| mirror(&sources.iter().copied().cloned().collect::<Vec<_>>()).cloned();
+        assert_eq!(chosen(&[&adoptium, &docker, &debian, &updates]), Some(debian.clone()));
+        assert_eq!(chosen(&[&adoptium, &docker, &debian, &signed]), Some(signed.clone()));
+        assert_eq!(chosen(&[&docker, &adoptium]), Some(adoptium));
+        assert_eq!(chosen(&[&updates]), None);
+        for alias in ["oldstable", "stable"] {
+            let source = Source { suites: vec![alias.to_owned()], ..debian.clone() };
+            assert_eq!(chosen(&[&source]), Some(source.clone()));
+        }
     }
 }

@@ -13,7 +13,12 @@ pub struct Source {
     pub components: String,
     /// Whose signature is believed, as a stanza writes it behind the colon: files, or a whole key in lines of its own.
     pub signed_by: String,
+    /// What else holds for all releases of a mirror, by [`OPTIONS`]: names and values of a stanza.
+    pub options: Vec<(&'static str, String)>,
 }
+
+/// Options that are kept: as lines spell them, and as stanzas do.
+const OPTIONS: [(&str, &str); 2] = [("arch", "Architectures"), ("trusted", "Trusted")];
 
 impl Source {
     /// Whether it offers this release.
@@ -21,7 +26,19 @@ impl Source {
         self.suites.iter().any(|known| known == suite)
     }
 
-    /// Another release of the same mirrors, components and key, as a file of sources has it.
+    /// The less, the more likely it is Debian's own, or a mirror of it: third parties name their suites after Debian's too.
+    pub fn strangeness(&self) -> u32 {
+        let has_main = self.components.split_whitespace().any(|component| component == "main");
+        let is_debian = self.uris.split_whitespace().any(|uri| uri.trim_end_matches('/').ends_with("/debian"));
+        match (self.signed_by.contains("debian-archive"), has_main, is_debian) {
+            (true, _, _) => 0,
+            (_, true, true) => 1,
+            (_, true, false) => 2,
+            _ => 3,
+        }
+    }
+
+    /// Another release of the same mirrors, components, key and options, as a file of sources has it.
     pub fn stanza(&self, suite: &str) -> String {
         let mut text = format!(
             "Types: deb\nURIs: {}\nSuites: {suite}\nComponents: {}\n",
@@ -32,6 +49,7 @@ impl Source {
             let space = if self.signed_by.starts_with('\n') { "" } else { " " };
             text += &format!("Signed-By:{space}{}\n", self.signed_by);
         }
+        text.extend(self.options.iter().map(|(name, value)| format!("{name}: {value}\n")));
         text
     }
 }
@@ -64,13 +82,17 @@ fn from_lines(text: &str) -> Vec<Source> {
         };
         let mut words = rest.split_whitespace();
         let (uri, suite) = (words.next()?, words.next()?);
-        let keys = options.split_whitespace().find_map(|option| option.strip_prefix("signed-by="));
+        let option = |name: &str| {
+            let value = options.split_whitespace().find_map(|option| option.strip_prefix(name)?.strip_prefix('='));
+            value.map(|value| value.replace(',', " "))
+        };
         // A disc has no other release.
         (!uri.starts_with("cdrom:")).then(|| Source {
             uris: uri.to_owned(),
             suites: vec![suite.to_owned()],
             components: words.collect::<Vec<_>>().join(" "),
-            signed_by: keys.unwrap_or_default().replace(',', " "),
+            signed_by: option("signed-by").unwrap_or_default(),
+            options: OPTIONS.iter().filter_map(|(name, field)| Some((*field, option(name)?))).collect(),
         })
     };
     text.lines().filter_map(source).collect()
@@ -102,13 +124,17 @@ fn fields(stanza: &[&str]) -> HashMap<String, String> {
 fn from_fields(fields: &HashMap<String, String>) -> Option<Source> {
     let field = |name: &str| fields.get(name).map_or("", String::as_str);
     let words = |name: &str| field(name).split_whitespace().map(str::to_owned).collect::<Vec<_>>();
-    let disabled = ["no", "false", "without", "off", "disable"].contains(&&*field("enabled").to_lowercase());
+    let disabled = ["no", "false", "without", "off", "disable", "0"].contains(&&*field("enabled").to_lowercase());
     let usable = !disabled && words("types").iter().any(|kind| kind == "deb") && !field("uris").is_empty();
     usable.then(|| Source {
         uris: words("uris").join(" "),
         suites: words("suites"),
         components: words("components").join(" "),
         signed_by: field("signed-by").to_owned(),
+        options: OPTIONS
+            .iter()
+            .filter_map(|(_, name)| Some((*name, fields.get(&name.to_lowercase())?.clone())))
+            .collect(),
     })
 }
 
@@ -123,18 +149,25 @@ mod tests {
              deb cdrom:[Debian GNU/Linux 12]/ bookworm main\n\
              deb-src http://a.example/debian bookworm main\n\
              deb\thttp://a.example/debian  bookworm main contrib # ours\n\
-             deb [ arch=amd64 signed-by=/k/a.gpg,/k/b.gpg ] https://b.example/d bookworm-updates main\n\
+             deb [ arch=amd64,i386 trusted=yes signed-by=/k/a.gpg,/k/b.gpg ] https://b.example/d bookworm-updates main\n\
              deb\n",
         );
         let expected = [
-            ("http://a.example/debian", "bookworm", "main contrib", ""),
-            ("https://b.example/d", "bookworm-updates", "main", "/k/a.gpg /k/b.gpg"),
+            ("http://a.example/debian", "bookworm", "main contrib", "", vec![]),
+            (
+                "https://b.example/d",
+                "bookworm-updates",
+                "main",
+                "/k/a.gpg /k/b.gpg",
+                vec![("Architectures", "amd64 i386".to_owned()), ("Trusted", "yes".to_owned())],
+            ),
         ];
-        let expected = expected.map(|(uris, suite, components, signed_by)| Source {
+        let expected = expected.map(|(uris, suite, components, signed_by, options)| Source {
             uris: uris.to_owned(),
             suites: vec![suite.to_owned()],
             components: components.to_owned(),
             signed_by: signed_by.to_owned(),
+            options,
         });
         assert_eq!(sources, expected);
         assert!(sources[0].offers("bookworm") && !sources[0].offers("bookworm-updates"));
@@ -144,14 +177,16 @@ mod tests {
     fn stanzas_are_read() {
         let sources = from_stanzas(
             "# Debian's own\nTypes: deb deb-src\nuris: http://a.example/debian\n http://b.example/debian\n\
-             Suites: bookworm bookworm-updates\n# between\nComponents: main\nSigned-By: /k/a.gpg\n\n\n\
+             Suites: bookworm bookworm-updates\n# between\nComponents: main\nSigned-By: /k/a.gpg\n\
+             trusted: yes\nArchitectures: amd64\n\n\n\
              Types: deb-src\nURIs: http://c.example\nSuites: bookworm\nComponents: main\n\n\
-             Types: deb\nEnabled: no\nURIs: http://d.example\nSuites: bookworm\nComponents: main\n",
+             Types: deb\nEnabled: no\nURIs: http://d.example\nSuites: bookworm\nComponents: main\n\n\
+             Types: deb\nEnabled: 0\nURIs: http://e.example\nSuites: bookworm\nComponents: main\n",
         );
         assert_eq!(sources.len(), 1, "{sources:?}");
         assert!(sources[0].offers("bookworm-updates"));
         let stanza = "Types: deb\nURIs: http://a.example/debian http://b.example/debian\nSuites: bookworm-backports\n\
-                      Components: main\nSigned-By: /k/a.gpg\n";
+                      Components: main\nSigned-By: /k/a.gpg\nArchitectures: amd64\nTrusted: yes\n";
         assert_eq!(sources[0].stanza("bookworm-backports"), stanza);
         // What is written is read.
         assert!(from_stanzas(stanza)[0].offers("bookworm-backports"));
