@@ -14,6 +14,8 @@ use lanternfish_metrics::MetricsError;
 use lanternfish_reference::ReferenceError;
 use lanternfish_scene::{SceneError, memory::TooMuch};
 
+use crate::output::has_ending;
+
 /// Why the program stops.
 #[derive(Debug)]
 pub enum CliError {
@@ -94,10 +96,6 @@ pub fn memory_hint(need: &TooMuch) -> &'static str {
 /// Whether it is a file that only [`lanternfish_scene::Environment`] is read from.
 fn is_environment(path: &Path) -> bool {
     has_ending(path, "hdr") || has_ending(path, "exr")
-}
-
-fn has_ending(path: &Path, ending: &str) -> bool {
-    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }
 
 impl From<GpuError> for CliError {

@@ -6,7 +6,7 @@ use std::{
 };
 
 use lanternfish::Picture;
-use lanternfish_metrics::{ColorType, RgbImage, write_aside, write_exr, write_exr_layers, write_png};
+use lanternfish_metrics::{ColorType, RgbImage, destination, write_aside, write_exr, write_exr_layers, write_png};
 
 use crate::{error::CliError, scene::SceneName};
 
@@ -29,10 +29,9 @@ impl Output {
     /// The file `-o` names, or the scene's name with `.png`.
     pub fn choose(path: Option<&Path>, scene: &SceneName) -> Result<Self, CliError> {
         let path = path.map_or_else(|| default_path(scene), Path::to_owned);
-        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-        let format = if ending.eq_ignore_ascii_case("png") {
+        let format = if has_ending(&path, "png") {
             Format::Png
-        } else if ending.eq_ignore_ascii_case("exr") {
+        } else if has_ending(&path, "exr") {
             Format::Exr
         } else {
             return Err(CliError::new(
@@ -114,11 +113,23 @@ pub fn check_writable(path: &Path) -> Result<(), CliError> {
 
 /// Whether two paths in folders that exist name one file, which need not exist.
 pub fn same_file(a: &Path, b: &Path) -> bool {
-    let whole = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
-    };
-    whole(a).is_some_and(|path| whole(b) == Some(path))
+    destination(a).is_some_and(|path| destination(b) == Some(path))
+}
+
+/// An error where one of the files that are written is one of the others, each with what it is called.
+pub fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -> Result<(), CliError> {
+    for (path, name) in written {
+        if let Some((_, other)) = others.iter().find(|(other, _)| same_file(path, other)) {
+            let what = format!("{}: both {other} and {name}", path.display());
+            return Err(CliError::new(what, "give them different names"));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file's name ends so, behind its last dot, in capitals or not.
+pub fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }
 
 /// Writes to standard output, and makes sure that it arrives.
@@ -176,6 +187,17 @@ mod tests {
         assert!(!same_file(&path("a"), &path("inner/a")) && !same_file(&path("missing/a"), &path("missing/a")));
         fs::write(path("a"), "").unwrap();
         assert!(same_file(&path("inner/../a"), &path("a")) && !same_file(&path("a"), &path("b")));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_what_it_leads_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::os::unix::fs::symlink("a", path("link")).unwrap();
+        assert!(same_file(&path("link"), &path("a")), "which is not there");
+        fs::write(path("a"), "").unwrap();
+        assert!(same_file(&path("link"), &path("a")));
     }
 
     #[test]

@@ -38,16 +38,13 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         None => vec![output],
     };
     let output = &outputs[0];
+    let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
+    let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).collect();
+    let pictures: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the picture")).collect();
+    output::refuse_same(&pictures, &read)?;
     if let Some(path) = &args.run.report {
         output::check_writable(path)?;
-        let pictures = outputs.iter().map(|output| (output.path.as_path(), "picture"));
-        let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
-        for (other, name) in pictures.chain([(args.scene.path(), "scene")]).chain(environment) {
-            if output::same_file(path, other) {
-                let what = format!("{}: both the {name} and --report", path.display());
-                return Err(CliError::new(what, "give them different names"));
-            }
-        }
+        output::refuse_same(&[(path, "--report")], &[read, pictures].concat())?;
     }
     let (settings, size) = (args.settings(), args.output.size);
     if let Some(view) = settings.debug_view.filter(|_| output.is_radiance()) {

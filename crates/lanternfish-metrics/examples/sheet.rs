@@ -3,10 +3,10 @@
 //! `cargo run --release -p lanternfish-metrics --example sheet -- COLUMNS FACTOR SHEET.jpg PICTURE.png…`: pictures of one
 //! size, row by row.
 
-use std::{error::Error, fs::File, io::BufWriter, path::Path};
+use std::{error::Error, path::Path};
 
 use image::{ExtendedColorType, ImageEncoder, codecs::jpeg::JpegEncoder};
-use lanternfish_metrics::read_png;
+use lanternfish_metrics::{read_png, write_aside};
 
 /// Pixels between pictures.
 const GAP: usize = 4;
@@ -35,7 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             pixels[start..start + 3 * cell.width].iter_mut().zip(bytes).for_each(|(pixel, byte)| *pixel = byte);
         }
     }
-    let file = BufWriter::new(File::create(sheet)?);
-    let encoder = JpegEncoder::new_with_quality(file, QUALITY);
-    Ok(encoder.write_image(&pixels, width as u32, height as u32, ExtendedColorType::Rgb8)?)
+    write_aside(Path::new(sheet), |file| {
+        let encoder = JpegEncoder::new_with_quality(file, QUALITY);
+        Ok(encoder.write_image(&pixels, width as u32, height as u32, ExtendedColorType::Rgb8)?)
+    })
 }

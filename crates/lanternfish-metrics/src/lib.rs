@@ -27,5 +27,5 @@ pub use image::RgbImage;
 pub use image_errors::{ImageErrors, RELATIVE_EPSILON, Spread};
 pub use pair::{Pair, PixelFaults};
 pub use png_file::{ColorType, read_png, write_png};
-pub use write_aside::{check_writable, remove_unfinished, write_aside};
+pub use write_aside::{check_writable, destination, is_stream, remove_unfinished, write_aside};
 pub use z_test::{Z_TEST_TILE, ZTest, ZVerdict};

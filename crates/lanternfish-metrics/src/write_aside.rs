@@ -55,6 +55,24 @@ pub fn check_writable(path: &Path) -> io::Result<()> {
     }
 }
 
+/// Whether [`write_aside`] writes to `path` as it is and replaces no file: a pipe, a device, a file that this process was given
+/// open. Each content comes after the one before.
+pub fn is_stream(path: &Path) -> bool {
+    matches!(Destination::of(path), Ok(Destination::Stream))
+}
+
+/// Where content for `path` is put, without links, whether it is there or not: one for all names of a file. `None` where there
+/// is no folder for it.
+pub fn destination(path: &Path) -> Option<PathBuf> {
+    match path.canonicalize() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let target = links(path).last()?;
+            Some(folder_of(&target).canonicalize().ok()?.join(target.file_name()?))
+        }
+        there => there.ok(),
+    }
+}
+
 /// Removes every file that [`write_aside`] has begun beside its final name, and lets it begin or finish no other: for a
 /// process that is told to end, and must do so after this.
 pub fn remove_unfinished() {
@@ -78,7 +96,9 @@ enum Destination {
 impl Destination {
     fn of(path: &Path) -> io::Result<Self> {
         let refused = |kind, what: &str| Err(io::Error::new(kind, what));
-        if path.file_name().is_none() {
+        // `name/` and `name/.` are folders too, though none that are there.
+        let whole = path.as_os_str().as_encoded_bytes();
+        if path.file_name().is_none_or(|name| !whole.ends_with(name.as_encoded_bytes())) {
             return refused(io::ErrorKind::IsADirectory, "this is a folder");
         }
         match fs::metadata(path) {
@@ -254,6 +274,11 @@ mod tests {
             assert_eq!(error.kind(), io::ErrorKind::NotFound, "{error}");
         }
         assert_eq!(refused(folder.path()).kind(), io::ErrorKind::IsADirectory);
+        // Once: found out at the rename, after all the work.
+        for name in ["new/", "new/.", "picture/", "new//"] {
+            let error = refused(&folder.path().join(name));
+            assert_eq!(error.kind(), io::ErrorKind::IsADirectory, "{name}: {error}");
+        }
         assert_eq!(fs::read_to_string(&path).unwrap(), "whole");
         assert_eq!(files_in(folder.path()), ["picture"]);
     }
@@ -291,6 +316,24 @@ mod tests {
             symlink("round", path("round")).unwrap();
             check_writable(&path("round")).unwrap_err();
             assert_eq!(files_in(folder.path()), ["astray", "disk", "link", "link to a link", "round"]);
+        }
+
+        #[test]
+        fn a_destination_has_one_name() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = |name: &str| folder.path().join(name);
+            fs::create_dir(path("disk")).unwrap();
+            symlink("disk/picture", path("link")).unwrap();
+            symlink("round", path("round")).unwrap();
+            for _ in 0..2 {
+                let one = destination(&path("disk/picture"));
+                assert!(one.is_some() && destination(&path("link")) == one);
+                assert_eq!(destination(&path("disk/../disk/picture")), one);
+                // The second time it is there.
+                fs::write(path("disk/picture"), "picture").unwrap();
+            }
+            assert_eq!((destination(&path("round")), destination(&path("nowhere/picture"))), (None, None));
+            assert!(is_stream(Path::new("/dev/null")) && !is_stream(&path("link")) && !is_stream(&path("new")));
         }
 
         #[test]

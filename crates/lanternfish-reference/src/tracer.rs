@@ -50,29 +50,42 @@ impl<'a> Tracer<'a> {
     /// Adds `samples` samples to every pixel, on all cores. Deterministic: where it is interrupted between calls, and by how
     /// many threads it is worked on, leaves no trace.
     pub fn render(&self, camera: &Camera, film: &mut Film, samples: u64) {
-        self.render_unless(camera, film, samples, || false);
+        self.render_unless(camera, film, samples, || false, || false);
     }
 
-    /// As [`Tracer::render`], but once `stop` says so no row is begun any more, and rows differ in their
-    /// [`Film::row_samples`]. The next call evens that out: each row gets what it needs to have `samples` more than
-    /// [`Film::samples`].
-    pub fn render_unless(&self, camera: &Camera, film: &mut Film, samples: u64, stop: impl Fn() -> bool + Sync) {
-        let (width, height, wanted) = (film.width, film.height, film.samples() + samples);
+    /// As [`Tracer::render`], but once `pause` says so no row is begun any more, and once `stop` says so, which is asked at every
+    /// pixel, those that are begun are given up as well: rows differ in their [`Film::row_samples`]. The next call evens that
+    /// out: each row gets what it needs to have `samples` more than [`Film::samples`].
+    pub fn render_unless(
+        &self,
+        camera: &Camera,
+        film: &mut Film,
+        samples: u64,
+        pause: impl Fn() -> bool + Sync,
+        stop: impl Fn() -> bool + Sync,
+    ) {
+        let (size, wanted) = (film.size(), film.samples() + samples);
         let dropped: u64 = film
             .pixels
-            .par_chunks_mut(width)
+            .par_chunks_mut(size.0)
             .zip(&mut film.samples)
             .enumerate()
             .map(|(y, (row, row_samples))| {
-                let mut dropped = 0;
-                if *row_samples < wanted && !stop() {
-                    for (x, sums) in row.iter_mut().enumerate() {
-                        for sample in *row_samples..wanted {
-                            dropped += self.add_sample(camera, (x, y), (width, height), sample, sums);
-                        }
-                    }
-                    *row_samples = wanted;
+                if *row_samples >= wanted || pause() {
+                    return 0;
                 }
+                // Beside the film, which has whole rows alone.
+                let (mut traced, mut dropped) = (row.to_vec(), 0);
+                for (x, sums) in traced.iter_mut().enumerate() {
+                    if stop() {
+                        return 0;
+                    }
+                    for sample in *row_samples..wanted {
+                        dropped += self.add_sample(camera, (x, y), size, sample, sums);
+                    }
+                }
+                row.copy_from_slice(&traced);
+                *row_samples = wanted;
                 dropped
             })
             .sum();

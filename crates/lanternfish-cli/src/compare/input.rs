@@ -6,7 +6,10 @@ use lanternfish_metrics::{MetricsError, Pair, RgbImage, exr_layers, read_exr, re
 use lanternfish_scene::memory::Budget;
 
 use super::CompareArgs;
-use crate::error::{CliError, memory_hint};
+use crate::{
+    error::{CliError, memory_hint},
+    output::has_ending,
+};
 
 /// The layer of an EXR file that holds the variances of its pixel values.
 pub const VARIANCE: &str = "variance";
@@ -132,10 +135,6 @@ fn kind_of(path: &Path) -> Result<Kind, CliError> {
             "compare two .exr files (linear radiance), or two .png files (what a display shows)",
         ))
     }
-}
-
-pub fn has_ending(path: &Path, ending: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
 }
 
 fn read(path: &Path, kind: Kind) -> Result<RgbImage, CliError> {

@@ -17,7 +17,7 @@ use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
 use self::{input::Inputs, measure::Measures};
 use crate::{
     error::{self, CliError},
-    output::{check_writable, print, same_file, write_text},
+    output::{check_writable, has_ending, print, same_file, write_text},
     parse,
 };
 
@@ -164,7 +164,7 @@ fn run(args: &CompareArgs) -> Result<Option<CliError>, CliError> {
 /// Everything that can be known before a file is read.
 fn check(args: &CompareArgs) -> Result<(), CliError> {
     for (flag, path) in [("--map", &args.map), ("--side-by-side", &args.side_by_side)] {
-        if let Some(path) = path.as_deref().filter(|path| !input::has_ending(path, "png")) {
+        if let Some(path) = path.as_deref().filter(|path| !has_ending(path, "png")) {
             return Err(CliError::new(
                 format_args!("{flag} {}: the ending names no format that is written", path.display()),
                 "end the name with .png",

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_metrics::{
-    ColorType, MetricsError, RgbImage, read_exr_attributes, read_exr_layer, write_exr_layers, write_png,
+    ColorType, MetricsError, RgbImage, is_stream, read_exr_attributes, read_exr_layer, write_exr_layers, write_png,
 };
 use lanternfish_reference::{Film, settings::Integrator};
 
 use super::display;
 use crate::{
     error::CliError,
-    output::{check_writable, same_file},
+    output::{check_writable, has_ending, same_file},
     parse::Size,
 };
 
@@ -35,6 +35,8 @@ pub struct Target {
     is_png: bool,
     /// The variance as a picture of its own.
     variance: Option<PathBuf>,
+    /// Whether what is written can be replaced, as in a pipe it cannot.
+    is_replaceable: bool,
 }
 
 /// How the picture is made; stands in the file.
@@ -59,11 +61,9 @@ pub struct Before {
 impl Target {
     /// What can be refused without work is refused here.
     pub fn choose(path: PathBuf, variance: Option<PathBuf>, resume: bool) -> Result<Self, CliError> {
-        let ends =
-            |path: &Path, wanted: &str| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
         let failed = |path: &Path, what: &str, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
-        let is_png = ends(&path, "png");
-        if !is_png && !ends(&path, "exr") {
+        let is_png = has_ending(&path, "png");
+        if !is_png && !has_ending(&path, "exr") {
             let hint = "end the name with .exr (linear, with the variance) or .png (tone-mapped)";
             return Err(failed(&path, "the ending names no format that is written", hint));
         }
@@ -73,7 +73,7 @@ impl Target {
         }
         check_writable(&path)?;
         if let Some(variance) = &variance {
-            if !ends(variance, "exr") {
+            if !has_ending(variance, "exr") {
                 return Err(failed(variance, "--variance writes EXR only", "end the name with .exr"));
             }
             check_writable(variance)?;
@@ -81,7 +81,8 @@ impl Target {
                 return Err(failed(variance, "both the picture and --variance", "give them different names"));
             }
         }
-        Ok(Self { path, is_png, variance })
+        let is_replaceable = !std::iter::once(&path).chain(&variance).any(|path| is_stream(path));
+        Ok(Self { path, is_png, variance, is_replaceable })
     }
 
     /// Whether it is what a display shows.
@@ -89,9 +90,14 @@ impl Target {
         self.is_png
     }
 
+    /// Whether what there is so far may be written: whoever reads a pipe goes after the first whole picture.
+    pub fn takes_checkpoints(&self) -> bool {
+        self.is_replaceable
+    }
+
     /// Whether another run can go on from it.
     pub fn is_resumable(&self) -> bool {
-        !self.is_png
+        !self.is_png && self.is_replaceable
     }
 
     /// The first of its files that is one of `others`.
@@ -228,6 +234,19 @@ impl Look {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn pipes_get_no_checkpoints() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        assert!(std::process::Command::new("mkfifo").arg(path("pipe.exr")).status().unwrap().success());
+        let takes = |picture: &str, variance: Option<&str>| {
+            Target::choose(path(picture), variance.map(path), false).unwrap().takes_checkpoints()
+        };
+        assert!(takes("a.exr", None) && takes("a.exr", Some("b.exr")));
+        assert!(!takes("pipe.exr", None) && !takes("a.exr", Some("pipe.exr")));
+    }
 
     #[test]
     fn rows_are_read_as_they_are_written() {

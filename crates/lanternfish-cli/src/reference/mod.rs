@@ -111,8 +111,9 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let goal = goal(args);
     let bar = progress.bar();
     let run = progress.step("trace", "Tracing", || {
-        trace::trace(&tracer, camera, &mut film, &goal, &bar, |film| {
-            target.write(film, &making, dropped + film.dropped(), &look)
+        trace::trace(&tracer, camera, &mut film, &goal, &bar, |film| match target.takes_checkpoints() {
+            true => target.write(film, &making, dropped + film.dropped(), &look),
+            false => Ok(()),
         })
     })?;
     drop(bar);

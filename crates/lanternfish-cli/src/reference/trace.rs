@@ -30,7 +30,7 @@ pub struct Goal {
     /// [`lanternfish_reference::Noise::relative`]. Looked at where the number of samples is one of a fixed row, so that the
     /// picture depends on no clock.
     pub until_error: Option<f64>,
-    /// Seconds of this run; binds within a pass.
+    /// Seconds of this run; binds within a row.
     pub time_limit: Option<f64>,
 }
 
@@ -116,7 +116,7 @@ pub fn trace(
         // What is cut off is gone on with one by one, so that no row gets more than the goal looks at.
         let samples = if film.is_even() { pass.min(goal.most(film.samples())) } else { 1 };
         let is_long = || samples == 1 && pass_started.elapsed().as_secs_f64() >= LONG_PASS_SECONDS;
-        tracer.render_unless(camera, film, samples, || is_over() || is_long());
+        tracer.render_unless(camera, film, samples, is_long, is_over);
         let pass_seconds = pass_started.elapsed().as_secs_f64();
         let pass_added = film.sample_count() - first - added;
         let each = pass_seconds.max(1e-6) * pixels / pass_added.max(1) as f64;

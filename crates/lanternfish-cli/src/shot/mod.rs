@@ -88,8 +88,7 @@ pub fn resolve(scene: &SceneName) -> Result<Shot, CliError> {
 
 /// Whether a source is a shot, not a scene.
 pub fn is_shot(source: &SceneName) -> bool {
-    let is_toml = source.path().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    source.demo().is_none() && is_toml
+    source.demo().is_none() && output::has_ending(source.path(), "toml")
 }
 
 /// Reads a shot; `flags` (id and value) go before its keys.

@@ -92,7 +92,14 @@ fn an_environment_that_cannot_be_read() {
         .assert_refused(&["sky.hdr: not a Radiance image", "--environment"], &["sky.hdr"]);
     render(&["--environment", "sky.png"]).assert_refused(&["sky.png", ".hdr or .exr", "--sky"], &["sky.hdr"]);
     render(&["--environment", "sky.hdr", "--report", "sky.hdr"])
-        .assert_refused(&["both the --environment"], &["sky.hdr"]);
+        .assert_refused(&["both --environment and --report"], &["sky.hdr"]);
+    // Once: replaced by the picture, without a word.
+    let sky = fs::read(folder.path().join("sky.hdr")).unwrap();
+    fs::rename(folder.path().join("sky.hdr"), folder.path().join("sky.exr")).unwrap();
+    run(folder.path(), &["render", "demo:cornell", "--environment", "sky.exr", "-o", "./sky.exr"])
+        .assert_refused(&["./sky.exr: both --environment and the picture"], &["sky.exr"]);
+    assert_eq!(fs::read(folder.path().join("sky.exr")).unwrap(), sky);
+    fs::rename(folder.path().join("sky.exr"), folder.path().join("sky.hdr")).unwrap();
     // The largest number of the format, and more.
     fs::write(folder.path().join("sky.hdr"), b"#?RADIANCE\n\n-Y 1 +X 1\n\xff\xff\xff\xff").unwrap();
     let bright = ["--environment", "sky.hdr", "--environment-scale", "3"];
@@ -208,6 +215,7 @@ fn outputs_are_refused_before_any_work() {
     run(folder.path(), &["render", "nowhere.glb", "-o", "a"]).assert_refused(&["a:", ".png", ".exr"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "missing/a.png"])
         .assert_refused(&["missing/a.png", "no folder missing"], &[]);
+    run(folder.path(), &["render", "nowhere.glb", "-o", "a.png/"]).assert_refused(&["a.png/: this is a folder"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "missing/a.json"])
         .assert_refused(&["missing/a.json", "no folder missing"], &[]);
     run(folder.path(), &["render", "nowhere.glb", "-o", "a.png", "--report", "a.png"])

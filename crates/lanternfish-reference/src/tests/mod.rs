@@ -107,8 +107,8 @@ fn images_are_the_same_however_they_are_interrupted() {
     let mut cut = Film::new(8, 8).unwrap();
     tracer.render(&front(4.0, 1.2), &mut cut, 2);
     let asked = AtomicU32::new(0);
-    let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 3;
-    tracer.render_unless(&front(4.0, 1.2), &mut cut, 5, stop);
+    let pause = || asked.fetch_add(1, Ordering::Relaxed) >= 3;
+    tracer.render_unless(&front(4.0, 1.2), &mut cut, 5, pause, || false);
     assert!(!cut.is_even() && whole.is_even());
     let rows = |samples| cut.row_samples().iter().filter(|row| **row == samples).count();
     assert_eq!((rows(7), rows(2), cut.samples(), cut.sample_count()), (3, 5, 2, 8 * (3 * 7 + 5 * 2)));
@@ -126,6 +126,25 @@ fn images_are_the_same_however_they_are_interrupted() {
     assert_eq!(whole, cut);
     let other = render(&scene, &front(4.0, 1.2), 8, 12, Settings { seed: 1, ..Settings::default() });
     assert_ne!(whole, other);
+}
+
+/// However long a row takes: it is given up where it is, and leaves no trace.
+#[test]
+fn a_row_is_given_up_within() {
+    let mut scene = scene_of(vec![sphere(0, 1.0, 8)], vec![material(Vec3::ONE, 0.0, 0.5)]);
+    scene.sky = Vec3::ONE;
+    let (tracer, camera) = (Tracer::new(&scene, Settings::default()).unwrap(), front(4.0, 1.2));
+    let film = |samples| {
+        let mut film = Film::new(100, 1).unwrap();
+        tracer.render(&camera, &mut film, samples);
+        film
+    };
+    let mut cut = film(2);
+    let asked = AtomicU32::new(0);
+    tracer.render_unless(&camera, &mut cut, 3, || false, || asked.fetch_add(1, Ordering::Relaxed) >= 10);
+    assert_eq!((asked.into_inner(), &cut), (11, &film(2)));
+    tracer.render(&camera, &mut cut, 3);
+    assert_eq!(cut, film(5));
 }
 
 /// Rays along an axis meet what they meet whichever sign their zeros have.
