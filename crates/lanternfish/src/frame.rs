@@ -135,23 +135,23 @@ impl Passes {
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        Shown { view, buffer, draws, surface, .. }: &Shown<'_>,
+        Shown { view, buffer, draws, surface, middle }: &Shown<'_>,
         lights: LightLists,
         blended_lights: Option<&LightLists>,
         arriving: &Arriving,
         accumulates: bool,
     ) -> Result<Shaded, RenderError> {
         let mut plan = None;
-        let radiance = match self.shadows.as_mut().filter(|_| surface.samples == 1) {
+        let radiance = match &mut self.shadows {
             None => self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, None)?,
             Some(shadows) => {
-                let plan = plan.insert(shadows.plan(frame, scene, buffer, surface, &lights)?);
+                let plan = plan.insert(shadows.plan(frame, scene, buffer, middle, &lights)?);
                 let images = self.deep_images.as_mut().filter(|_| shadows.uses_deep_images());
                 let rotation = rotation_of(view, accumulates);
                 let images = images.map(|images| images.get(frame, scene, rotation)).transpose()?;
                 // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
                 for band in plan.bands() {
-                    let visibility = &shadows.record(frame, scene, buffer, surface, &lights, images, plan, band);
+                    let visibility = &shadows.record(frame, scene, buffer, middle, &lights, images, plan, band);
                     self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, Some(visibility))?;
                 }
                 self.forward.radiance(frame.device, view.size, surface.slot)
@@ -232,6 +232,6 @@ impl Shaded {
 
 impl Shown<'_> {
     fn seen(&self) -> Seen<'_> {
-        Seen { view: self.view, buffer: &self.buffer, surface: &self.surface, draws: &self.draws }
+        Seen { view: self.view, buffer: &self.buffer, surface: &self.surface, middle: &self.middle, draws: &self.draws }
     }
 }

@@ -84,8 +84,8 @@ impl Renderer {
             settings.occlusion = OcclusionSetting::None;
         }
         if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
-            // What is shown is not what arrives.
-            settings.indirect = Indirect::None;
+            // What is shown is not what arrives, and is of the surface at each pixel's middle.
+            (settings.indirect, settings.samples) = (Indirect::None, Samples::One);
         }
         let tracer = tracer(device, settings.shadows)?;
         check_samples(device, &settings)?;
@@ -94,8 +94,7 @@ impl Renderer {
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
         let occlusion = Occlusion::new(device, &settings)?;
-        // Rays of several samples a pixel go through the BVH.
-        let of_shadows = tracer == Tracer::DeepImage && settings.samples == Samples::One;
+        let of_shadows = tracer == Tracer::DeepImage;
         if of_shadows {
             crate::shadows::check_driver(&device.adapter_info())?;
         }
@@ -104,7 +103,7 @@ impl Renderer {
         let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
         let asks_for_normals = tracer != Tracer::None || settings.debug_view.is_some() || finds_arriving;
         // What is found for a pixel is of the surface at its middle.
-        let one_sample = finds_arriving && settings.samples != Samples::One;
+        let one_sample = (finds_arriving || tracer != Tracer::None) && settings.samples != Samples::One;
         let passes = Passes {
             prepass: Prepass::new(asks_for_normals, settings.samples.count()),
             one_sample: one_sample.then(|| Prepass::new(true, 1)),
@@ -209,7 +208,8 @@ impl Renderer {
             camera.validate().map_err(|what| RenderError::Camera { what })?;
             // An image of the surroundings stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
-            Ok(View::new(camera, UVec2::new(width, height), sky, &scene.bounds))
+            let view = View::new(camera, UVec2::new(width, height), sky, &scene.bounds);
+            Ok(View { samples: self.settings.samples.count(), ..view })
         };
         views.iter().map(view).collect()
     }
@@ -314,14 +314,11 @@ fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, Rende
     }
 }
 
-/// An error unless the device can draw with as many samples, and nothing asks for a single one.
+/// An error unless the device can draw with as many samples.
 fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), RenderError> {
     let count = settings.samples.count();
     if count == 1 {
         return Ok(());
-    }
-    if settings.debug_view.is_some_and(|view| view != DebugView::BaseColor) {
-        return Err(RenderError::Together { setting: "--debug-view", needed: "--samples 1" });
     }
     let try_targets = || {
         for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {

@@ -282,7 +282,7 @@ named_enum! {
         RayQuery = "ray-query",
         /// A compressed wide BVH walked in compute, on any adapter.
         Bvh = "bvh",
-        /// Deep images [Niessner2010]: as coarse as their texels. Rays from blended surfaces, and with several samples a pixel, go
+        /// Deep images [Niessner2010]: as coarse as their texels. Rays from blended surfaces, and of further samples of a pixel, go
         /// through the BVH.
         DeepImage = "deep-image",
     }

@@ -99,7 +99,11 @@ mod tests {
         Root { module: "light_culling/tiled/bounds", entries: &["bounds"], choices: &[] },
         Root { module: "light_culling/tiled/assign", entries: &["count", "write"], choices: &[] },
         Root { module: "light_culling/clustered/mark", entries: &["mark"], choices: &[] },
-        Root { module: "light_culling/clustered/mark_drawn", entries: &["vertex", "fragment"], choices: &[] },
+        Root {
+            module: "light_culling/clustered/mark_drawn",
+            entries: &["vertex", "fragment"],
+            choices: &[&["", "multisampled"]],
+        },
         Root { module: "light_culling/clustered/compact", entries: &["flag", "compact"], choices: &[] },
         Root {
             module: "light_culling/clustered/build_tree",

@@ -209,7 +209,7 @@ fn record(
     let buffer = view.upload(frame.device);
     let draws = scene.visible_draws(view);
     let surface = prepass.record(frame, scene, &draws, &buffer, SIZE, 0).unwrap();
-    let seen = Seen { view, buffer: &buffer, surface: &surface, draws: &draws };
+    let seen = Seen { view, buffer: &buffer, surface: &surface, middle: &surface, draws: &draws };
     culling.record(frame, scene, &[seen], Reach::Surface).unwrap().remove(0)
 }
 

@@ -80,6 +80,8 @@ pub struct Seen<'a> {
     pub buffer: &'a ViewBuffer,
     /// The prepass's result.
     pub surface: &'a Surface,
+    /// The same with one sample a pixel, where a pass asks for it.
+    pub middle: &'a Surface,
     /// What it may show.
     pub draws: &'a VisibleDraws<'a>,
 }

@@ -95,7 +95,7 @@ impl<'g> Bench<'g> {
             let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
             let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE, 0).unwrap();
-            let seen = Seen { view: &seen, buffer: &view, surface: &surface, draws: &draws };
+            let seen = Seen { view: &seen, buffer: &view, surface: &surface, middle: &surface, draws: &draws };
             let lights = room.record(&mut frame, &uploaded, &[seen], reach).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
             let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);

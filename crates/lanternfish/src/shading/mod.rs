@@ -214,13 +214,12 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<&'static str
     };
     for features in [&mut opaque, &mut blended] {
         features.extend(arriving);
-        features.extend(arriving.filter(|_| samples > 1).map(|_| "multisampled"));
+        features.extend((samples > 1).then_some("multisampled"));
     }
     if tracer != Tracer::None {
-        // Bits are a pixel's: where a pixel has several surfaces, each traces its own rays.
-        if samples == 1 {
-            opaque.push("shadow_bits");
-        } else {
+        // Bits are of the surface at a pixel's middle: where a pixel has others, they trace their own rays.
+        opaque.push("shadow_bits");
+        if samples > 1 {
             opaque.push("shadow_rays");
             opaque.extend(tracer.feature());
         }

@@ -23,8 +23,8 @@ gpu_struct! {
         size: UVec2,
         /// Beyond the scene from anywhere in it, m.
         far: f32,
-        /// Unused.
-        _pad: u32,
+        /// Samples a pixel.
+        samples: u32,
         /// Radiance of everything that no surface covers, nits.
         sky: Vec3,
         /// Which of the frames that are averaged into one picture this is, from 0: random numbers are drawn with it.
@@ -45,8 +45,9 @@ impl View {
             orthographic: u32::from(matches!(camera.projection, Projection::Orthographic { .. })),
             size,
             far: 2.0 * bounds.size().length() + bounds.center().distance(camera.eye()) + 1.0,
+            samples: 1,
             sky,
-            ..Default::default()
+            frame_index: 0,
         }
     }
 

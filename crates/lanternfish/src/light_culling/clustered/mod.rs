@@ -105,7 +105,7 @@ impl ClusteredCulling {
             mark_drawn: SceneRaster::new(
                 "light_culling/clustered/mark_drawn",
                 "light_culling/clustered/mark_drawn",
-                &[],
+                if samples == Samples::One { &[] } else { &["multisampled"] },
                 false,
                 state,
             ),
@@ -248,8 +248,8 @@ impl ClusteredCulling {
         }
     }
 
-    /// Marks the clusters of a view's fragments: those that the depth buffer holds, and those that it does not, as they are
-    /// drawn: blended ones, and all where a pixel has several samples.
+    /// Marks the clusters of a view's fragments: those at the pixels' middles, by depth, and those that no such depth holds, as
+    /// they are drawn: blended ones, and all where a pixel has several samples.
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,
@@ -262,12 +262,13 @@ impl ClusteredCulling {
         let bindings = view_bindings.buffer("cluster_grid", grid).buffer("cluster_fragments", fragments);
         let size = seen.surface.size;
         let mut drawn = seen.draws.blended.clone();
-        if seen.surface.samples == 1 {
-            let surface_bindings = seen.surface.bindings();
+        if seen.middle.samples == 1 {
+            let surface_bindings = seen.middle.bindings();
             let from_depth = bindings.clone().with(&surface_bindings);
             frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
-        } else {
-            // A fragment's depth is that of no sample: only drawing it again tells.
+        }
+        if seen.surface.samples > 1 {
+            // A fragment is lit at the depth of no sample: only drawing it again tells.
             drawn.splice(0..0, seen.draws.solid.iter().copied());
         }
         if !drawn.is_empty() {
