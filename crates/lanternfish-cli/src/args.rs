@@ -404,10 +404,10 @@ pub struct TechniqueArgs {
     pub cluster_test: ClusterTest,
     /// Samples a pixel at edges.
     ///
-    /// Of triangles. More: smoother edges. 4 is on every adapter.
+    /// Of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part of the frame;
+    /// 1 with --quality draft, --indirect none, and debug views.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
-    #[arg(default_value_t = Settings::default().samples)]
-    pub samples: Samples,
+    pub samples: Option<Samples>,
     /// The mean of N frames: smooth edges, less noise.
     ///
     /// Each is rendered through other points of its pixels. N times as slow.
@@ -520,7 +520,7 @@ impl RenderArgs {
             debug_view: self.look.debug_view,
             textures: technique.textures,
             anisotropy: self.look.anisotropy,
-            samples: technique.samples,
+            samples: technique.samples.unwrap_or(self.indirect.samples()),
             indirect: self.indirect.indirect(),
             deep_images: self.indirect.deep_images(),
             accumulate: technique.accumulate,

@@ -48,7 +48,7 @@ pub struct Settings {
     /// Where light comes from that is not straight from the listed lights.
     pub indirect: Indirect,
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
-    /// once.
+    /// once, where it covers the pixel. Debug views take one.
     pub samples: Samples,
     /// Frames whose mean a picture is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
     /// slower in proportion.
@@ -62,11 +62,12 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// What the renderer recommends, with this much spent on indirect light: `lanternfish render --quality`. `Settings::default()`
+    /// What the renderer recommends, with this much spent on indirect light and on edges: `lanternfish render --quality`. `Settings::default()`
     /// is that of [`Quality::Good`].
     pub fn of_quality(quality: Quality) -> Self {
         let deep_images = DeepImageSettings { resolution: quality.deep_resolution(), ..DeepImageSettings::default() };
-        Self { indirect: Indirect::Sampled(quality.sampled()), deep_images, ..Self::direct_light() }
+        let (indirect, samples) = (Indirect::Sampled(quality.sampled()), quality.samples());
+        Self { indirect, deep_images, samples, ..Self::direct_light() }
     }
 
     /// Light straight from the listed lights alone, with their shadows: for programs that pay for every millisecond. What no

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use lanternfish::settings::{
     DeepImageSettings, DirectionSet, Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Occlusion, Quality,
-    Sampled, Settings,
+    Sampled, Samples, Settings,
 };
 
 use crate::{choices::choice, parse};
@@ -121,6 +121,14 @@ impl IndirectArgs {
                     clamp: self.indirect_clamp.unwrap_or(spent.clamp),
                 })
             }
+        }
+    }
+
+    /// Samples a pixel that go with it.
+    pub fn samples(&self) -> Samples {
+        match self.indirect {
+            IndirectName::None => Settings::direct_light().samples,
+            IndirectName::Sampled => self.quality.samples(),
         }
     }
 

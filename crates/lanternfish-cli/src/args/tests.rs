@@ -160,4 +160,9 @@ fn quality_says_what_is_not_said_otherwise() {
     assert_eq!((best.diffuse_rays, best.tracer, fine), (3, IndirectTracer::Bvh, 32));
     let none = parsed(&["--indirect", "none"]).unwrap().settings();
     assert_eq!((none.indirect, none.deep_images), (Indirect::None, DeepImageSettings::default()));
+    // Several samples a pixel where they are a small part of the frame, or where they are asked for.
+    let samples = |words: &[&str]| parsed(words).unwrap().settings().samples;
+    assert_eq!((samples(&[]), samples(&["--quality", "draft"])), (Samples::Four, Samples::One));
+    assert_eq!((samples(&["--indirect", "none"]), samples(&["--samples", "1"])), (Samples::One, Samples::One));
+    assert_eq!(samples(&["--indirect", "none", "--samples", "4"]), Samples::Four);
 }

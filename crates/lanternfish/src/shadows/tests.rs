@@ -15,7 +15,7 @@ use lanternfish_scene::{
 use super::{BLOCK_EDGE, FIRST_START, SOFT_LIGHT_BITS, Tracer, bands, check_row, row_starts};
 use crate::{
     Renderer, Settings,
-    settings::Shadows,
+    settings::{Samples, Shadows},
     shaders::constant,
     testing::{Random, probe, quad, scene_of},
 };
@@ -441,10 +441,10 @@ fn gpu_one_band_or_many_give_the_same_picture() {
     let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let camera = scene.cameras[0].clone();
     scene.lights.extend(lanternfish_scene::generate::light_rain(&scene.bounds(), 70, Some(1.0), 1, 0.0));
-    let picture = |word_limit: Option<u64>, seed: u32| {
+    let picture = |samples, word_limit: Option<u64>, seed: u32| {
         let mut scene = scene.clone();
         scene.lights.truncate(scene.lights.len() - seed as usize);
-        let settings = Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
+        let settings = Settings { shadows: Shadows::Bvh, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         if let Some(limit) = word_limit {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
@@ -454,13 +454,15 @@ fn gpu_one_band_or_many_give_the_same_picture() {
         let counter = |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
         (counter("shadows/bands").unwrap(), counter("shadows/rays").unwrap(), picture.radiance)
     };
-    let one = picture(None, 0);
-    // Nine blocks of 64 pixels with up to three words each: one row at a time.
-    let many = picture(Some(9 * 64 * 3), 0);
-    println!("{} bands, {} rays", many.0, many.1);
-    assert!(one.0 == 1 && many.0 >= 4, "{} and {} bands", one.0, many.0);
-    assert!(one.1 == many.1 && one.2 == many.2, "bands change the picture");
-    assert!(picture(None, 1).2 != one.2, "blind to a light less");
+    for samples in [Samples::One, Samples::Four] {
+        let one = picture(samples, None, 0);
+        // Nine blocks of 64 pixels with up to three words each: one row at a time.
+        let many = picture(samples, Some(9 * 64 * 3), 0);
+        println!("{samples} samples: {} bands, {} rays", many.0, many.1);
+        assert!(one.0 == 1 && many.0 >= 4, "{} and {} bands", one.0, many.0);
+        assert!(one.1 == many.1 && one.2 == many.2, "bands change the picture");
+        assert!(picture(samples, None, 1).2 != one.2, "blind to a light less");
+    }
 }
 
 #[test]

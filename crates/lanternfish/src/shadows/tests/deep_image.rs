@@ -115,11 +115,19 @@ fn gpu_a_shadow_moves_with_what_casts_it() {
 }
 
 #[test]
-fn gpu_samples_of_a_pixel_have_exact_shadows() {
-    let Some(gpu) = testing::gpu("gpu_samples_of_a_pixel_have_exact_shadows") else { return };
+fn gpu_samples_of_a_pixel_share_its_shadows() {
+    let Some(gpu) = sound_gpu("gpu_samples_of_a_pixel_share_its_shadows") else { return };
     let scene = generate::demo("cornell").unwrap();
     let of = |settings| luminance(gpu, &scene, Settings { samples: Samples::Four, light_radius: 0.1, ..settings });
-    assert!(of(deep(16)) == of(bvh()));
+    let exact = of(bvh());
+    let apart = |found: Vec<f32>| {
+        let apart: f32 = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum();
+        apart / exact.iter().sum::<f32>()
+    };
+    let (coarse, fine) = (apart(of(deep(16))), apart(of(deep(256))));
+    println!("shares of the light that differ from the BVH's: {coarse} with 16 texels, {fine} with 256");
+    // The images are asked, and are as right as for one sample.
+    assert!(coarse > 0.02 && fine < 0.03, "{coarse} {fine}");
 }
 
 #[test]
