@@ -9,6 +9,7 @@ mod tests;
 
 use std::ops::Range;
 
+use glam::UVec2;
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, faulty_software, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of,
 };
@@ -36,6 +37,12 @@ gpu_struct! {
         first_row: u32,
         /// Words that the buffer has room for.
         capacity: u32,
+        /// First row after the band in hand.
+        end_row: u32,
+        /// Unused.
+        _pad: u32,
+        /// Unused.
+        _pad2: UVec2,
     }
 }
 
@@ -184,7 +191,7 @@ impl Shadows {
         check_row(columns, scene.light_count.div_ceil(self.lights_a_word))?;
         let rows = surface.size.y.div_ceil(BLOCK_EDGE);
         let blocks = columns * rows;
-        let mut grid = VisibilityGrid { columns, rows, first_row: 0, capacity: 0 };
+        let mut grid = VisibilityGrid { columns, rows, ..VisibilityGrid::default() };
         let starts = storage_buffer(device, "shadows/starts", 4 * (u64::from(blocks) + 1))?;
         let grid_buffer = uniform_buffer_of(device, "shadows/grid", &grid);
         let bindings = view
@@ -238,7 +245,7 @@ impl Shadows {
         plan: &'p VisibilityPlan,
         (index, band): (usize, Range<u32>),
     ) -> Visibility<'p> {
-        let grid = VisibilityGrid { first_row: band.start, ..plan.grid };
+        let grid = VisibilityGrid { first_row: band.start, end_row: band.end, ..plan.grid };
         let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(surface.size.y);
         let visibility = Visibility { plan, grid: uniform_buffer_of(frame.device, "shadows/grid", &grid), rows };
         let mut bindings = view
