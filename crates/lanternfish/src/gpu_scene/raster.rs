@@ -68,11 +68,6 @@ impl SceneRaster {
         self.label
     }
 
-    /// What it tests and writes.
-    pub fn state(&self) -> &PassState {
-        &self.state
-    }
-
     /// Compiles what these draws need and is not there yet.
     pub fn prepare(&mut self, device: &wgpu::Device, scene: &GpuScene, draws: &[&Draw]) -> Result<(), RenderError> {
         for draw in draws {

@@ -1,5 +1,7 @@
 //! Depth and the thin surface target of what the view shows [Elagabani2025, §4.1].
 
+use std::collections::HashMap;
+
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame};
 
@@ -21,8 +23,8 @@ pub struct Prepass {
     raster: SceneRaster,
     with_target: bool,
     samples: u32,
-    /// Targets of every view of a frame.
-    surfaces: Vec<Surface>,
+    /// Targets of the views that it has drawn, by slot.
+    surfaces: HashMap<usize, Surface>,
 }
 
 /// What the view shows: the prepass's result.
@@ -60,27 +62,16 @@ impl Prepass {
     /// Nothing is compiled until the first scene is drawn. `with_target`: whether a later pass asks for normals or roughness;
     /// there are none with more than one sample a pixel.
     pub fn new(with_target: bool, samples: u32) -> Self {
-        let depth = wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            // Of two surfaces at one depth the later is kept, as it is where shading tests for equal depth.
-            depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-            stencil: Default::default(),
-            bias: Default::default(),
-        };
         let with_target = with_target && samples == 1;
         let module = if with_target { "prepass/prepass" } else { "prepass/depth" };
-        let state = PassState { depth, target: with_target.then(|| SURFACE_FORMAT.into()), samples };
-        let raster = SceneRaster::new("prepass", module, &[], true, state);
-        Self { raster, with_target, samples, surfaces: Vec::new() }
+        let raster = SceneRaster::new("prepass", module, &[], true, state(with_target, samples));
+        Self { raster, with_target, samples, surfaces: HashMap::new() }
     }
 
     /// Of blended surfaces, with normals and roughness, one sample a pixel.
     pub fn of_blended() -> Self {
-        let one = Self::new(true, 1);
-        let raster =
-            SceneRaster::new("prepass/blended", "prepass/prepass", &["blended"], false, one.raster.state().clone());
-        Self { raster, ..one }
+        let raster = SceneRaster::new("prepass/blended", "prepass/prepass", &["blended"], false, state(true, 1));
+        Self { raster, with_target: true, samples: 1, surfaces: HashMap::new() }
     }
 
     /// Draws everything but blended surfaces for one view of the frame.
@@ -141,18 +132,30 @@ impl Prepass {
     }
 
     fn surface(&mut self, device: &wgpu::Device, size: UVec2, slot: usize) -> Surface {
-        if self.surfaces.get(slot).is_none_or(|s| s.size != size) {
+        if self.surfaces.get(&slot).is_none_or(|s| s.size != size) {
             let none = wgpu::TextureUsages::empty();
             let target = |label, format| samples_target(device, label, size, format, none, self.samples);
-            self.surfaces.truncate(slot);
-            self.surfaces.push(Surface {
+            let surface = Surface {
                 depth: target("depth", DEPTH_FORMAT),
                 target: self.with_target.then(|| target("surface", SURFACE_FORMAT)),
                 size,
                 samples: self.samples,
                 slot,
-            });
+            };
+            self.surfaces.insert(slot, surface);
         }
-        self.surfaces[slot].clone()
+        self.surfaces[&slot].clone()
     }
+}
+
+fn state(with_target: bool, samples: u32) -> PassState {
+    let depth = wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(true),
+        // Of two surfaces at one depth the later is kept, as it is where shading tests for equal depth.
+        depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+        stencil: Default::default(),
+        bias: Default::default(),
+    };
+    PassState { depth, target: with_target.then(|| SURFACE_FORMAT.into()), samples }
 }

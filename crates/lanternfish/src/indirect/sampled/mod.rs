@@ -9,6 +9,8 @@
 
 mod targets;
 
+use std::collections::HashMap;
+
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
 
@@ -97,7 +99,8 @@ pub struct SampledLight {
     bound: ComputeKernel,
     resolve: ComputeKernel,
     filter: ComputeKernel,
-    targets: Vec<Targets>,
+    /// Of the views that it has found light for, by slot.
+    targets: HashMap<usize, Targets>,
 }
 
 impl SampledLight {
@@ -132,7 +135,7 @@ impl SampledLight {
             bound: kernel("indirect/sampled/bound", &[], "bound", "indirect/bound")?,
             resolve: kernel("indirect/sampled/filter", &[], "resolve", "indirect/resolve")?,
             filter: kernel("indirect/sampled/filter", &[], "filter_axis", "indirect/filter")?,
-            targets: Vec::new(),
+            targets: HashMap::new(),
         })
     }
 
@@ -158,7 +161,7 @@ impl SampledLight {
         let frames = self.frames.max(frame_index.saturating_add(1));
         let radius = (self.settings.filter_radius as f32 / (frames as f32).sqrt()) as u32;
         let Self { settings, targets, .. } = self;
-        let targets = &targets[surface.slot];
+        let targets = &targets[&surface.slot];
         let groups = |kernel: &ComputeKernel, size: UVec2| {
             let [width, height, _] = kernel.workgroup_size();
             [size.x.div_ceil(width), size.y.div_ceil(height), 1]

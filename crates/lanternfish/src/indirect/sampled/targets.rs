@@ -1,5 +1,7 @@
 //! What the passes of sampled indirect light write.
 
+use std::collections::HashMap;
+
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, GpuError, read_back, storage_buffer};
 
@@ -13,7 +15,7 @@ const LAYERS: u32 = 4;
 /// What is counted in every round: `counters.wesl`.
 const COUNTERS: usize = 4;
 
-/// Of one view of a frame.
+/// What is written for one view of a frame.
 #[derive(Debug)]
 pub(super) struct Targets {
     size: UVec2,
@@ -25,9 +27,14 @@ pub(super) struct Targets {
 
 impl Targets {
     /// Makes those of a view's slot, where they are not there yet. `scale`: pixels a sample, along an edge.
-    pub fn fit(all: &mut Vec<Self>, device: &wgpu::Device, surface: &Surface, scale: u32) -> Result<(), RenderError> {
+    pub fn fit(
+        all: &mut HashMap<usize, Self>,
+        device: &wgpu::Device,
+        surface: &Surface,
+        scale: u32,
+    ) -> Result<(), RenderError> {
         let (size, slot) = (surface.size, surface.slot);
-        if all.get(slot).is_some_and(|targets| targets.size == size) {
+        if all.get(&slot).is_some_and(|targets| targets.size == size) {
             return Ok(());
         }
         let samples = size.map(|side| side.div_ceil(scale));
@@ -46,14 +53,14 @@ impl Targets {
             let dimension = Some(wgpu::TextureViewDimension::D2Array);
             texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
         };
-        all.truncate(slot);
-        all.push(Self {
+        let targets = Self {
             size,
             hits: storage_buffer(device, "indirect/hits", size_of::<SampledHit>() as u64 * count)?,
             light_rays: storage_buffer(device, "indirect/light_rays", size_of::<LightRay>() as u64 * count)?,
             sums: storage_buffer(device, "indirect/sums", SUMS_BYTES * count)?,
             layers: [layers(), layers()],
-        });
+        };
+        all.insert(slot, targets);
         Ok(())
     }
 }
@@ -90,4 +97,12 @@ impl RayCounters {
             ("indirect/emitter_rays", sum(3)),
         ])
     }
+}
+
+#[cfg(test)]
+#[test]
+fn counters_are_the_shaders() {
+    let constant = |name| crate::shaders::constant("indirect/sampled/counters", name);
+    assert_eq!(constant("RAY_COUNTERS"), COUNTERS as f64);
+    assert_eq!(["RAYS", "HITS", "SHADOW_RAYS", "EMITTER_RAYS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
 }
