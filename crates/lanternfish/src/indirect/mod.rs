@@ -65,7 +65,7 @@ named_enum! {
         /// 8 and 4 rays from every pixel, through deep images.
         #[default]
         Good = "good",
-        /// 32 and 16 rays from every pixel, through the BVH, none clamped: exact.
+        /// 32 and 16 rays from every pixel, through the BVH, none clamped; traced exactly.
         Best = "best",
     }
 }

@@ -4,7 +4,7 @@ use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
     settings::{Integrator, LightChoice},
 };
-use lanternfish_scene::{Camera, Environment, Light, Material, Projection, Scene, generate::demo};
+use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Projection, Scene, generate::demo};
 
 use crate::{
     RenderError, Renderer, Settings,
@@ -285,16 +285,32 @@ fn gpu_rays_are_counted() {
         let uploaded = renderer.upload(scene).unwrap();
         let report = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().report;
         let count = |name: &str| report.counters.iter().find(|(known, _)| known == name).expect(name).1;
-        ["indirect/rays", "indirect/hits", "indirect/shadow_rays"].map(count)
+        ["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"].map(count)
     };
     let pixels = u64::from(SIZE.x * SIZE.y);
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let mut room = closed_box(matt(0.5));
-    assert_eq!(counted(&room, &camera), [3 * pixels, 3 * pixels, 0]);
+    assert_eq!(counted(&room, &camera), [3 * pixels, 3 * pixels, 0, 0]);
     room.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
-    assert_eq!(counted(&room, &camera), [3 * pixels; 3]);
+    assert_eq!(counted(&room, &camera), [3 * pixels, 3 * pixels, 3 * pixels, 0]);
+    // From a pane before the eye as many again, and one a pixel about the mirror direction.
+    let mut paned = room.clone();
+    let pane = Material { alpha_mode: AlphaMode::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.5), ..matt(0.5) };
+    paned.materials.push(pane);
+    paned.meshes[0].primitives.push(quad(1, Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y));
+    let [rays, hits, shadow_rays, emitter_rays] = counted(&paned, &camera);
+    // Those about the mirror direction may start into the pane.
+    assert!((6 * pixels..=7 * pixels).contains(&rays), "{rays} of {pixels} pixels");
+    assert_eq!([hits, shadow_rays, emitter_rays], [rays, rays, 0]);
+    // One side shines: of three diffuse rays' pixels two look for it, but from that side itself, which faces none of it.
+    let shining = Material { emissive: Vec3::ONE, ..matt(0.5) };
+    room.materials.push(shining);
+    room.meshes[0].primitives[2].material = 1;
+    let behind = looking([0.0, 0.5, 0.0], [0.0, -1.0, 0.1]);
+    let looked = counted(&room, &behind)[3];
+    assert!(looked > 19 * pixels / 10 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
     let down = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
-    let [rays, hits, shadow_rays] = counted(&floor(matt(0.5)), &down);
+    let [rays, hits, shadow_rays, _] = counted(&floor(matt(0.5)), &down);
     // Of rays over a floor those count that go up, all but a few that leave it at the very edge of the hemisphere.
     assert!(
         rays > 29 * pixels / 10 && rays <= 3 * pixels && (hits, shadow_rays) == (0, 0),
@@ -426,17 +442,47 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
     // One ray of 300 finds the card: most of its light is what the clamp is there to take.
     assert!(brightest(&on) < 0.8 * brightest(&off) && kept > 0.25 && kept < 1.0);
     assert!(on.iter().zip(&off).all(|(on, off)| on.x <= off.x));
-    // A mean of frames loses less, the more there are.
-    let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| {
-        let rays = Sampled { clamp, diffuse_rays: 4, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) };
-        picture(gpu, Settings { accumulate: 16, ..settings(rays) }, &scene, &camera)
-    });
-    let kept_of_many = mean(&on) / mean(&off);
-    println!("energy kept of 16 frames {kept_of_many:.4}");
-    assert!((kept + 0.05..1.0).contains(&kept_of_many), "{kept_of_many}, of one frame {kept}");
+    // A mean of frames loses less, the more there are; also where the pixels around a bright one are black.
+    for sky in [5e-4, 0.0] {
+        scene.sky = Vec3::splat(sky);
+        let kept = [1, 8, 16, 64].map(|accumulate| {
+            let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| {
+                let rays = Sampled { clamp, diffuse_rays: 4, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) };
+                picture(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera)
+            });
+            mean(&on) / mean(&off)
+        });
+        println!("sky of {sky}: energy kept of 1, 8, 16 and 64 frames {kept:.4?}");
+        assert!(kept.is_sorted() && kept[2] > kept[0] + 0.05 && kept[2] > 0.5 && kept[3] > 0.875, "{kept:?}");
+    }
     let sky = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
     let even = |clamp| picture(gpu, settings(Sampled { clamp, ..sampled(IndirectTracer::Bvh) }), &sky, &camera);
     assert!(self::off(&even(IndirectClamp::On), &even(IndirectClamp::Off)) < 1e-3);
+}
+
+/// Light that few pixels find is spread by the filter, and neither lost nor doubled.
+#[test]
+fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
+    let Some(gpu) = testing::gpu("gpu_the_filter_keeps_the_light_of_lone_bright_pixels") else { return };
+    // A bright card that is unlit, and so found by chance alone.
+    let mut scene = floor(matt(0.5));
+    scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
+    scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
+    // All of the picture is floor.
+    let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
+    for sky in [0.0, 1e-4, 1e-2] {
+        scene.sky = Vec3::splat(sky);
+        let [without, with] = [0, 8].map(|filter_radius| {
+            let rays = Sampled { diffuse_rays: 4, glossy_rays: 0, filter_radius, ..sampled(IndirectTracer::Bvh) };
+            picture(gpu, settings(rays), &scene, &camera)
+        });
+        let floor = 0.5 * f64::from(sky);
+        let lone = without.iter().filter(|pixel| f64::from(pixel.x) > 2.0 * floor).count();
+        let kept = (mean(&with) - floor) / (mean(&without) - floor);
+        println!("sky of {sky}: {lone} lone bright pixels, of whose light {kept:.4} is kept");
+        // What of it falls beyond the picture's edge, or stays this side of it, is known to a tenth.
+        assert!(lone > 10 && (kept - 1.0).abs() < 0.1, "sky of {sky}: {kept} of {lone} pixels' light");
+    }
 }
 
 /// Neither a filter nor coarser starts change what is the same everywhere, and both are nearer to many rays than few rays alone.
