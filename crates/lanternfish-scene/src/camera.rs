@@ -111,7 +111,13 @@ impl Camera {
     ///
     /// `eye` and `target` must differ: else the camera looks nowhere, and is refused where it is used ([`Camera::validate`]).
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
-        let back = (eye - target).normalize();
+        Self::looking_along(eye, target - eye, projection)
+    }
+
+    /// At `eye`, looking along `direction`, which need not be of unit length: far from the origin a target near the eye may be the
+    /// eye itself.
+    pub(crate) fn looking_along(eye: Vec3, direction: Vec3, projection: Projection) -> Self {
+        let back = -direction.normalize();
         let up = if back.y.abs() > 0.999_999 { Vec3::NEG_Z * back.y.signum() } else { Vec3::Y };
         let right = up.cross(back).normalize();
         let rotation = Mat3::from_cols(right, back.cross(right), back);

@@ -64,7 +64,8 @@ impl Camera {
         let boxes = scene.boxes();
         let bounds = scene.bounds_of(&boxes);
         let cube = Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE };
-        let bounds = if bounds.is_empty() { cube } else { bounds };
+        let is_empty = bounds.is_empty();
+        let bounds = if is_empty { cube } else { bounds };
         let mut frame = Frame::new(bounds.center(), towards_eye, fov_y, aspect);
         for instance in &scene.instances {
             for (primitive, inner) in scene.meshes[instance.mesh].primitives.iter().zip(&boxes[instance.mesh]) {
@@ -73,7 +74,7 @@ impl Camera {
                 }
             }
         }
-        if scene.instances.is_empty() {
+        if is_empty {
             frame.add(&bounds.corners(), &Affine3A::IDENTITY);
         }
         frame.camera(&bounds, fov_y)
@@ -246,6 +247,10 @@ mod tests {
         }
         let nothing = Camera::framing(&Bounds::EMPTY, 0.8, 1.5);
         assert_eq!(Camera::framing_scene(&Scene::default(), None, 0.8, 1.5), nothing);
+        // Something is placed of which nothing is left, as of a file of points or lines alone.
+        let mut dust = shapes().swap_remove(0);
+        dust.meshes[0].primitives.clear();
+        assert_eq!(Camera::framing_scene(&dust, None, 0.8, 1.5), nothing);
         // A point has no size.
         let mut point = shapes().swap_remove(0);
         point.instances[0].world_from_object = Affine3A::from_scale(Vec3::splat(0.0));

@@ -143,7 +143,7 @@ impl Room {
             [0.85, 0.5, 0.0].map(|share| {
                 let direction = Self::direction(ahead);
                 let eye = self.eye - share * self.level[opposite(ahead)] * direction;
-                Camera::look_at(eye, eye + direction, projection)
+                Camera::looking_along(eye, direction, projection)
             })
         });
         let rated = views.map(|camera| (clearance(scene, bounds, &camera), camera));
@@ -208,6 +208,11 @@ mod tests {
                 assert_eq!(camera.is_enclosed(&scene), open.is_empty());
             }
         }
+        // Far from the origin, where a metre beside the eye is the eye.
+        let mut far = walls(Vec3::new(4e3, 3e3, 2e4), true, &[]);
+        far.instances[0].world_from_object.translation += 1e9;
+        let (camera, inside) = Camera::overview(&far, None, 1.78);
+        assert!(inside && camera.validate().is_ok() && is_within(&far, camera.eye()), "{camera:?}");
         // A mirroring transform turns every triangle, and what is its front.
         for inwards in [true, false] {
             let mut mirrored = walls(Vec3::splat(4.0), inwards, &[]);

@@ -208,7 +208,7 @@ pub fn lamp(scene: &Scene, camera: &Camera) -> Option<Light> {
     // Above and to the left, as far as half the way to the next wall there.
     let aside = camera.world_from_camera.transform_vector3(Vec3::new(-0.6, 0.8, 0.0));
     let face = Face {
-        world_from_face: Mat3::from(Camera::look_at(eye, eye + aside, camera.projection).world_from_camera.matrix3),
+        world_from_face: Mat3::from(Camera::looking_along(eye, aside, camera.projection).world_from_camera.matrix3),
         slope: Vec2::splat(0.2),
     };
     let free = look(scene, eye, &[face], 2).iter().flatten().map(|hit| hit.depth).fold(middle, f32::min);
@@ -305,6 +305,16 @@ mod tests {
         let light = lamp(&room, &inside).expect("it is closed");
         assert!(light.position.cmpgt(bounds.min).all() && light.position.cmplt(bounds.max).all(), "{light:?}");
         assert!(light.position.x < 0.0 && light.position.y > 1.2, "over the left shoulder: {light:?}");
+        // Large, and far from the origin, where a metre beside the eye is the eye.
+        let mut far = room.clone();
+        let place = glam::Affine3A::from_translation(Vec3::splat(1e9)) * glam::Affine3A::from_scale(Vec3::splat(1e4));
+        far.instances.iter_mut().for_each(|at| at.world_from_object = place * at.world_from_object);
+        let eye = place.transform_point3(inside.eye());
+        let mut from_far = inside.clone();
+        from_far.world_from_camera.translation = eye.into();
+        let (light, bounds) = (lamp(&far, &from_far).expect("it is closed"), far.bounds());
+        assert!(light.position.cmpgt(bounds.min).all() && light.position.cmplt(bounds.max).all(), "{light:?}");
+        assert!(light.position.x < eye.x && light.position.y > eye.y, "over the left shoulder: {light:?}");
         assert_eq!(lamp(&room, &outside), None);
     }
 
