@@ -29,7 +29,7 @@ pub(super) fn clean(text: &str, name: &str, notes: &mut Notes) -> String {
         let rest = match key {
             "newmtl" if rest.is_empty() => "unnamed".to_owned(),
             "Ka" | "Kd" | "Ks" | "Ke" => match numbers().collect::<Vec<_>>()[..] {
-                [grey] => format!("{grey} {grey} {grey}"),
+                [grey] if grey.is_finite() => format!("{grey} {grey} {grey}"),
                 [r, g, b, ..] if [r, g, b].iter().all(|c: &f32| c.is_finite()) => format!("{r} {g} {b}"),
                 _ => {
                     dropped.push((number, line));

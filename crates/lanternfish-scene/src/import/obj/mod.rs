@@ -80,9 +80,7 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
     let library = library.unwrap_or_default();
     // Where a library is missing it has been said what becomes of its materials.
     let is_unknown = |name: &&String| missing.is_empty() && !library.iter().any(|material| material.name == **name);
-    for name in plain.materials.iter().filter(is_unknown).take(MOST_NAMES) {
-        notes.insert(format!("usemtl {name}: there is no such material; what has it becomes grey"));
-    }
+    note_unknown(&plain.materials.iter().filter(is_unknown).collect::<Vec<_>>(), &mut notes);
     notes.append(&mut missing);
     notes.append(garbled.get_mut());
     let used = models.iter().map(|model| model.mesh.material_id.and_then(|id| library.get(id)));
@@ -112,6 +110,16 @@ fn read(file: &[u8], path: &Path, files: &Files) -> Result<Scene, SceneError> {
         tracing::warn!("{}: {note}", path.display());
     }
     Ok(scene)
+}
+
+/// Says which materials there are none of.
+fn note_unknown(names: &[&String], notes: &mut Notes) {
+    for name in names.iter().take(MOST_NAMES) {
+        notes.insert(format!("usemtl {name}: there is no such material; what has it becomes grey"));
+    }
+    if names.len() > MOST_NAMES {
+        notes.insert(format!("usemtl: and {} more materials that there are none of", names.len() - MOST_NAMES));
+    }
 }
 
 /// The mesh as a primitive: v turned, missing normals flat. Tangents are averaged over the triangles of each vertex.

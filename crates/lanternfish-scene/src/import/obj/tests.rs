@@ -183,6 +183,12 @@ fn what_a_material_says_wrongly_is_noted() {
     assert_eq!(text, "newmtl a\nKs 0.1 0.2 0.3\n");
     let noted = "a.mtl: 5 lines say no value that can be read and are left out; line 2: Kd red green blue";
     assert_eq!(notes.into_iter().collect::<Vec<_>>(), [noted]);
+    // A grey of one number, too.
+    for value in ["nan", "inf", "-inf"] {
+        let mut notes = super::Notes::new();
+        let text = super::materials::clean(&format!("newmtl a\nKd {value}\nKe {value}\n"), "a.mtl", &mut notes);
+        assert_eq!((text.as_str(), notes.len()), ("newmtl a\n", 1), "{value}");
+    }
     let mut notes = super::Notes::new();
     super::materials::clean(
         "newmtl a\nKd 0.5 0.5 0.5\nNs 30\nTr 0.5 0.5 0.5\nillum 2\nmap_Kd a.png\n",
@@ -190,6 +196,17 @@ fn what_a_material_says_wrongly_is_noted() {
         &mut notes,
     );
     assert!(notes.is_empty(), "{notes:?}");
+}
+
+#[test]
+fn of_unknown_materials_those_that_are_not_named_are_counted() {
+    let names: Vec<String> = (0..11).map(|i| format!("m{i:02}")).collect();
+    for (count, last) in [(8, "usemtl m07: there is no such material; what has it becomes grey"), (11, "and 3 more")] {
+        let mut notes = super::Notes::new();
+        super::note_unknown(&names.iter().take(count).collect::<Vec<_>>(), &mut notes);
+        assert_eq!(notes.len(), 8 + usize::from(count > 8));
+        assert!(notes.iter().any(|note| note.contains(last)), "{notes:?}");
+    }
 }
 
 #[test]
