@@ -153,7 +153,8 @@ pub fn checked<R, E: From<GpuError>>(
 /// Whether two handles are of one device.
 ///
 /// wgpu numbers the devices of every instance by themselves, so that handles of two instances' devices may compare equal. What
-/// tells them apart: an error on a device is found in the innermost error scope of that device.
+/// tells them apart: an error on a device is found in the innermost error scope of that device. One that is lost finds none, and is
+/// taken for the same: what is asked of it next says what has become of it.
 pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
     if a != b {
         return false;
@@ -163,9 +164,8 @@ pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
     let usage = wgpu::BufferUsages::empty();
     let refused = wgpu::BufferDescriptor { label: Some("of no use"), size: 4, usage, mapped_at_creation: false };
     let _ = a.create_buffer(&refused);
-    let found = pollster::block_on(of_b.pop());
-    pollster::block_on(of_a.pop());
-    found.is_some()
+    pollster::block_on(of_b.pop());
+    pollster::block_on(of_a.pop()).is_none()
 }
 
 fn with_mapped<R>(device: &wgpu::Device, staging: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> R) -> Result<R, GpuError> {
@@ -179,4 +179,24 @@ fn with_mapped<R>(device: &wgpu::Device, staging: &wgpu::Buffer, read: impl FnOn
     receiver.recv().map_err(|e| fail(e.into()))?.map_err(|e| fail(e.into()))?;
     let data = staging.get_mapped_range(..).map_err(|e| fail(e.into()))?;
     Ok(read(&data))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AdapterChoice, Gpu, testing};
+
+    #[test]
+    fn gpu_devices_are_told_apart_and_a_lost_one_is_itself() {
+        let Some(gpu) = testing::gpu("gpu_devices_are_told_apart_and_a_lost_one_is_itself") else { return };
+        // Of an instance of its own, whose first device has the number of the other's first.
+        let other = Gpu::open(&AdapterChoice::Auto).unwrap();
+        assert!(
+            is_same_device(&gpu.device, &gpu.device.clone()) && is_same_device(&other.device, &other.device.clone())
+        );
+        assert!(!is_same_device(&gpu.device, &other.device) && !is_same_device(&other.device, &gpu.device));
+        other.device.destroy();
+        assert!(is_same_device(&other.device, &other.device.clone()), "lost, it is another device");
+        assert!(!is_same_device(&gpu.device, &other.device), "another one that is lost is this one");
+    }
 }

@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod tests;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use lanternfish_gpu::is_same_device;
 
 use crate::{
@@ -17,6 +19,8 @@ use super::{GpuScene, Shading};
 /// What of the settings goes into a scene on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Needs {
+    /// Whose they are: a number that no other renderer has.
+    renderer: u64,
     /// Which parts of materials were packed.
     pub shading: Shading,
     /// Whether textures are one array, where they fit.
@@ -41,7 +45,9 @@ impl Needs {
         // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
         let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
         let Settings { attenuation, range_threshold, light_radius, shadow_rays, .. } = *settings;
+        static RENDERERS: AtomicU64 = AtomicU64::new(0);
         Self {
+            renderer: RENDERERS.fetch_add(1, Ordering::Relaxed),
             shading: Shading::of(settings),
             texture_arrays,
             anisotropy,
@@ -67,8 +73,11 @@ const NO_RAY_QUERY: &str = "it has no acceleration structure of the adapter's ow
 impl GpuScene {
     /// An error unless it lies on this device and was uploaded for all that is needed of it.
     pub(crate) fn check(&self, device: &wgpu::Device, needed: &Needs) -> Result<(), RenderError> {
-        self.check_device(device)?;
         let has = &self.needs;
+        // Its own it has seen on its device.
+        if has.renderer != needed.renderer {
+            self.check_device(device)?;
+        }
         let faults = [
             (has.shading != needed.shading, "its materials are for another `Settings::materials`, or a debug view"),
             (has.texture_arrays != needed.texture_arrays, "its textures are for another `Settings::textures`"),
