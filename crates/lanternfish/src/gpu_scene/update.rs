@@ -1,7 +1,7 @@
 //! Bringing what has moved to the device.
 //!
 //! 1. What must be the same is compared with what was uploaded: `outline.rs`.
-//! 2. Lights, the sky and materials are written.
+//! 2. Lights, the sky and materials are written; where other triangles shine, or otherwise, the tree over them.
 //! 3. Unless all instances stand where they did: draw instances are written; the traced triangles are posed anew, in the order
 //!    of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
 
@@ -95,15 +95,20 @@ impl GpuScene {
             }
             return Ok(());
         }
-        self.geometry.update(queue, scene);
-        self.bounds = self.geometry.bounds();
         let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
         if let Some(trees) = &mut self.light_trees {
             let emissive = emissive::triangles(scene, self.needs.shading, &self.placed.parts, &triangles);
             *trees = SceneLightTrees::new(device, scene, settings, emissive)?;
         }
+        self.placed.shining = shining;
+        let leaves: Vec<_> = self.light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
+        if stands_still {
+            self.bvh.iter().for_each(|bvh| bvh.update_light_leaves(queue, &triangles, &leaves));
+            return Ok(());
+        }
+        self.geometry.update(queue, scene);
+        self.bounds = self.geometry.bounds();
         if let Some(bvh) = &mut self.bvh {
-            let leaves: Vec<_> = self.light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
             bvh.update(queue, &triangles, &leaves);
         }
         if let Some(hits) = &self.hits {
@@ -113,10 +118,7 @@ impl GpuScene {
             *tlas = Tlas::new(device, queue, &triangles)?;
         }
         self.placed.transforms = transforms(scene).collect();
-        self.placed.shining = shining;
-        if !stands_still {
-            self.placed.generation = next_number();
-        }
+        self.placed.generation = next_number();
         Ok(())
     }
 

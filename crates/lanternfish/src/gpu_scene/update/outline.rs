@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::super::geometry::mirrors;
 use crate::error::RenderError;
 
-/// Texels by which an image is recognised, beside its size.
+/// Texels by which an image is recognised, beside its size; a smaller one by all of its own.
 const TEXELS: usize = 1024;
 
 /// All of a scene that an update does not bring; large lists by a hash.
@@ -80,7 +80,7 @@ impl Outline {
             return changed(format!("instance {i} ({}) {what}", scene.instances[i].name));
         }
         if let Some(i) = first_other(&self.materials, &now.materials) {
-            let what = "other textures, another alpha mode, other sides, or volume";
+            let what = "other textures, another alpha mode, other sides, transmission or volume";
             return changed(format!("material {i} ({}) has {what}", scene.materials[i].name));
         }
         if let Some(i) = first_other(&self.textures, &now.textures) {
@@ -135,6 +135,8 @@ fn fixed(material: &Material) -> Material {
         ior: usual.ior,
         specular: usual.specular,
         specular_color: usual.specular_color,
+        clearcoat: usual.clearcoat,
+        clearcoat_roughness: usual.clearcoat_roughness,
         unlit: usual.unlit,
         ..material.clone()
     }
@@ -148,11 +150,14 @@ fn environment(Environment { width, height, pixels, rotation }: &Environment) ->
     some_of(pixels, &[*width as u32, *height as u32, rotation.to_bits()])
 }
 
-/// A hash of [`TEXELS`] texels, at even distances by the golden ratio, and of `size`.
+/// A hash of `size` and of all texels; of more than [`TEXELS`], of as many at even distances by the golden ratio.
 fn some_of<T: bytemuck::NoUninit>(texels: &[T], size: &[u32]) -> u64 {
     const GOLDEN_RATIO: u64 = 0x9e37_79b9_7f4a_7c15;
     let at = |i: usize| ((u128::from((i as u64).wrapping_mul(GOLDEN_RATIO)) * texels.len() as u128) >> 64) as usize;
-    let some: Vec<T> = (0..TEXELS.min(texels.len())).map(|i| texels[at(i)]).collect();
+    let some: Vec<T> = match texels.len() {
+        ..=TEXELS => texels.to_vec(),
+        _ => (0..TEXELS).map(|i| texels[at(i)]).collect(),
+    };
     hash([bytemuck::cast_slice(size), bytemuck::cast_slice(&some)])
 }
 

@@ -6,6 +6,7 @@ use lanternfish_scene::{
     AlphaMode, Environment, Filter, Image, Instance, Light, Material, Sampler, Scene, Texture, TextureRef, generate,
 };
 
+use super::Outline;
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     deep_images::trace::{RayTracer, Structure, TracedRay},
@@ -82,14 +83,21 @@ fn gpu_a_picture_after_an_update_is_that_of_a_fresh_upload() {
 #[test]
 fn gpu_factors_of_materials_follow() {
     let Some(gpu) = testing::gpu("gpu_factors_of_materials_follow") else { return };
-    let before = scene();
+    let mut before = scene();
+    before.images.push(Image { name: String::new(), width: 1, height: 1, rgba: vec![170, 90, 220, 255] });
+    before.samplers.push(Sampler::default());
+    before.textures.push(Texture { image: 0, sampler: 0 });
+    before.materials.iter_mut().for_each(|material| material.normal_texture = Some(TextureRef::new(0)));
     type Change = fn(&mut Material);
-    let changes: [(&str, Change); 6] = [
+    let changes: [(&str, Change); 9] = [
         ("base colour", |m| m.base_color = Vec3::new(0.1, 0.3, 0.9).extend(m.base_color.w)),
         ("emission", |m| m.emissive = Vec3::new(0.3, 0.2, 0.1)),
         ("metallic", |m| m.metallic = 1.0 - m.metallic),
         ("roughness", |m| m.perceptual_roughness = 0.2),
         ("specular", |m| (m.specular, m.ior) = (0.2, 1.8)),
+        ("specular colour", |m| m.specular_color = Vec3::new(0.1, 1.0, 3.0)),
+        ("clear coat", |m| (m.clearcoat, m.clearcoat_roughness) = (0.8, 0.3)),
+        ("normal scale", |m| m.normal_scale = 0.3),
         ("unlit", |m| m.unlit = true),
     ];
     let direct = Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
@@ -181,7 +189,7 @@ fn gpu_what_cannot_follow_is_named_and_changes_nothing() {
     let generation = uploaded.generation();
     let picture = shown(&mut renderer, &uploaded, &before);
     type Change = fn(&mut Scene);
-    let changes: [(&str, Change); 17] = [
+    let changes: [(&str, Change); 18] = [
         ("instances were uploaded", |s| s.instances.push(Instance { mesh: 0, ..s.instances[0].clone() })),
         ("meshes were uploaded", |s| s.meshes.push(Default::default())),
         ("materials were uploaded", |s| s.materials.push(Material::default())),
@@ -194,6 +202,7 @@ fn gpu_what_cannot_follow_is_named_and_changes_nothing() {
         ("has other textures, another alpha", |s| s.materials[0].alpha_mode = AlphaMode::Blend),
         ("has other textures, another alpha", |s| s.materials[0].base_color_texture = Some(TextureRef::new(0))),
         ("sides", |s| s.materials[0].double_sided ^= true),
+        ("transmission", |s| s.materials[0].transmission = 0.5),
         ("has other textures, another alpha", |s| s.materials.last_mut().unwrap().base_color.w = 0.4),
         ("sampler 0 is another", |s| s.samplers[0].mag = Filter::Nearest),
         ("image 0 (checks) is another", |s| s.images[0].rgba.fill(9)),
@@ -211,6 +220,21 @@ fn gpu_what_cannot_follow_is_named_and_changes_nothing() {
     }
     assert_eq!(uploaded.generation(), generation);
     assert_eq!(shown(&mut renderer, &uploaded, &before).radiance, picture.radiance);
+}
+
+#[test]
+fn every_texel_of_a_small_image_is_asked() {
+    let mut scene = Scene {
+        images: vec![Image { name: String::new(), width: 32, height: 32, rgba: vec![7; 4096] }],
+        ..Scene::default()
+    };
+    let outline = Outline::of(&scene);
+    for i in 0..4096 {
+        scene.images[0].rgba[i] = 8;
+        assert!(outline.check(&scene).is_err(), "texel {}", i / 4);
+        scene.images[0].rgba[i] = 7;
+    }
+    assert!(outline.check(&scene).is_ok());
 }
 
 #[test]
