@@ -50,6 +50,8 @@ pub(crate) struct FrameResult {
     pub visibility: Option<VisibilityPlan>,
     pub openness: Option<Openness>,
     pub indirect: Option<IndirectSums>,
+    /// At the nearest blended surfaces.
+    pub indirect_of_blended: Option<IndirectSums>,
     /// The opaque surfaces' light lists.
     pub lights: LightLists,
 }
@@ -84,9 +86,9 @@ impl Passes {
         }
         let finished = shaded.into_iter().zip(&shown).zip(arriving).map(|((shaded, shown), arriving)| {
             let display = self.display(frame, scene, shown, &shaded, &arriving);
-            let Shaded { radiance, mean, visibility, lights } = shaded;
+            let Shaded { radiance, mean, visibility, indirect_of_blended, lights } = shaded;
             let Arriving { openness, indirect, .. } = arriving;
-            FrameResult { radiance, mean, display, visibility, openness, indirect, lights }
+            FrameResult { radiance, mean, display, visibility, openness, indirect, indirect_of_blended, lights }
         });
         Ok(finished.collect())
     }
@@ -159,6 +161,7 @@ impl Passes {
         };
 
         self.sky.record(frame, scene, buffer, surface, &radiance)?;
+        let mut indirect_of_blended = None;
         if let Some(lights) = blended_lights.filter(|_| !draws.blended.is_empty()) {
             let rotation = rotation_of(view, accumulates);
             let nearest = self.nearest_blended.as_mut().map(|nearest| {
@@ -175,10 +178,11 @@ impl Passes {
                 nearest.as_ref(),
                 &radiance,
             )?;
+            indirect_of_blended = nearest.and_then(|nearest| nearest.indirect);
         }
 
         let mean = accumulates.then(|| self.progressive.record(frame, buffer, &radiance, view.size, surface.slot));
-        Ok(Shaded { radiance, mean, visibility: plan, lights })
+        Ok(Shaded { radiance, mean, visibility: plan, indirect_of_blended, lights })
     }
 
     /// What a display shows of a view: its picture, exposed, or the debug view.
@@ -219,6 +223,8 @@ struct Shaded {
     radiance: Radiance,
     mean: Option<wgpu::TextureView>,
     visibility: Option<VisibilityPlan>,
+    /// At the nearest blended surfaces.
+    indirect_of_blended: Option<IndirectSums>,
     /// The opaque surfaces' light lists.
     lights: LightLists,
 }

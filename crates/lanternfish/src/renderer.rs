@@ -143,13 +143,13 @@ impl Renderer {
 
     /// Brings what has changed in `scene` since it was uploaded to the device: where its instances stand; all lights, more or
     /// fewer too; [`Scene::sky`]; the factors of materials: colour, metallic, roughness, normal scale, emission, index of
-    /// refraction, specular, unlit. Where all instances stand where they did, the geometry is not touched.
+    /// refraction, specular, clear coat, unlit. Where all instances stand where they did, the geometry is not touched.
     ///
     /// All else must be as it was: how many things there are; vertices, indices and materials of meshes; an instance's mesh,
-    /// and whether it is mirrored; textures, alpha mode (of a mask, its alpha and cutoff too), sides and volume of materials;
+    /// and whether it is mirrored; textures, alpha mode (of a mask, its alpha and cutoff too), sides, transmission and volume of materials;
     /// textures, samplers, images, the environment. Anything else is [`RenderError::Changed`], and nothing is done; nor is it
     /// for a scene that is not valid ([`Scene::validate`]) or was not uploaded for this renderer. An image, and the
-    /// environment, are recognised by their size and 1,024 of their texels: painting a few of them goes unseen. Names and
+    /// environment, are recognised by their size and 1,024 of their texels: painting a few of more than that goes unseen. Names and
     /// cameras are not asked. All this takes time linear in the scene, as far as its vertices.
     ///
     /// The BVH keeps its tree and gets new boxes: things that move far apart make its rays slower. Upload again to build it
@@ -160,10 +160,11 @@ impl Renderer {
         checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.settings))
     }
 
-    /// Shows the pictures from now on at another exposure. Means of frames go on ([`Self::refine`]): they are of radiance.
+    /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.
     pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
+        self.passes.output.set_exposure(&self.device, exposure)?;
         self.settings.exposure = exposure;
-        self.passes.output.set_exposure(&self.device, exposure)
+        Ok(())
     }
 
     /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
@@ -284,7 +285,11 @@ impl Renderer {
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
         if let Some(indirect) = &result.indirect {
-            let counted = indirect.counters.read(&self.device, &self.queue)?;
+            let mut counted = indirect.counters.read(&self.device, &self.queue)?;
+            if let Some(of_blended) = &result.indirect_of_blended {
+                let more = of_blended.counters.read(&self.device, &self.queue)?;
+                counted.iter_mut().zip(more).for_each(|((_, count), (_, more))| *count += more);
+            }
             counters.extend(counted.map(|(name, count)| (name.to_owned(), count)));
         }
         if let Some(images) = result.openness.as_ref().and_then(|openness| openness.images) {

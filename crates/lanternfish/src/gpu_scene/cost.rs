@@ -1,9 +1,9 @@
 //! The memory of an upload, before it is allocated.
 
 use lanternfish_limits::memory::{Budget, TooMuch};
-use lanternfish_scene::{AlphaMode, Scene, bvh};
+use lanternfish_scene::{Scene, bvh};
 
-use super::{geometry::DrawInstance, hits::HitTriangle, tracing::TracedTriangle};
+use super::{Shading, geometry::DrawInstance, hits::HitTriangle, textures, tracing::TracedTriangle};
 use crate::gpu_scene::BvhTriangle;
 
 /// Of a stored vertex or index: as it is packed, and in the buffer.
@@ -17,13 +17,13 @@ const BYTES_PER_TRACED: u64 = bvh::BYTES_PER_BOX
 const BYTES_PER_DRAW: u64 = 2 * size_of::<DrawInstance>() as u64 + 96;
 
 /// An error where this process may not take what uploading `scene` needs. `traces`: rays meet its triangles.
-pub fn check(scene: &Scene, traces: bool) -> Result<(), TooMuch> {
+pub fn check(scene: &Scene, shading: Shading, traces: bool) -> Result<(), TooMuch> {
     let (mut vertices, mut draws, mut triangles) = (0u64, 0u64, 0u64);
     let of_mesh: Vec<(u64, u64)> = scene
         .meshes
         .iter()
         .map(|mesh| {
-            let stops_light = |material: usize| scene.materials[material].alpha_mode != AlphaMode::Blend;
+            let stops_light = |material: usize| !scene.materials[material].is_blended();
             let solid = mesh.primitives.iter().filter(|primitive| stops_light(primitive.material));
             vertices += mesh.primitives.iter().map(|p| (p.positions.len() + p.indices.len()) as u64).sum::<u64>();
             (mesh.primitives.len() as u64, solid.map(|primitive| primitive.indices.len() as u64 / 3).sum())
@@ -33,7 +33,8 @@ pub fn check(scene: &Scene, traces: bool) -> Result<(), TooMuch> {
         draws += of_mesh[instance.mesh].0;
         triangles += if traces { of_mesh[instance.mesh].1 } else { 0 };
     }
-    let texels: u64 = scene.images.iter().map(|image| image.rgba.len() as u64).sum();
+    let texels: u64 =
+        textures::read(scene, shading).into_iter().map(|(image, _)| scene.images[image].rgba.len() as u64).sum();
     let bytes = [
         vertices.saturating_mul(BYTES_PER_VERTEX),
         draws.saturating_mul(BYTES_PER_DRAW),

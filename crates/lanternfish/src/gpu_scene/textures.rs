@@ -1,6 +1,6 @@
 //! Textures with their mip levels, and samplers.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use lanternfish_gpu::{Bindings, GpuError, software_mesa};
 use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
@@ -65,6 +65,12 @@ fn references<'m>(material: &'m Material, shading: Shading) -> [(Option<&'m Text
     ]
 }
 
+/// Images that are shaded, and whether each is read as sRGB: one that is read both ways is uploaded twice.
+pub(super) fn read(scene: &Scene, shading: Shading) -> BTreeSet<(usize, bool)> {
+    let references = scene.materials.iter().flat_map(|material| references(material, shading));
+    references.filter_map(|(reference, srgb)| Some((scene.textures[reference?.texture].image, srgb))).collect()
+}
+
 impl Textures {
     pub(super) fn new(
         device: &wgpu::Device,
@@ -74,20 +80,13 @@ impl Textures {
         arrays: bool,
         anisotropy: u16,
     ) -> Result<Self, GpuError> {
-        // Each image once for each way it is read.
-        let mut uploads: Vec<(usize, bool)> = Vec::new();
+        let uploads: Vec<(usize, bool)> = read(scene, shading).into_iter().collect();
         let mut slots = HashMap::new();
-        for material in &scene.materials {
-            for (reference, srgb) in references(material, shading) {
-                let Some(reference) = reference else { continue };
-                let texture = scene.textures[reference.texture];
-                let key = (texture.image, srgb);
-                let index = uploads.iter().position(|u| *u == key).unwrap_or_else(|| {
-                    uploads.push(key);
-                    uploads.len() - 1
-                });
-                slots.insert((reference.texture, srgb), (index as u32 + 1, texture.sampler as u32));
-            }
+        for (reference, srgb) in scene.materials.iter().flat_map(|material| references(material, shading)) {
+            let Some(reference) = reference else { continue };
+            let texture = scene.textures[reference.texture];
+            let index = uploads.binary_search(&(texture.image, srgb)).expect("what is read is uploaded");
+            slots.insert((reference.texture, srgb), (index as u32 + 1, texture.sampler as u32));
         }
 
         let limit = device.limits().max_texture_dimension_2d;

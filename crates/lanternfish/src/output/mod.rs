@@ -95,12 +95,16 @@ impl Output {
 }
 
 /// The exposure on the device, EV.
-fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, GpuError> {
+fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, RenderError> {
     let ev = match exposure {
         Exposure::Auto => 0.0,
-        Exposure::Ev(ev) => ev,
+        Exposure::Ev(ev) if ev.is_finite() => ev,
+        Exposure::Ev(ev) => {
+            let (got, needed) = (ev.to_string(), "a finite number of stops, or auto");
+            return Err(RenderError::Value { setting: "--exposure", got, needed });
+        }
     };
-    storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())
+    Ok(storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())?)
 }
 
 /// Runs a pipeline over a new display target of `size`.

@@ -83,6 +83,9 @@ fn what_is_no_number_is_passed_over_and_every_exposure_is_finite() {
 fn constants_are_the_shaders() {
     assert_eq!(constant("output/meter", "BIN_COUNT"), meter::BIN_COUNT as f64);
     assert_eq!(constant("output/meter", "BLOCK_EDGE"), f64::from(meter::BLOCK_EDGE));
+    for (name, value) in twin::CONSTANTS {
+        assert_eq!(constant("output/meter", name) as f32, value as f32, "{name}");
+    }
 }
 
 /// What the device finds for some pictures together.
@@ -172,4 +175,17 @@ fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
     auto.set_exposure(Exposure::Auto).unwrap();
     let third = auto.refine(&uploaded, &views[..1]).unwrap().remove(0);
     assert_eq!((frames(&third), third.exposure), (Some(3), Some(Exposure::Auto.of(third.radiance.iter().copied()))));
+}
+
+#[test]
+fn gpu_an_exposure_that_is_no_number_is_refused() {
+    let Some(gpu) = testing::gpu("gpu_an_exposure_that_is_no_number_is_refused") else { return };
+    let new = |exposure| Renderer::new(&gpu.device, &gpu.queue, Settings { exposure, ..Settings::direct_light() });
+    let mut renderer = new(Exposure::Ev(1.0)).unwrap();
+    for (ev, got) in [(f32::NAN, "NaN"), (f32::INFINITY, "inf"), (f32::NEG_INFINITY, "-inf")] {
+        let message = format!("--exposure {got}: expected a finite number of stops, or auto");
+        assert_eq!(new(Exposure::Ev(ev)).unwrap_err().to_string(), message);
+        assert_eq!(renderer.set_exposure(Exposure::Ev(ev)).unwrap_err().to_string(), message);
+        assert_eq!(renderer.settings().exposure, Exposure::Ev(1.0));
+    }
 }

@@ -8,6 +8,18 @@ const HIGHLIGHT_SHARE: f32 = 0.05;
 const MIDDLE: f32 = 0.25;
 const STEPS_A_STOP: f32 = 8.0;
 
+/// All of them by the shader's names.
+#[cfg(test)]
+pub(super) const CONSTANTS: [(&str, f64); 7] = [
+    ("BIN_COUNT", BIN_COUNT as f64),
+    ("BIN_SHIFT", BIN_SHIFT as f64),
+    ("FIRST_BIN", FIRST_BIN as f64),
+    ("SURFACE_WEIGHT", SURFACE_WEIGHT as f64),
+    ("HIGHLIGHT_SHARE", HIGHLIGHT_SHARE as f64),
+    ("MIDDLE", MIDDLE as f64),
+    ("STEPS_A_STOP", STEPS_A_STOP as f64),
+];
+
 /// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives pictures that are shown together: linear radiance, nits, and
 /// the share of the pixel that surfaces cover (0 to 1). Pixels may come in any order.
 ///
