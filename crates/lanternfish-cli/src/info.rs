@@ -45,9 +45,9 @@ fn describe(scene: &Scene) -> String {
     lines.count("triangles", stored, format_args!(" stored, {} placed", grouped(placed as u64)));
 
     let modes = scene.materials.iter().map(|material| match material.alpha_mode {
-        AlphaMode::Opaque => "opaque",
+        _ if material.is_blended() => "blend",
         AlphaMode::Mask { .. } => "mask",
-        AlphaMode::Blend => "blend",
+        AlphaMode::Opaque | AlphaMode::Blend => "opaque",
     });
     lines.count("materials", scene.materials.len(), by_kind(modes, &["opaque", "mask", "blend"]));
     lines.count("textures", scene.textures.len(), "");

@@ -35,7 +35,7 @@ pub(crate) enum Kind {
     Solid,
     /// A hole where alpha is below the cutoff, or partly covered.
     Alpha,
-    /// Thin and smooth: light passes straight, tinted.
+    /// Thin and smooth: light passes straight, tinted, where alpha says that the pane is there.
     Pane,
 }
 
@@ -127,7 +127,7 @@ impl<'a> World<'a> {
         let mut nearest = None;
         self.tree.ray_traverse(ray, &mut RayHit::none(), |ray, index| {
             let Some(hit) = self.meet(ray, &across, index, faces) else { return f32::INFINITY };
-            if self.sources[index].kind == Kind::Alpha && unit_of(key, index as u32) >= self.coverage(&hit) {
+            if self.sources[index].kind != Kind::Solid && unit_of(key, index as u32) >= self.coverage(&hit) {
                 return f32::INFINITY;
             }
             nearest = Some(hit);
@@ -149,7 +149,8 @@ impl<'a> World<'a> {
                     passes == Vec3::ZERO
                 }
                 Kind::Pane => {
-                    passes *= crate::surface::pane_transmittance(self, &hit, direction);
+                    let through = crate::surface::pane_transmittance(self, &hit, direction);
+                    passes *= Vec3::ONE.lerp(through, self.coverage(&hit));
                     passes == Vec3::ZERO
                 }
             };
@@ -195,12 +196,10 @@ impl<'a> World<'a> {
     pub fn coverage(&self, hit: &Hit) -> f32 {
         let source = &self.sources[hit.triangle as usize];
         let material = self.material(source);
-        let alpha = self.alpha(hit, source, material);
         match material.alpha_mode {
             AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask { cutoff } => f32::from(alpha >= cutoff),
-            AlphaMode::Blend if material.transmission > 0.0 => 1.0,
-            AlphaMode::Blend => alpha,
+            AlphaMode::Mask { cutoff } => f32::from(self.alpha(hit, source, material) >= cutoff),
+            AlphaMode::Blend => self.alpha(hit, source, material),
         }
     }
 
@@ -232,10 +231,9 @@ fn gather(scene: &Scene, instance_index: usize, lambert: bool) -> (Vec<Triangle>
     for (number, primitive) in scene.meshes[instance.mesh].primitives.iter().enumerate() {
         let material = &scene.materials[primitive.material];
         let kind = match material.alpha_mode {
-            AlphaMode::Mask { .. } => Kind::Alpha,
             _ if !lambert && is_pane(material) => Kind::Pane,
-            AlphaMode::Blend if material.transmission == 0.0 => Kind::Alpha,
-            AlphaMode::Opaque | AlphaMode::Blend => Kind::Solid,
+            AlphaMode::Mask { .. } | AlphaMode::Blend => Kind::Alpha,
+            AlphaMode::Opaque => Kind::Solid,
         };
         let world = |i: u32| Vec3A::from(instance.world_from_object.transform_point3(primitive.positions[i as usize]));
         for (i, corners) in primitive.indices.as_chunks::<3>().0.iter().enumerate() {

@@ -45,8 +45,8 @@ pub struct Material {
     pub specular_color: Vec3,
     /// sRGB-encoded RGB.
     pub specular_color_texture: Option<TextureRef>,
-    /// Share of light that passes through what is not metal, of what it does not reflect, in 0..=1. Above 0 the surface is all
-    /// there whatever its alpha, and importers make it [`AlphaMode::Blend`].
+    /// Share of light that passes through what is not metal, of what it does not reflect, in 0..=1. Alpha is apart from it: it
+    /// says where the surface is. Above 0 the surface is blended, whatever its alpha mode ([`Material::is_blended`]).
     pub transmission: f32,
     /// Linear; red.
     pub transmission_texture: Option<TextureRef>,
@@ -69,6 +69,13 @@ pub struct Material {
     pub attenuation_distance: f32,
     /// `KHR_materials_unlit`: the base colour is the radiance.
     pub unlit: bool,
+}
+
+impl Material {
+    /// Whether what is behind the surface shows through it, so that it is drawn after everything else, far to near.
+    pub fn is_blended(&self) -> bool {
+        self.alpha_mode == AlphaMode::Blend || self.transmission > 0.0
+    }
 }
 
 impl Default for Material {
@@ -118,7 +125,7 @@ pub enum AlphaMode {
         /// 0.5 unless the file says otherwise.
         cutoff: f32,
     },
-    /// Covers what is behind it by alpha; drawn after everything else, far to near.
+    /// Covers what is behind it by alpha.
     Blend,
 }
 

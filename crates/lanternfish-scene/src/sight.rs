@@ -3,7 +3,7 @@
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::{AlphaMode, Scene};
+use crate::Scene;
 
 /// A picture of few pixels: rays through the middles of a square of cells.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +45,7 @@ pub(crate) fn look(scene: &Scene, eye: Vec3, faces: &[Face], side: usize) -> Vec
         let mesh = &scene.meshes[instance.mesh];
         mesh.primitives.iter().map(move |primitive| (primitive, instance.world_from_object))
     });
-    let solid = placed.filter(|(primitive, _)| scene.materials[primitive.material].alpha_mode != AlphaMode::Blend);
+    let solid = placed.filter(|(primitive, _)| !scene.materials[primitive.material].is_blended());
     // A thousand triangles are worth a thread's while, and long lists are shared.
     const PART: usize = 1 << 10;
     let parts: Vec<_> = solid

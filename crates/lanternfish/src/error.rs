@@ -74,7 +74,7 @@ pub enum RenderError {
     )]
     Unaligned,
     /// The scene is not as its types promise.
-    #[error("the scene is not valid: {what}; `Scene::validate` finds the first such fault")]
+    #[error("the scene is not valid: {what}; put it right, and ask `Scene::validate` for the next such fault")]
     InvalidScene {
         /// The first fault, and where it is.
         what: String,

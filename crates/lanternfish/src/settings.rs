@@ -30,7 +30,8 @@ pub struct Settings {
     /// Which surfaces are shaded.
     pub materials: Materials,
     /// How much of the surroundings surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
-    /// where this is found (or where rays of [`Self::indirect`] see them); blended surfaces see none of it.
+    /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Indirect::Sampled`] it does nothing but its debug
+    /// view. Blended surfaces have what the nearest one of the pixel sees.
     pub occlusion: Occlusion,
     /// How the scene is kept as deep images, where something asks for them.
     pub deep_images: DeepImageSettings,

@@ -1,6 +1,6 @@
 //! Light of every kind arrives in the right amount, however it is looked for.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use lanternfish_scene::{
     AlphaMode, Environment, Image, Light, LightKind, Material, Sampler, Scene, Texture, TextureRef,
     shading::{Attenuation, Materials},
@@ -171,6 +171,26 @@ fn masks_have_holes_and_blended_sheets_let_their_share_through() {
     // What is left of light on its way down, and again of what comes back; the sheet itself is black.
     let open = 1.0 - 128.0 / 255.0;
     assert_mean(&render(&blend, &right, 16, 512, settings()), open * open, 1e-4, "half there");
+
+    // A pane that lets all through but what it reflects, where it is: 0.96 of the light, down and up again.
+    let pane = |alpha_mode, camera| {
+        let mut scene = behind_a_sheet(alpha_mode);
+        scene.images[0].rgba = vec![255, 255, 255, 0, 255, 255, 255, 128];
+        let sheet = &mut scene.materials[1];
+        (sheet.transmission, sheet.perceptual_roughness, sheet.base_color) = (1.0, 0.0, Vec4::ONE);
+        // Aside, so that the pane does not mirror it.
+        scene.lights = vec![Light::directional(Vec3::new(0.0, 0.3, -1.0), Vec3::splat(PI as f32))];
+        render(&scene, camera, 16, 256, Settings { max_depth: 2, ..Settings::default() })
+    };
+    let mask = AlphaMode::Mask { cutoff: 0.25 };
+    let nothing = mean_and_error(&pane(mask, &left)).0;
+    assert!((0.85..1.0).contains(&nothing), "{nothing}");
+    let through = nothing * 0.96f64.powi(2);
+    assert_mean(&pane(AlphaMode::Opaque, &left), through, 1e-3, "all of a pane, whatever its alpha");
+    assert_mean(&pane(mask, &right), through, 1e-3, "no hole of a pane");
+    assert_mean(&pane(AlphaMode::Blend, &left), nothing, 1e-4, "no pane");
+    let half = nothing * (1.0 - 0.04 * (1.0 - open)).powi(2);
+    assert_mean(&pane(AlphaMode::Blend, &right), half, 1e-3, "half a pane");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A tree over emitters that have a place, from which one is chosen by what it may send to a surface `[Conty2018]`.
 //!
-//! 1. Build: halve the emitters at the middle of the longest side of the box of their centres. Depth is the logarithm of the
+//! 1. Build: halve the emitters at their median along the longest side of the box of their centres. Depth is the logarithm of the
 //!    count, whatever lies on one spot; the same emitters give the same tree.
 //! 2. Choose: walk down, at each node to either child by its importance, a bound of what it may send ([`Emitter::importance`]).
 //! 3. The chance of an emitter: climb from its leaf, and multiply.

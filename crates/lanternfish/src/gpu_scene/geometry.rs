@@ -249,9 +249,9 @@ fn draw_instance(transform: &Affine3A, material: u32, mirrored: bool) -> DrawIns
 
 fn alpha_of(material: &lanternfish_scene::Material) -> DrawAlpha {
     match material.alpha_mode {
-        AlphaMode::Opaque => DrawAlpha::Opaque,
+        _ if material.is_blended() => DrawAlpha::Blended,
         AlphaMode::Mask { .. } => DrawAlpha::Masked,
-        AlphaMode::Blend => DrawAlpha::Blended,
+        AlphaMode::Opaque | AlphaMode::Blend => DrawAlpha::Opaque,
     }
 }
 

@@ -60,7 +60,7 @@ gpu_struct! {
         metallic: f32,
         /// Mean over the texture.
         perceptual_roughness: f32,
-        /// Sum of `UNLIT`, `LAMBERT` of `material.wesl` and of [`DOUBLE_SIDED`].
+        /// Sum of `UNLIT`, `LAMBERT` of `material.wesl` and of [`EMITS_FROM_BACK`].
         flags: u32,
         /// Unused.
         _pad: u32,
@@ -69,8 +69,8 @@ gpu_struct! {
 
 /// No texture.
 pub const NO_LAYER: u32 = u32::MAX;
-/// Emits from the back too.
-const DOUBLE_SIDED: u32 = 256;
+/// It shines from its back, too.
+const EMITS_FROM_BACK: u32 = 256;
 /// Texels along an edge of a hit texture.
 const SIDE: u32 = 128;
 
@@ -278,7 +278,7 @@ fn pack(material: &Material, read: &HitTextures, shading: Shading) -> HitMateria
         perceptual_roughness: material.perceptual_roughness * read.perceptual_roughness,
         flags: flag(shading == Shading::File && material.unlit, UNLIT)
             | flag(shading == Shading::Lambert, LAMBERT)
-            | flag(material.double_sided, DOUBLE_SIDED),
+            | flag(material.double_sided, EMITS_FROM_BACK),
         _pad: 0,
     }
 }
@@ -373,4 +373,10 @@ fn mean(image: &Image, srgb: bool) -> Vec3 {
         .map(|texel| Vec3::new(value(texel[0]), value(texel[1]), value(texel[2])).as_dvec3())
         .sum();
     (sum / f64::from(image.width) / f64::from(image.height)).as_vec3()
+}
+
+#[cfg(test)]
+#[test]
+fn constants_are_the_shaders() {
+    assert_eq!(crate::shaders::constant("gpu_scene/hits", "EMITS_FROM_BACK"), f64::from(EMITS_FROM_BACK));
 }

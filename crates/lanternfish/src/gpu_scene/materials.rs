@@ -2,9 +2,9 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, GpuError, WgslType, gpu_struct, storage_buffer_of};
-use lanternfish_scene::{Scene, TextureRef};
+use lanternfish_scene::{AlphaMode, Scene, TextureRef};
 
-use super::{Shading, mask_cutoff, textures::Textures};
+use super::{Shading, textures::Textures};
 
 gpu_struct! {
     /// How a material reads a texture.
@@ -37,7 +37,7 @@ gpu_struct! {
         metallic: f32,
         /// The artist's roughness.
         perceptual_roughness: f32,
-        /// Below it a masked surface is not there.
+        /// Below it the surface is not there, and from it on all of it; negative: alpha is the share that is.
         alpha_cutoff: f32,
         /// Sum of the constants in `material.wesl`.
         flags: u32,
@@ -171,7 +171,11 @@ fn pack(material: &lanternfish_scene::Material, shading: Shading, textures: &Tex
         normal_scale: material.normal_scale,
         metallic: material.metallic,
         perceptual_roughness: material.perceptual_roughness,
-        alpha_cutoff: mask_cutoff(material).unwrap_or(0.0),
+        alpha_cutoff: match material.alpha_mode {
+            AlphaMode::Opaque => 0.0,
+            AlphaMode::Mask { cutoff } => cutoff.max(0.0),
+            AlphaMode::Blend => -1.0,
+        },
         flags: flag(shading == Shading::BaseColor || (file && material.unlit), UNLIT)
             | flag(shading == Shading::Lambert, LAMBERT)
             | flag(file && material.normal_texture.is_some(), NORMAL_MAPPED)

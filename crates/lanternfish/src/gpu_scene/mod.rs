@@ -100,8 +100,8 @@ impl GpuScene {
         needs: Needs,
     ) -> Result<Self, RenderError> {
         validate(scene)?;
-        cost::check(scene, needs.rays())?;
         let Needs { shading, .. } = needs;
+        cost::check(scene, shading, needs.rays())?;
         let textures = Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
@@ -269,7 +269,7 @@ impl Shading {
     }
 }
 
-/// Alpha of a material's base colour: its factor times its texture's alpha decides where a masked surface is.
+/// Alpha of a material's base colour, its factor times its texture's alpha, from which on a masked surface is there.
 pub(crate) fn mask_cutoff(material: &lanternfish_scene::Material) -> Option<f32> {
     match material.alpha_mode {
         AlphaMode::Mask { cutoff } => Some(cutoff),

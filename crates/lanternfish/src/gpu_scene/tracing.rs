@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use glam::{UVec2, Vec2, Vec3};
 use lanternfish_gpu::gpu_struct;
-use lanternfish_scene::{AlphaMode, Filter, Instance, Material, Primitive, Scene, Wrap};
+use lanternfish_scene::{Filter, Instance, Material, Primitive, Scene, Wrap};
 use rayon::prelude::*;
 
 use super::{mask_cutoff, mips};
@@ -138,7 +138,7 @@ impl Tracing {
 /// What of an instance stops light.
 fn parts_of<'s>(scene: &'s Scene, (index, instance): (u32, &'s Instance)) -> impl Iterator<Item = Part> + 's {
     let primitives = (0..).zip(&scene.meshes[instance.mesh].primitives);
-    let solid = primitives.filter(|(_, p)| scene.materials[p.material].alpha_mode != AlphaMode::Blend);
+    let solid = primitives.filter(|(_, p)| !scene.materials[p.material].is_blended());
     solid.map(move |(primitive, _)| Part { instance: index, primitive })
 }
 

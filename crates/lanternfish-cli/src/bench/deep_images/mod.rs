@@ -17,7 +17,7 @@ use lanternfish::{
 };
 use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
 use lanternfish_reference::Tracer;
-use lanternfish_scene::{AlphaMode, Scene};
+use lanternfish_scene::Scene;
 use serde::Serialize;
 
 use self::{
@@ -203,7 +203,7 @@ impl Bench {
 /// Neither deep images nor the BVH have them, but exact rays would meet them.
 pub(super) fn leave_out_blended(scene: &mut Scene) {
     for mesh in &mut scene.meshes {
-        mesh.primitives.retain(|primitive| scene.materials[primitive.material].alpha_mode != AlphaMode::Blend);
+        mesh.primitives.retain(|primitive| !scene.materials[primitive.material].is_blended());
     }
 }
 
@@ -214,7 +214,7 @@ fn doing(settings: &DeepImageSettings) -> String {
 
 #[cfg(test)]
 mod tests {
-    use lanternfish_scene::{Material, Mesh, Primitive};
+    use lanternfish_scene::{AlphaMode, Material, Mesh, Primitive};
 
     use super::*;
 

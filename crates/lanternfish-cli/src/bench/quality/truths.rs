@@ -186,7 +186,10 @@ fn make_white(scene: &mut Scene) {
     scene.lights.clear();
     (scene.sky, scene.environment) = (Vec3::ONE, None);
     for material in &mut scene.materials {
-        let alpha = if material.alpha_mode == AlphaMode::Blend { 0.0 } else { material.base_color.w };
+        let mut alpha = material.base_color.w;
+        if material.is_blended() {
+            (material.alpha_mode, material.transmission, alpha) = (AlphaMode::Blend, 0.0, 0.0);
+        }
         // Of a texture, alpha alone counts: holes are there.
         if let Some(texture) = material.base_color_texture {
             let image = &mut scene.images[scene.textures[texture.texture].image];

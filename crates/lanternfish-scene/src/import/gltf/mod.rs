@@ -57,7 +57,7 @@ use textures::Textures;
 
 use super::LoadOptions;
 use super::files::Files;
-use crate::{AlphaMode, Instance, Material, Mesh, Scene, SceneError};
+use crate::{Instance, Material, Mesh, Scene, SceneError};
 
 /// What drawing a primitive that is placed takes: nothing here, but who places many asks for more than can be looked through.
 const BYTES_PER_PLACED: u64 = 256;
@@ -159,8 +159,7 @@ fn parse<'a>(json: &'a [u8], budget: &Budget) -> Result<Root<'a>> {
 /// Leaves out the instances that stand where another of the same mesh stands: of surfaces that are not blended nothing more is
 /// seen, and a ray would meet every one.
 fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
-    let blends =
-        |mesh: &Mesh| mesh.primitives.iter().any(|p| scene.materials[p.material].alpha_mode == AlphaMode::Blend);
+    let blends = |mesh: &Mesh| mesh.primitives.iter().any(|p| scene.materials[p.material].is_blended());
     let blends: Vec<bool> = scene.meshes.iter().map(blends).collect();
     let mut known = HashSet::new();
     scene.instances.retain(|instance| {

@@ -6,7 +6,7 @@ use super::fault::Result;
 use super::notes::Notes;
 use super::schema::{MaterialExtensions, Root, SpecularGlossiness, TextureInfo};
 use super::textures::Textures;
-use crate::{AlphaMode, Material};
+use crate::Material;
 
 /// Reflectance of a dielectric of index 1.5 seen from the front, which `specular_color` multiplies.
 const DIELECTRIC_REFLECTANCE: f32 = 0.04;
@@ -51,7 +51,10 @@ pub(super) fn apply(
         && factor > 0.0
     {
         material.transmission_texture = texture(&transmission.transmission_texture, notes)?;
-        transmit(material, factor);
+        // Metal transmits nothing; where a texture says what is metal, some of it may be none.
+        if material.metallic < 1.0 || material.metallic_roughness_texture.is_some() {
+            material.transmission = factor;
+        }
     }
     if let Some(volume) = &extensions.volume
         && let thickness = volume.thickness_factor.clamp(0.0, f32::MAX)
@@ -77,14 +80,6 @@ pub(super) fn apply(
         }
     }
     Ok(())
-}
-
-/// Makes a material let through light. Metal transmits nothing; where a texture says what is metal, some of it may be none.
-fn transmit(material: &mut Material, factor: f32) {
-    material.transmission = factor;
-    if material.metallic < 1.0 || material.metallic_roughness_texture.is_some() {
-        material.alpha_mode = AlphaMode::Blend;
-    }
 }
 
 /// Replaces the core's surface by that of `KHR_materials_pbrSpecularGlossiness`, as a dielectric: diffuse is its

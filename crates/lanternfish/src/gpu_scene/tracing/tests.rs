@@ -1,7 +1,7 @@
 //! What is gathered, in which order, and how masks are packed.
 
 use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
-use lanternfish_scene::{Image, Instance, Mesh, Sampler, Texture, TextureRef};
+use lanternfish_scene::{AlphaMode, Image, Instance, Mesh, Sampler, Texture, TextureRef};
 
 use super::*;
 use crate::testing::probe;

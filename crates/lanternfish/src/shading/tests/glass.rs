@@ -2,7 +2,7 @@
 
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_scene::{AlphaMode, Camera, Material, Projection, Scene};
+use lanternfish_scene::{AlphaMode, Camera, Filter, Image, Material, Projection, Sampler, Scene, Texture, TextureRef};
 
 use crate::{
     Renderer, Settings,
@@ -80,6 +80,55 @@ fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
     for room in [Occlusion::Deep { max_distance: None }, Occlusion::Hbao { radius: 1.0 }] {
         let found = middle(gpu, occlusion(room), &sheets(glass(), &[0.0], 0.0));
         assert_near(found, 0.96 * TINT + 0.04, 0.015, "under occlusion");
+    }
+}
+
+/// Alpha says where glass is, whatever passes through it.
+#[test]
+fn gpu_glass_is_where_its_alpha_says() {
+    let Some(gpu) = testing::gpu("gpu_glass_is_where_its_alpha_says") else { return };
+    let pane = |alpha_mode, alpha: u8| {
+        let mut scene =
+            sheets(Material { alpha_mode, base_color_texture: Some(TextureRef::new(0)), ..glass() }, &[0.0], 0.0);
+        scene.images = vec![Image { name: String::new(), width: 1, height: 1, rgba: vec![255, 255, 255, alpha] }];
+        scene.samplers = vec![Sampler { mag: Filter::Nearest, ..Sampler::default() }];
+        scene.textures = vec![Texture { image: 0, sampler: 0 }];
+        scene
+    };
+    let there = 0.96 * TINT + 0.04;
+    let mask = AlphaMode::Mask { cutoff: 0.5 };
+    for (alpha_mode, alpha, share) in [
+        (AlphaMode::Opaque, 0, 1.0),
+        (mask, 102, 0.0),
+        (mask, 204, 1.0),
+        (AlphaMode::Blend, 0, 0.0),
+        (AlphaMode::Blend, 102, 0.4),
+        (AlphaMode::Blend, 255, 1.0),
+    ] {
+        for settings in [sampled(), occlusion(Occlusion::Hbao { radius: 1.0 })] {
+            let found = middle(gpu, settings, &pane(alpha_mode, alpha));
+            assert_near(found, Vec3::ONE.lerp(there, share), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
+        }
+    }
+}
+
+/// What is found for blended surfaces is found for the views that show some, whichever these are.
+#[test]
+fn gpu_glass_may_be_in_a_later_view_alone() {
+    let Some(gpu) = testing::gpu("gpu_glass_may_be_in_a_later_view_alone") else { return };
+    let scene = Scene { sky: Vec3::ONE, ..scene_of(vec![quad(0, Vec3::ZERO, Vec3::X, Vec3::Y)], vec![glass()]) };
+    let [towards, away] = [Vec3::ZERO, 50.0 * Vec3::X].map(|target| {
+        let projection = Projection::Perspective { fov_y: 0.1, near: 0.02 };
+        Camera::look_at(target + 3.0 * Vec3::Z, target, projection)
+    });
+    for settings in [sampled(), occlusion(Occlusion::Hbao { radius: 1.0 })] {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let [towards, away] = [(&towards, SIZE.x, SIZE.y), (&away, SIZE.y, SIZE.x)];
+        let pictures = renderer.render_views(&uploaded, &[away, towards, away, towards]).unwrap();
+        let alone = renderer.render(&uploaded, towards.0, SIZE.x, SIZE.y).unwrap();
+        assert!(pictures[1].radiance == alone.radiance && pictures[3].radiance == alone.radiance);
+        assert!(pictures[0].radiance.iter().all(|pixel| pixel[..3] == [1.0; 3]), "the sky alone");
     }
 }
 

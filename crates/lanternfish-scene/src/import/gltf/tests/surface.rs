@@ -37,7 +37,7 @@ fn refraction_and_specular_are_read_and_clamped() {
 }
 
 #[test]
-fn what_transmits_is_blended() {
+fn what_transmits_is_blended_and_keeps_its_alpha() {
     let read = |mut source: Value, factor: f32| {
         source["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": factor } });
         let file = with_material(source);
@@ -45,13 +45,19 @@ fn what_transmits_is_blended() {
         file.scene().materials.remove(0)
     };
     let glass = json!({ "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorFactor": [1, 0, 0, 0.5] } });
-    for (factor, alpha_mode) in [(0.0, AlphaMode::Opaque), (0.5, AlphaMode::Blend), (1.0, AlphaMode::Blend)] {
-        let material = read(glass.clone(), factor);
-        assert_eq!((material.alpha_mode, material.transmission), (alpha_mode, factor));
-        assert_eq!(material.base_color, Vec4::new(1.0, 0.0, 0.0, 0.5));
+    for factor in [0.0, 0.5, 1.0] {
+        for (name, alpha_mode) in
+            [("OPAQUE", AlphaMode::Opaque), ("MASK", AlphaMode::Mask { cutoff: 0.5 }), ("BLEND", AlphaMode::Blend)]
+        {
+            let mut source = glass.clone();
+            source["alphaMode"] = name.into();
+            let material = read(source, factor);
+            assert_eq!((material.alpha_mode, material.transmission), (alpha_mode, factor));
+            assert_eq!(material.is_blended(), factor > 0.0 || name == "BLEND");
+            assert_eq!(material.base_color, Vec4::new(1.0, 0.0, 0.0, 0.5));
+        }
     }
-    let metal = read(json!({}), 1.0);
-    assert_eq!((metal.alpha_mode, metal.transmission), (AlphaMode::Opaque, 1.0), "metal transmits nothing");
+    assert_eq!(read(json!({}), 1.0).transmission, 0.0, "metal transmits nothing");
 }
 
 #[test]
