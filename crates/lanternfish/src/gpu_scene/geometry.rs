@@ -56,15 +56,20 @@ pub enum DrawAlpha {
 
 /// Which faces are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Facing {
-    /// Counter-clockwise ones.
+pub struct Facing {
+    /// The side of a triangle that is drawn; none: both are.
+    pub side: Option<Side>,
+    /// The transform mirrors: the front is clockwise.
+    pub mirrored: bool,
+}
+
+/// A side of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Side {
+    /// Seen counter-clockwise, unless mirrored.
     Front,
-    /// Clockwise ones: the transform mirrors.
-    FrontMirrored,
-    /// Both.
-    Both,
-    /// Both, and the front is clockwise.
-    BothMirrored,
+    /// The other one.
+    Back,
 }
 
 /// A primitive and the instances it is drawn for.
@@ -145,7 +150,7 @@ impl Geometry {
                 material: primitive.material as u32,
                 alpha: alpha_of(&scene.materials[primitive.material]),
                 transmits: shading == Shading::File && scene.materials[primitive.material].transmission > 0.0,
-                facing: Facing::Front,
+                facing: Facing { side: None, mirrored: false },
                 bounds: Bounds::EMPTY,
             };
             let double_sided = scene.materials[primitive.material].double_sided || shading == Shading::Lambert;
@@ -200,8 +205,8 @@ fn place(templates: &[Template], scene: &Scene) -> (Vec<Draw>, Vec<DrawInstance>
     (draws, instances)
 }
 
-/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror; blended surfaces get
-/// one each, so that they can be sorted.
+/// Draws of one primitive: one for its instances that keep handedness, one for those that mirror. Blended surfaces get one each, so
+/// that they can be sorted, and one a side, the back first: of what bulges, the far side is drawn before the near one.
 fn add_draws(
     Template { draw, double_sided, bounds: object_bounds, .. }: &Template,
     placed: &[Affine3A],
@@ -209,12 +214,8 @@ fn add_draws(
     instances: &mut Vec<DrawInstance>,
 ) {
     for mirrored in [false, true] {
-        let facing = match (double_sided, mirrored) {
-            (false, false) => Facing::Front,
-            (false, true) => Facing::FrontMirrored,
-            (true, false) => Facing::Both,
-            (true, true) => Facing::BothMirrored,
-        };
+        let facing = |side| Facing { side, mirrored };
+        let sides: &[Side] = if *double_sided { &[Side::Back, Side::Front] } else { &[Side::Front] };
         let matching = placed.iter().filter(|transform| mirrors(transform) == mirrored);
         let first = instances.len() as u32;
         let mut all_bounds = Bounds::EMPTY;
@@ -224,11 +225,18 @@ fn add_draws(
             instances.push(draw_instance(transform, draw.material, mirrored));
             if draw.alpha == DrawAlpha::Blended {
                 let index = instances.len() as u32 - 1;
-                draws.push(Draw { instances: index..index + 1, facing, bounds, ..draw.clone() });
+                let of_side = |side: &Side| Draw {
+                    instances: index..index + 1,
+                    facing: facing(Some(*side)),
+                    bounds,
+                    ..draw.clone()
+                };
+                draws.extend(sides.iter().map(of_side));
             }
         }
         let last = instances.len() as u32;
         if draw.alpha != DrawAlpha::Blended && last > first {
+            let facing = facing((!double_sided).then_some(Side::Front));
             draws.push(Draw { instances: first..last, facing, bounds: all_bounds, ..draw.clone() });
         }
     }

@@ -30,7 +30,7 @@ mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
-pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing};
+pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
 pub(crate) use needs::Needs;

@@ -6,7 +6,7 @@ use lanternfish_gpu::{Bindings, LinkedShader, RasterPipeline, RasterState};
 
 use super::{
     GpuScene,
-    geometry::{Draw, DrawAlpha, Facing, vertex_layouts},
+    geometry::{Draw, DrawAlpha, Facing, Side, vertex_layouts},
 };
 use crate::{error::RenderError, shaders::SHADERS};
 
@@ -98,8 +98,6 @@ impl SceneRaster {
     }
 
     fn pipeline(&self, device: &wgpu::Device, scene: &GpuScene, key: &Key) -> RasterPipeline {
-        let mirrored = matches!(key.facing, Facing::FrontMirrored | Facing::BothMirrored);
-        let both = matches!(key.facing, Facing::Both | Facing::BothMirrored);
         let targets = [self.state.target.clone()];
         let shader = &self.shaders[&key.features];
         // A vertex buffer that is not read is not fetched.
@@ -108,8 +106,11 @@ impl SceneRaster {
         let state = RasterState {
             vertex_buffers: if positions_suffice { &buffers[..1] } else { &buffers },
             primitive: wgpu::PrimitiveState {
-                front_face: if mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
-                cull_mode: (!both).then_some(wgpu::Face::Back),
+                front_face: if key.facing.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
+                cull_mode: key.facing.side.map(|side| match side {
+                    Side::Front => wgpu::Face::Back,
+                    Side::Back => wgpu::Face::Front,
+                }),
                 ..Default::default()
             },
             depth: Some(self.state.depth.clone()),

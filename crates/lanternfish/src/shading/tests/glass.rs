@@ -161,3 +161,25 @@ fn gpu_the_sky_lights_blended_surfaces() {
         assert_near(middle(gpu, settings, &scene), Vec3::ONE, 0.02, "half a white sheet");
     }
 }
+
+/// A lens of two sheets, the near one first in the mesh: what the far one sends is seen through the near one.
+#[test]
+fn gpu_the_far_side_of_glass_is_seen_through_the_near_one() {
+    let Some(gpu) = testing::gpu("gpu_the_far_side_of_glass_is_seen_through_the_near_one") else { return };
+    let near = quad(0, 0.1 * Vec3::Z, Vec3::X, Vec3::Y);
+    let far = quad(0, -0.1 * Vec3::Z, -Vec3::X, Vec3::Y);
+    let lens = |material: &Material| {
+        let mut scene = scene_of(vec![near.clone(), far.clone()], vec![material.clone()]);
+        let [near, far] = scene.meshes[0].primitives.get_disjoint_mut([0, 1]).unwrap();
+        let first = near.positions.len() as u32;
+        near.positions.append(&mut far.positions);
+        near.normals.append(&mut far.normals);
+        near.uv0.append(&mut far.uv0);
+        near.indices.extend(far.indices.iter().map(|index| first + index));
+        scene.meshes[0].primitives.truncate(1);
+        scene
+    };
+    let shining = Material { emissive: Vec3::new(1.0, 2.0, 4.0), ..glass() };
+    let emitted = 0.96 * TINT * shining.emissive + shining.emissive;
+    assert_near(middle(gpu, Settings::direct_light(), &lens(&shining)), emitted, 0.05, "glass");
+}
