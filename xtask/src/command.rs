@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn a_command_reads_what_it_is_given() {
         assert_eq!(
-            run_with_input(&mut Command::new("sh").args(["-c", "test \"$(cat)\" = 'two words'"]), "two words\n"),
+            run_with_input(Command::new("sh").args(["-c", "test \"$(cat)\" = 'two words'"]), "two words\n"),
             Ok(())
         );
         assert!(run_with_input(&mut Command::new("false"), &"much ".repeat(100_000)).is_err());

@@ -1,24 +1,33 @@
 //! The flags. Their names are fixed: scripts call them.
 
+mod indirect;
+mod light;
+mod look;
+mod technique;
+#[cfg(test)]
+mod tests;
+
 use std::path::PathBuf;
 
-use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, builder::NonEmptyStringValueParser};
+use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, builder::NonEmptyStringValueParser};
 use glam::Vec3;
-use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, Exposure, Grouping,
-    Materials, RayCulling, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
-};
+use lanternfish::settings::Settings;
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Light, Viewpoint, generate::DEMOS, rig::LightRig};
+use lanternfish_scene::{Viewpoint, generate::DEMOS};
 
 use self::indirect::IndirectArgs;
+pub use self::{
+    light::LightArgs,
+    look::LookArgs,
+    technique::{Switch, TechniqueArgs},
+};
 use crate::{
     bench::BenchArgs,
     choices::choice,
     compare::{self, CompareArgs},
     deep_images::{self, DeepImagesArgs},
     help::{self, HelpArgs},
-    parse::{self, LightSet, Size},
+    parse::{self, Size},
     reference::{self, ReferenceArgs},
     scene::SceneName,
     shot,
@@ -269,158 +278,6 @@ pub struct TrackArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct LightArgs {
-    /// A point light, and another each time.
-    ///
-    /// `x,y,z,cd[,r,g,b[,range]]`: position (m), intensity (cd), colour that scales it, and where it ends (m).
-    #[arg(long = "point", value_name = "x,y,z,cd[,...]")]
-    #[arg(value_parser = parse::point_light, allow_hyphen_values = true)]
-    pub points: Vec<Light>,
-    /// A light from infinitely far.
-    ///
-    /// `dx,dy,dz,lux[,r,g,b]`: the direction in which it travels, illuminance (lx), colour that scales it.
-    #[arg(long, value_name = "dx,dy,dz,lux[,...]", value_parser = parse::sun, allow_hyphen_values = true)]
-    pub sun: Option<Light>,
-    /// The surroundings: an equirectangular image (.hdr, .exr).
-    ///
-    /// Linear radiance (nits), in place of --sky. Its centre is seen looking along -z, its right half towards +x. It is seen,
-    /// and lights by --indirect sampled or --occlusion.
-    #[arg(long, value_name = "FILE")]
-    pub environment: Option<PathBuf>,
-    /// Turns the --environment about +y, counter-clockwise seen from above, degrees.
-    #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, default_value_t = 0.0)]
-    #[arg(hide_short_help = true)]
-    pub environment_rotation: f32,
-    /// Makes the --environment X times as bright.
-    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
-    #[arg(hide_short_help = true)]
-    pub environment_scale: f32,
-    /// A constant background, linear radiance (nits).
-    ///
-    /// It is seen, and lights by --indirect sampled or --occlusion.
-    #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
-    pub sky: Option<Vec3>,
-    /// Light made about the camera, beside the other flags'.
-    ///
-    /// Surroundings that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
-    /// where surroundings light nothing.
-    #[arg(long, value_name = "NAME", value_parser = choice::<LightRig>())]
-    pub light_rig: Option<LightRig>,
-    /// Many coloured point lights: rain:N.
-    ///
-    /// At most 2097152, those of the file among them. rain:N or rain:N:radius: falling through the scene's box; --seed chooses
-    /// where; the radius is how far each reaches, m, by default chosen by the scene's size and N.
-    /// random:N:radius:seed:x0,y0,z0,x1,y1,z1: at random places of a box, by a rule that other renderers can follow.
-    #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
-    pub lights: Option<LightSet>,
-    /// How light falls off with distance. R is the light's range.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
-    #[arg(default_value_t = Settings::default().attenuation, hide_short_help = true)]
-    pub attenuation: Attenuation,
-    /// Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more work.
-    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]
-    pub range_threshold: f32,
-    /// Radius of point and spot lights, m: soft shadows.
-    ///
-    /// 0: they are points.
-    #[arg(long, value_name = "METRES", value_parser = parse::radius, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().light_radius)]
-    pub light_radius: f32,
-}
-
-#[derive(Debug, Args)]
-pub struct LookArgs {
-    /// Which surfaces are shaded.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Materials>())]
-    #[arg(default_value_t = Settings::default().materials, hide_short_help = true)]
-    pub materials: Materials,
-    /// Exposure in stops: 1 doubles, -1 halves; auto: as much as shows most of the picture.
-    ///
-    /// 0 leaves the image as it is. What auto finds, from the image itself, is printed; of a track, the first picture is metered,
-    /// and all are shown as it is. PNG only.
-    #[arg(long, value_name = "auto|EV", value_parser = parse::exposure_or_auto, allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().exposure)]
-    pub exposure: Exposure,
-    /// From radiance to what a display shows.
-    ///
-    /// PNG only.
-    #[arg(long, value_name = "NAME", value_parser = choice::<ToneMap>())]
-    #[arg(default_value_t = Settings::default().tone_map)]
-    pub tone_map: ToneMap,
-    /// Samples along the long side of a pixel's footprint in a texture, at most. More: sharper where textures are seen at an
-    /// angle, and slower.
-    #[arg(long, value_name = "N", value_parser = choice::<Anisotropy>())]
-    #[arg(default_value_t = Settings::default().anisotropy, hide_short_help = true)]
-    pub anisotropy: Anisotropy,
-    /// Shows a quantity of the frame instead of the picture, and below it what its colours stand for. PNG only.
-    #[arg(long, value_name = "NAME", value_parser = choice::<DebugView>(), hide_short_help = true)]
-    pub debug_view: Option<DebugView>,
-}
-
-#[derive(Debug, Args)]
-pub struct TechniqueArgs {
-    /// How shadows are found.
-    ///
-    /// The picture is the same but for a few pixels at silhouettes; with deep-image, for a texel around them.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), hide_short_help = true)]
-    #[arg(default_value_t = Settings::default().shadows)]
-    pub shadows: Shadows,
-    /// Which shadow rays are not traced because the surface faces away from the light.
-    #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
-    #[arg(default_value_t = Settings::default().ray_culling, hide_short_help = true)]
-    pub ray_culling: RayCulling,
-    /// Rays from a pixel to each light that has a --light-radius. More: less noise, slower.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().shadow_rays, hide_short_help = true)]
-    pub shadow_rays: u32,
-    /// How the lights of a pixel are found. The picture is the same.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = CullingName::default(), hide_short_help = true)]
-    pub culling: CullingName,
-    /// Edge of a tile, pixels, with --culling tiled. The picture is the same.
-    #[arg(long, value_name = "PIXELS", value_parser = choice::<TileSize>())]
-    #[arg(default_value_t = Tiled::default().tile_size, hide_short_help = true)]
-    pub tile_size: TileSize,
-    /// Also tests lights against a box around the tile, with --culling tiled. The picture is the same.
-    #[arg(long, value_name = "on|off", value_enum, default_value_t = Switch::from(Tiled::default().aabb_test))]
-    #[arg(hide_short_help = true)]
-    pub aabb: Switch,
-    /// Shape of the clusters, with --culling clustered: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or
-    /// displ:P:D (as persp, from D m behind the camera). The picture is the same.
-    #[arg(long, value_name = "SHAPE", value_parser = parse::cluster_shape)]
-    #[arg(default_value = "persp:32", hide_short_help = true)]
-    pub clusters: ClusterShape,
-    /// Whether several views share one grid of clusters. The picture is the same.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Grouping>())]
-    #[arg(default_value_t = Clustered::default().grouping, hide_short_help = true)]
-    pub cluster_views: Grouping,
-    /// How the lights of a cluster are found. The picture is the same.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Assignment>())]
-    #[arg(default_value_t = Clustered::default().assignment, hide_short_help = true)]
-    pub light_assignment: Assignment,
-    /// How close to a cluster a light must come to be listed. The picture is the same.
-    #[arg(long, value_name = "NAME", value_parser = choice::<ClusterTest>())]
-    #[arg(default_value_t = Clustered::default().test, hide_short_help = true)]
-    pub cluster_test: ClusterTest,
-    /// Samples a pixel at edges.
-    ///
-    /// Of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part of the frame;
-    /// 1 with --quality draft, --indirect none, and debug views.
-    #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
-    pub samples: Option<Samples>,
-    /// The mean of N frames: smooth edges, less noise.
-    ///
-    /// Each is rendered through other points of its pixels. N times as slow.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_hyphen_values = true)]
-    #[arg(default_value_t = Settings::default().accumulate)]
-    pub accumulate: u32,
-    /// How textures reach the shader. The picture is the same.
-    #[arg(long, value_name = "NAME", value_parser = choice::<TextureBinding>())]
-    #[arg(default_value_t = Settings::default().textures, hide_short_help = true)]
-    pub textures: TextureBinding,
-}
-
-#[derive(Debug, Args)]
 pub struct RunArgs {
     /// Where to render: a part of an adapter's name, or cpu.
     ///
@@ -442,41 +299,6 @@ pub struct RunArgs {
     pub quiet: bool,
 }
 
-/// How the lights of a pixel are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum CullingName {
-    /// Every light for every pixel: the yardstick for the others
-    All,
-    /// A list of lights for every tile of the screen
-    Tiled,
-    /// A list of lights for every cluster of what is visible
-    Clustered,
-}
-
-impl Default for CullingName {
-    fn default() -> Self {
-        match Culling::default() {
-            Culling::All => Self::All,
-            Culling::Tiled(_) => Self::Tiled,
-            Culling::Clustered(_) => Self::Clustered,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// Fewer lights a tile, slightly more work to find them
-    On,
-    /// Leaves the test out
-    Off,
-}
-
-impl From<bool> for Switch {
-    fn from(on: bool) -> Self {
-        if on { Self::On } else { Self::Off }
-    }
-}
-
 /// The built-in scenes as they are named on the command line.
 pub fn demos() -> String {
     DEMOS.iter().map(|name| format!("demo:{name}")).collect::<Vec<_>>().join(", ")
@@ -495,18 +317,7 @@ impl RenderArgs {
     pub fn settings(&self) -> Settings {
         let technique = &self.technique;
         Settings {
-            culling: match technique.culling {
-                CullingName::All => Culling::All,
-                CullingName::Tiled => {
-                    Culling::Tiled(Tiled { tile_size: technique.tile_size, aabb_test: technique.aabb == Switch::On })
-                }
-                CullingName::Clustered => Culling::Clustered(Clustered {
-                    shape: technique.clusters,
-                    grouping: technique.cluster_views,
-                    assignment: technique.light_assignment,
-                    test: technique.cluster_test,
-                }),
-            },
+            culling: technique.culling(),
             shadows: technique.shadows,
             ray_culling: technique.ray_culling,
             light_radius: self.lights.light_radius,
@@ -527,7 +338,3 @@ impl RenderArgs {
         }
     }
 }
-
-mod indirect;
-#[cfg(test)]
-mod tests;

@@ -1,10 +1,12 @@
 use clap::CommandFactory;
 use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Occlusion, Quality,
-    Sampled,
+    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, DeepImageSettings,
+    DirectionSet, Exposure, Grouping, Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Materials,
+    Occlusion, Quality, RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 
 use super::*;
+use crate::parse::LightSet;
 
 fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
     match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {

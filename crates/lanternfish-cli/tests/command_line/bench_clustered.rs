@@ -1,11 +1,13 @@
 //! `lanternfish bench clustered` and `bench attenuation`, end to end on the software adapter.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use serde_json::Value;
 
-fn lanternfish(folder: &Path, words: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_lanternfish")).current_dir(folder).args(words).output().unwrap();
+use crate::support::lanternfish;
+
+fn said(folder: &Path, words: &[&str]) -> String {
+    let output = lanternfish(folder).args(words).output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{stderr}");
     String::from_utf8(output.stdout).unwrap()
@@ -13,7 +15,7 @@ fn lanternfish(folder: &Path, words: &[&str]) -> String {
 
 fn bench(folder: &Path, name: &str) -> (Value, String) {
     let words = ["bench", "clustered", "demo:cornell", "--quick", "--size", "96x54", "--adapter", "cpu", "-o", name];
-    let said = lanternfish(folder, &words);
+    let said = said(folder, &words);
     let report = fs::read(folder.join(name).join("report.json")).unwrap();
     (serde_json::from_slice(&report).unwrap(), said)
 }
@@ -59,7 +61,7 @@ fn gpu_two_runs_count_the_same() {
 #[test]
 fn the_attenuation_functions_are_drawn() {
     let folder = tempfile::tempdir().unwrap();
-    assert_eq!(lanternfish(folder.path(), &["bench", "attenuation", "-o", "a.svg"]), "a.svg\n");
+    assert_eq!(said(folder.path(), &["bench", "attenuation", "-o", "a.svg"]), "a.svg\n");
     let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
     assert!(svg.contains("physical_reduced_2") && !svg.contains("NaN"));
 }

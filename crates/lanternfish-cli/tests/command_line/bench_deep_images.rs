@@ -1,13 +1,14 @@
 //! `lanternfish bench deep-images`, end to end on the software adapter.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use serde_json::Value;
 
+use crate::support::lanternfish;
+
 fn bench(folder: &Path, words: &[&str]) -> String {
     let all = ["bench", "deep-images", "--quick", "--runs", "1", "--rays", "4096", "--adapter", "cpu"];
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_lanternfish")).current_dir(folder).args(all).args(words).output().unwrap();
+    let output = lanternfish(folder).args(all).args(words).output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{stderr}");
     String::from_utf8(output.stdout).unwrap()

@@ -1,13 +1,15 @@
 //! `lanternfish bench indirect`, end to end on the software adapter.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use serde_json::Value;
 
+use crate::support::lanternfish;
+
 /// Whether it succeeded, standard output, standard error.
 fn bench(folder: &Path, words: &str) -> (bool, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
-    command.current_dir(folder).env_remove("RUST_LOG").args(["bench", "indirect"]);
+    let mut command = lanternfish(folder);
+    command.args(["bench", "indirect"]);
     let quick = ["--quick", "--runs", "1", "--size", "40x30", "--adapter", "cpu"];
     let output = command.args(words.split_whitespace()).args(quick).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
@@ -95,7 +97,7 @@ fn gpu_what_has_no_light_is_refused() {
 #[test]
 fn the_help_says_what_is_measured() {
     let words = ["help", "bench", "indirect", "--all"];
-    let output = Command::new(env!("CARGO_BIN_EXE_lanternfish")).args(words).output().unwrap();
+    let output = lanternfish(Path::new(".")).args(words).output().unwrap();
     let help = String::from_utf8(output.stdout).unwrap();
     for word in ["rays a second", "FLIP", "energy", "memory", "filter", "384"] {
         assert!(help.contains(word), "{word:?} is not in\n{help}");

@@ -1,8 +1,10 @@
 //! `lanternfish bench quality`, end to end on the software adapter: a test a promise, each of the truths that it is about.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use serde_json::Value;
+
+use crate::support::lanternfish;
 
 /// What the bench says of the smallest shot.
 struct Quality {
@@ -15,8 +17,7 @@ struct Quality {
 /// Runs the bench on the smallest shot, with these truths alone.
 #[track_caller]
 fn bench(folder: &Path, truths: &[&str]) -> Quality {
-    let output = Command::new(env!("CARGO_BIN_EXE_lanternfish"))
-        .current_dir(folder)
+    let output = lanternfish(folder)
         .args(["bench", "quality", "--output", "out", "--adapter", "cpu", "--commit", "test"])
         .args(["--only", "cornell", "--size", "32x32", "--spp", "64", "--runs", "1"])
         .args(truths.iter().flat_map(|truth| ["--truth", truth]))
@@ -201,10 +202,7 @@ fn gpu_truths_are_kept_and_a_broken_one_is_traced_to_the_same_bytes() {
 
 #[test]
 fn a_shot_that_is_not_known_is_refused_with_the_list() {
-    let output = Command::new(env!("CARGO_BIN_EXE_lanternfish"))
-        .args(["bench", "quality", "--only", "bistro"])
-        .output()
-        .unwrap();
+    let output = lanternfish(Path::new(".")).args(["bench", "quality", "--only", "bistro"]).output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success() && stderr.contains("cornell") && stderr.contains("sponza-ten"), "{stderr}");
 }

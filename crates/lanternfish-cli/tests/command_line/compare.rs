@@ -1,12 +1,10 @@
 //! What `lanternfish compare` says about pictures, and what it promises about mistakes.
 
-use std::{
-    fs,
-    path::Path,
-    process::{Command, Stdio},
-};
+use std::{fs, path::Path};
 
 use lanternfish_metrics::{RgbImage, read_exr, read_png, write_exr, write_exr_layers};
+
+use crate::support::{lanternfish, names};
 
 /// Pictures that the authors' evaluator of FLIP was asked about.
 const PAIRS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../lanternfish-metrics/tests/pairs/");
@@ -19,9 +17,7 @@ struct Outcome {
 }
 
 fn compare(folder: &Path, words: &[&str]) -> Outcome {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
-    let command = command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).arg("compare").args(words);
-    let output = command.output().unwrap();
+    let output = lanternfish(folder).arg("compare").args(words).output().unwrap();
     Outcome {
         code: output.status.code(),
         stdout: String::from_utf8(output.stdout).unwrap(),
@@ -59,13 +55,6 @@ fn pair(name: &str) -> String {
     format!("{PAIRS}{name}")
 }
 
-fn files(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
 #[test]
 fn radiance_is_compared_by_every_measure() {
     let folder = tempfile::tempdir().unwrap();
@@ -90,7 +79,7 @@ fn radiance_is_compared_by_every_measure() {
     assert_eq!((&json["pixels_compared"], &json["faults"]["nan"]), (&6144.into(), &0.into()));
     assert!(json["z_test"].is_null());
     // Nothing but what was asked for.
-    assert!(files(folder.path()).is_empty());
+    assert!(names(folder.path()).is_empty());
 }
 
 #[test]
@@ -168,7 +157,7 @@ fn pixels_that_are_not_finite_are_told_and_meet_no_limit() {
     assert_eq!((both.width, both.height), (3 * 96 + 16, 64));
     let row = &both.pixels[20 * both.width..][..both.width];
     assert_eq!(row[..96], row[104..200]);
-    assert_eq!(files(folder.path()), ["both.png", "broken.exr", "map.png"]);
+    assert_eq!(names(folder.path()), ["both.png", "broken.exr", "map.png"]);
 }
 
 /// A picture with normal noise of a tenth, and its variances as a layer.
@@ -245,7 +234,7 @@ fn what_cannot_be_compared_is_refused() {
     let small = RgbImage::new(4, 4, vec![[f32::NAN; 3]; 16]).unwrap();
     write_exr(&folder.path().join("nan.exr"), &small).unwrap();
     write_exr_layers(&folder.path().join("layer.exr"), &[("albedo", &small)], &[]).unwrap();
-    let before = files(folder.path());
+    let before = names(folder.path());
     let (exr, png) = (pair("scene.exr"), pair("scene.png"));
     for (words, said) in [
         (&["nowhere.exr", &exr][..], &["nowhere.exr", "No such file", "hint: check the path"][..]),
@@ -271,6 +260,6 @@ fn what_cannot_be_compared_is_refused() {
         (&["text.png", "text.png", "--map", "./text.png"], &["text.png", "twice"]),
     ] {
         compare(folder.path(), words).assert_refused(said);
-        assert_eq!(files(folder.path()), before, "{words:?}");
+        assert_eq!(names(folder.path()), before, "{words:?}");
     }
 }

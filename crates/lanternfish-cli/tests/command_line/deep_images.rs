@@ -1,12 +1,17 @@
 //! `lanternfish deep-images`, end to end on the software adapter.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
+
+use crate::support::lanternfish;
 
 /// Whether it succeeded, standard output, standard error.
 fn deep_images(folder: &Path, words: &str) -> (bool, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
-    command.current_dir(folder).env_remove("RUST_LOG").args(["deep-images"]);
-    let output = command.args(words.split_whitespace()).args(["--adapter", "cpu"]).output().unwrap();
+    let output = lanternfish(folder)
+        .arg("deep-images")
+        .args(words.split_whitespace())
+        .args(["--adapter", "cpu"])
+        .output()
+        .unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.success(), text(output.stdout), text(output.stderr))
 }

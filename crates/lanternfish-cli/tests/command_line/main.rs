@@ -12,3 +12,4 @@ mod reference;
 mod render;
 mod results;
 mod shot;
+mod support;

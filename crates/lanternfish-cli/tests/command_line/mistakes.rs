@@ -6,6 +6,8 @@ use std::{
     process::{Command, Stdio},
 };
 
+use crate::support::{lanternfish, names};
+
 /// What a run left: whether it succeeded, what it said, and which files are in its folder.
 #[derive(Debug)]
 struct Outcome {
@@ -15,26 +17,17 @@ struct Outcome {
     files: Vec<String>,
 }
 
-fn lanternfish(folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
-    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
-    command
-}
-
 fn run(folder: &Path, words: &[&str]) -> Outcome {
     outcome(folder, lanternfish(folder).args(words))
 }
 
 fn outcome(folder: &Path, command: &mut Command) -> Outcome {
     let output = command.output().unwrap();
-    let mut files: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    files.sort();
     Outcome {
         success: output.status.success(),
         stdout: String::from_utf8(output.stdout).unwrap(),
         stderr: String::from_utf8(output.stderr).unwrap(),
-        files,
+        files: names(folder),
     }
 }
 
@@ -311,24 +304,6 @@ fn what_is_printed_arrives_or_the_run_fails() {
         let output = output.unwrap().wait_with_output().unwrap();
         assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "{words:?}");
     }
-}
-
-#[test]
-#[cfg(unix)]
-fn a_reader_that_has_seen_enough_is_no_error() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("triangle.gltf"), TRIANGLE).unwrap();
-    let (reader, writer) = std::io::pipe().unwrap();
-    drop(reader);
-    let output = lanternfish(folder.path())
-        .args(["info", "triangle.gltf"])
-        .stdout(writer)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
-        .wait_with_output()
-        .unwrap();
-    assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]));
 }
 
 /// One triangle, white, in the plane z = 0.

@@ -4,38 +4,32 @@
 use std::{
     fs,
     path::Path,
-    process::{Command, Output, Stdio},
+    process::{Command, Output},
 };
 
 use lanternfish_metrics::{read_exr, read_png};
 
-fn lanternfish(folder: &Path, words: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
-    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).args(words).output().unwrap()
+use crate::support::{lanternfish, names};
+
+fn output(folder: &Path, words: &[&str]) -> Output {
+    lanternfish(folder).args(words).output().unwrap()
 }
 
 /// A run that writes a picture of 4 × 4 pixels.
 #[track_caller]
 fn trace(folder: &Path, file: &str) {
-    let output = lanternfish(folder, &["reference", "demo:cornell", "--size", "4x4", "--spp", "2", "-o", file]);
+    let output = output(folder, &["reference", "demo:cornell", "--size", "4x4", "--spp", "2", "-o", file]);
     assert!(output.status.success(), "{file}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// Standard error of a run that fails before it looks at a scene, which is not there.
 #[track_caller]
 fn refused(folder: &Path, words: &[&str]) -> String {
-    let output = lanternfish(folder, words);
+    let output = output(folder, words);
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success() && output.stdout.is_empty() && !error.contains("No such file"), "{error}");
     assert_eq!(error.lines().filter(|line| line.starts_with("error")).count(), 1, "{error}");
     error
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]
@@ -87,7 +81,7 @@ fn a_link_is_followed() {
     std::os::unix::fs::symlink("disk/truth.exr", folder.path().join("truth.exr")).unwrap();
     for spp in ["1", "2"] {
         let words = ["reference", "demo:cornell", "--size", "4x4", "--spp", spp, "--resume", "-o", "truth.exr"];
-        assert!(lanternfish(folder.path(), &words).status.success());
+        assert!(output(folder.path(), &words).status.success());
         assert!(fs::symlink_metadata(folder.path().join("truth.exr")).unwrap().is_symlink());
     }
     read_exr(&folder.path().join("disk/truth.exr")).unwrap();
@@ -123,14 +117,13 @@ fn standard_output_is_a_place_for_figures() {
     let folder = tempfile::tempdir().unwrap();
     trace(folder.path(), "file.exr");
     let words = ["compare", "file.exr", "file.exr", "--json"];
-    let piped = lanternfish(folder.path(), &[&words[..], &["/dev/stdout"]].concat());
+    let piped = output(folder.path(), &[&words[..], &["/dev/stdout"]].concat());
     assert!(piped.status.success(), "{}", String::from_utf8_lossy(&piped.stderr));
     // Where that is a file, what was there stays, and what comes after is not lost.
     let path = folder.path().join("both.txt");
     fs::write(&path, "before\n").unwrap();
     let both = fs::OpenOptions::new().append(true).open(&path).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish"));
-    let status = command.current_dir(folder.path()).args(words).arg("/dev/stdout").stdout(both).status().unwrap();
+    let status = lanternfish(folder.path()).args(words).arg("/dev/stdout").stdout(both).status().unwrap();
     assert!(status.success());
     let said = String::from_utf8(piped.stdout).unwrap();
     assert!(said.starts_with('{') && said.contains("relMSE"), "the figures, and then the table: {said}");

@@ -1,24 +1,17 @@
 //! Shots from file to picture, on the software adapter.
 
-use std::{
-    fs,
-    path::Path,
-    process::{Command, Output},
-};
+use std::{fs, path::Path, process::Output};
 
-fn lanternfish(folder: &Path, words: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lanternfish"))
-        .current_dir(folder)
-        .env_remove("RUST_LOG")
-        .args(words.split_whitespace())
-        .output()
-        .unwrap()
+use crate::support::{lanternfish, names};
+
+fn output(folder: &Path, words: &str) -> Output {
+    lanternfish(folder).args(words.split_whitespace()).output().unwrap()
 }
 
 /// Standard output of a run that succeeds.
 #[track_caller]
 fn run(folder: &Path, words: &str) -> String {
-    let output = lanternfish(folder, words);
+    let output = output(folder, words);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
@@ -26,18 +19,11 @@ fn run(folder: &Path, words: &str) -> String {
 /// Standard error of a run that fails and prints nothing.
 #[track_caller]
 fn refused(folder: &Path, words: &str) -> String {
-    let output = lanternfish(folder, words);
+    let output = output(folder, words);
     let error = String::from_utf8(output.stderr.clone()).unwrap();
     assert!(!output.status.success() && output.stdout.is_empty(), "{output:?}");
     assert_eq!(error.lines().filter(|line| line.starts_with("error")).count(), 1, "{error}");
     error
-}
-
-fn files(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 const FLAGS: &str = "--adapter cpu --size 48x32 --lights rain:20 --seed 3 --point 0.3,1,0.1,20,1,.9,0.7 --sky 0,0.1,.2 \
@@ -86,9 +72,9 @@ fn gpu_a_track_becomes_numbered_pictures_beside_the_shot() {
     fs::create_dir(&inner).unwrap();
     fs::write(inner.join("walk.toml"), TRACK).unwrap();
     let stdout = run(folder.path(), "render inner/walk.toml --report run.json");
-    let names = ["walk.0001.png", "walk.0002.png", "walk.0003.png"];
-    assert_eq!(stdout.lines().collect::<Vec<_>>(), names.map(|name| format!("inner/{name}")));
-    assert_eq!(files(&inner), [&names[..], &["walk.toml"]].concat());
+    let pictures = ["walk.0001.png", "walk.0002.png", "walk.0003.png"];
+    assert_eq!(stdout.lines().collect::<Vec<_>>(), pictures.map(|name| format!("inner/{name}")));
+    assert_eq!(names(&inner), [&pictures[..], &["walk.toml"]].concat());
     let report: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("run.json")).unwrap()).unwrap();
     assert_eq!(report["frames"], 3);
 
@@ -97,10 +83,10 @@ fn gpu_a_track_becomes_numbered_pictures_beside_the_shot() {
         run(&inner, &format!("render walk.toml --time {time} -o still.png"));
         fs::read(inner.join("still.png")).unwrap()
     };
-    for (name, time) in names.into_iter().zip(["0", "0.5", "1"]) {
+    for (name, time) in pictures.into_iter().zip(["0", "0.5", "1"]) {
         assert_eq!(still(time), fs::read(inner.join(name)).unwrap(), "{name}");
     }
-    assert_ne!(fs::read(inner.join(names[0])).unwrap(), fs::read(inner.join(names[1])).unwrap());
+    assert_ne!(fs::read(inner.join(pictures[0])).unwrap(), fs::read(inner.join(pictures[1])).unwrap());
 }
 
 #[test]
@@ -132,7 +118,7 @@ fn mistakes_leave_nothing() {
     assert!(refused(folder.path(), "render c.toml").contains("no shot"));
     fs::write(folder.path().join("d.toml"), b"\xff\xfe").unwrap();
     assert!(refused(folder.path(), "render d.toml").contains("d.toml"));
-    assert_eq!(files(folder.path()), ["a.toml", "c.toml", "d.toml"]);
+    assert_eq!(names(folder.path()), ["a.toml", "c.toml", "d.toml"]);
 }
 
 #[test]

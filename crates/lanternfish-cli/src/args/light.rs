@@ -1,0 +1,74 @@
+//! Flags of lights and surroundings.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::Vec3;
+use lanternfish::settings::{Attenuation, Settings};
+use lanternfish_scene::{Light, rig::LightRig};
+
+use crate::{
+    choices::choice,
+    parse::{self, LightSet},
+};
+
+#[derive(Debug, Args)]
+pub struct LightArgs {
+    /// A point light, and another each time.
+    ///
+    /// `x,y,z,cd[,r,g,b[,range]]`: position (m), intensity (cd), colour that scales it, and where it ends (m).
+    #[arg(long = "point", value_name = "x,y,z,cd[,...]")]
+    #[arg(value_parser = parse::point_light, allow_hyphen_values = true)]
+    pub points: Vec<Light>,
+    /// A light from infinitely far.
+    ///
+    /// `dx,dy,dz,lux[,r,g,b]`: the direction in which it travels, illuminance (lx), colour that scales it.
+    #[arg(long, value_name = "dx,dy,dz,lux[,...]", value_parser = parse::sun, allow_hyphen_values = true)]
+    pub sun: Option<Light>,
+    /// The surroundings: an equirectangular image (.hdr, .exr).
+    ///
+    /// Linear radiance (nits), in place of --sky. Its centre is seen looking along -z, its right half towards +x. It is seen,
+    /// and lights by --indirect sampled or --occlusion.
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
+    /// Turns the --environment about +y, counter-clockwise seen from above, degrees.
+    #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, default_value_t = 0.0)]
+    #[arg(hide_short_help = true)]
+    pub environment_rotation: f32,
+    /// Makes the --environment X times as bright.
+    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true, default_value_t = 1.0)]
+    #[arg(hide_short_help = true)]
+    pub environment_scale: f32,
+    /// A constant background, linear radiance (nits).
+    ///
+    /// It is seen, and lights by --indirect sampled or --occlusion.
+    #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
+    pub sky: Option<Vec3>,
+    /// Light made about the camera, beside the other flags'.
+    ///
+    /// Surroundings that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
+    /// where surroundings light nothing.
+    #[arg(long, value_name = "NAME", value_parser = choice::<LightRig>())]
+    pub light_rig: Option<LightRig>,
+    /// Many coloured point lights: rain:N.
+    ///
+    /// At most 2097152, those of the file among them. rain:N or rain:N:radius: falling through the scene's box; --seed chooses
+    /// where; the radius is how far each reaches, m, by default chosen by the scene's size and N.
+    /// random:N:radius:seed:x0,y0,z0,x1,y1,z1: at random places of a box, by a rule that other renderers can follow.
+    #[arg(long, value_name = "SET", value_parser = parse::light_set, allow_hyphen_values = true)]
+    pub lights: Option<LightSet>,
+    /// How light falls off with distance. R is the light's range.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Attenuation>())]
+    #[arg(default_value_t = Settings::default().attenuation, hide_short_help = true)]
+    pub attenuation: Attenuation,
+    /// Intensity at which a light without a stated range ends. Lower: larger ranges, less light lost, more work.
+    #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().range_threshold, hide_short_help = true)]
+    pub range_threshold: f32,
+    /// Radius of point and spot lights, m: soft shadows.
+    ///
+    /// 0: they are points.
+    #[arg(long, value_name = "METRES", value_parser = parse::radius, allow_hyphen_values = true)]
+    #[arg(default_value_t = Settings::default().light_radius)]
+    pub light_radius: f32,
+}

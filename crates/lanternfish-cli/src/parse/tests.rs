@@ -1,0 +1,142 @@
+use super::*;
+
+#[test]
+fn sizes() {
+    assert_eq!(size("1280x720"), Ok(Size { width: 1280, height: 720 }));
+    assert_eq!(size("1x16384"), Ok(Size { width: 1, height: 16384 }));
+    for bad in ["0x720", "1280x0", "100000x100000", "16385x1", "99999999999999999999x1"] {
+        assert!(size(bad).unwrap_err().contains("1 to 16384 pixels"), "{bad}");
+    }
+    for bad in ["", "0", "100000", "1280", "1280*720", "x", "-1x5", "+5x5", "1x2x3", "1.5x2", "1280 x 720"] {
+        assert!(size(bad).unwrap_err().contains("1280x720, each side from 1 to 16384"), "{bad}");
+    }
+}
+
+#[test]
+fn vectors_and_colours() {
+    assert_eq!(position("1,-2.5,3e-1"), Ok(Vec3::new(1.0, -2.5, 0.3)));
+    assert_eq!(position(" 1, 2, 3 "), Ok(Vec3::new(1.0, 2.0, 3.0)));
+    for bad in ["", "1,2", "1,2,3,4", "1,2,z", "1,2,NaN", "inf,0,0", "1;2;3", "1,,3"] {
+        assert!(position(bad).unwrap_err().contains("1,2.5,-3"), "{bad}");
+    }
+    assert!(position("-1e12,0,1e12").is_ok());
+    assert!(position("0,-2e12,0").unwrap_err().contains("-1e12 to 1e12 m"));
+    assert_eq!(color("0,0.5,2"), Ok(Vec3::new(0.0, 0.5, 2.0)));
+    // More than a half float holds would be infinite in an EXR file.
+    assert!(color("0,-0.5,2").is_err() && color("65504,0,0").is_ok() && color("65600,0,0").is_err());
+}
+
+#[test]
+fn points() {
+    let light = point_light("-1,2,3,100").unwrap();
+    assert_eq!(light, Light::point(Vec3::new(-1.0, 2.0, 3.0), Vec3::splat(100.0)));
+    let light = point_light("0,0,0,10,1,0.5,0,4").unwrap();
+    assert_eq!((light.intensity, light.range), (Vec3::new(10.0, 5.0, 0.0), Some(4.0)));
+    assert_eq!(point_light("0,0,0,10,1,0.5,0").unwrap().range, None);
+    for bad in
+        ["0,0,0", "0,0,0,1,1", "0,0,0,1,1,1", "0,0,0,-1", "0,0,0,1,1,-1,1", "0,0,0,1,1,1,1,0", "1,1,1,1,1,1,1,1,1"]
+    {
+        assert!(point_light(bad).is_err(), "{bad}");
+    }
+    // Each number is finite; their products and squares would not be.
+    for bad in ["0,0,0,1e38,1e38,1,1", "1e30,0,0,1", "0,0,0,1,1,1,1,1e30"] {
+        assert!(point_light(bad).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn suns() {
+    let light = sun("0,-2,0,3,1,0.5,0").unwrap();
+    assert_eq!((light.direction, light.intensity), (Vec3::NEG_Y, Vec3::new(3.0, 1.5, 0.0)));
+    for long_or_short in ["0,-1e30,0,1", "0,-1e-30,0,1"] {
+        assert_eq!(sun(long_or_short).unwrap().direction, Vec3::NEG_Y);
+    }
+    for bad in ["0,0,0,1", "0,-1,0", "0,-1,0,-3", "0,-1,0,1,1,1,1,1", "0,-1,0,1e38,9,9,9"] {
+        assert!(sun(bad).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn sets_of_lights() {
+    let rain = |count, radius| Ok(LightSet::Rain { count, radius });
+    assert_eq!(light_set("rain:1000"), rain(1000, None));
+    assert_eq!(light_set("rain:5:0.25"), rain(5, Some(0.25)));
+    assert_eq!(light_set("rain:2097152"), rain(2_097_152, None));
+    let bounds = Bounds { min: Vec3::new(-9.0, 0.0, -4.0), max: Vec3::new(9.0, 9.0, 4.0) };
+    let random = LightSet::Random { count: 10, radius: 1.5, seed: u64::MAX, bounds };
+    assert_eq!(light_set("random:10:1.5:18446744073709551615:-9,0,-4,9,9,4"), Ok(random));
+    for bad in [
+        "rain",
+        "rain:",
+        "rain:x",
+        "rain:-1",
+        "rain:+1",
+        "rain:5:0",
+        "rain:5:",
+        "rain:5:1:1",
+        "snow:5",
+        "random:5",
+        "random:5:1:1:0,0,0,1,1",
+        "random:5:1:x:0,0,0,1,1,1",
+        "random:5:0:1:0,0,0,1,1,1",
+        "random:5:1:1:1,0,0,0,1,1",
+    ] {
+        assert!(light_set(bad).is_err(), "{bad}");
+    }
+    assert!(light_set("rain:5:1e30").unwrap_err().contains("1e12"));
+    for bad in ["rain:2097153", "rain:4000000000", "rain:99999999999999999999", "random:2097153:1:1:0,0,0,1,1,1"] {
+        assert!(light_set(bad).unwrap_err().contains("at most 2097152"), "{bad}");
+    }
+}
+
+#[test]
+fn shapes_of_clusters_are_read_as_they_are_written() {
+    for text in ["persp:64", "ortho:4", "ortho:0.25", "displ:64:32"] {
+        assert_eq!(cluster_shape_text(cluster_shape(text).unwrap()), text);
+    }
+    for bad in
+        ["", "persp", "persp:3", "persp:1e9", "ortho:0", "ortho:-1", "ortho:nan", "displ:64", "displ:64:x", "cube:4"]
+    {
+        assert!(cluster_shape(bad).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn sets_of_directions_are_read_as_they_are_written() {
+    for text in ["zonal:1", "zonal:169", "zonal:4096", "stacks:13x13", "stacks:16x256", "cube:1", "cube:36"] {
+        assert_eq!(direction_set_text(direction_set(text).unwrap()), text);
+    }
+    assert_eq!(direction_set("stacks:3x5"), Ok(DirectionSet::StacksSlices { stacks: 3, slices: 5 }));
+    for bad in
+        ["", "zonal", "zonal:", "zonal:-1", "zonal:+1", "zonal:x", "stacks:13", "stacks:13x", "cube:2x2", "ball:3"]
+    {
+        assert!(direction_set(bad).unwrap_err().contains("zonal:169, stacks:13x13 or cube:5"), "{bad}");
+    }
+    for bad in ["zonal:0", "zonal:4097", "zonal:99999999999", "stacks:0x4", "stacks:17x256", "cube:0", "cube:37"] {
+        assert!(direction_set(bad).unwrap_err().contains("1 to 4096"), "{bad}");
+    }
+    assert!(direction_set("cube:99999999999").unwrap_err().contains("1 to 4096"));
+    assert!(direction_set("stacks:2x257").unwrap_err().contains("at most 256"));
+}
+
+#[test]
+fn bytes_have_units() {
+    assert_eq!(bytes("500M"), Ok(500_000_000));
+    assert_eq!((bytes("4G"), bytes("0.5G"), bytes("1000k")), (Ok(4_000_000_000), Ok(500_000_000), Ok(1_000_000)));
+    assert_eq!(bytes("2000000"), Ok(2_000_000));
+    for bad in ["", "M", "4", "999999", "-4G", "4GB", "nan", "infG", "1e30"] {
+        assert!(bytes(bad).unwrap_err().contains("e.g. 500M or 4G"), "{bad}");
+    }
+}
+
+#[test]
+fn numbers_have_ranges() {
+    assert!((fov_y("90").unwrap() - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    assert!(fov_y("0").is_err() && fov_y("180").is_err() && fov_y("wide").is_err());
+    assert!(rotation("-3600").is_ok() && rotation("3601").is_err() && rotation("inf").is_err());
+    assert_eq!(exposure("-1.5"), Ok(-1.5));
+    assert!(exposure("1000").is_err() && exposure("auto").is_err());
+    assert_eq!((exposure_or_auto("auto"), exposure_or_auto("-1.5")), (Ok(Exposure::Auto), Ok(Exposure::Ev(-1.5))));
+    assert!(exposure_or_auto("bright").unwrap_err().starts_with("expected auto, or stops from -64 to 64"));
+    assert!(positive("0").is_err() && positive("-1").is_err() && positive("0.02").is_ok());
+}

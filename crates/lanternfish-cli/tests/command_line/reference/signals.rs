@@ -1,0 +1,69 @@
+//! What signals do to a run.
+
+use std::{
+    io::{BufRead as _, BufReader, Lines},
+    process::{Child, ChildStderr, Command, Stdio},
+};
+
+use super::*;
+
+/// Starts `reference` by way of a shell that runs `before` it, and waits until it has said how long it will take.
+fn started(folder: &Path, before: &str) -> (Child, Lines<BufReader<ChildStderr>>) {
+    let line = format!(
+        "{before} exec '{}' reference demo:cornell --size 32x32 --until-error 1e-9 -o a.exr",
+        env!("CARGO_BIN_EXE_lanternfish")
+    );
+    let mut command = Command::new("sh");
+    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).args(["-c", &line]);
+    // Who starts the tests in the background may have had signals ignored, which processes inherit and a shell cannot undo.
+    let heed_signals = || {
+        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+            // SAFETY: async-signal-safe, with a handler that the system itself has.
+            unsafe { libc::signal(signal, libc::SIG_DFL) };
+        }
+        Ok(())
+    };
+    // SAFETY: the closure allocates nothing and takes no lock.
+    unsafe { std::os::unix::process::CommandExt::pre_exec(&mut command, heed_signals) };
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| is_estimate(&line.unwrap())), "it ended without an estimate");
+    (child, lines)
+}
+
+/// Sends the signals at once: the process gets them when it goes on, however slow the machine is.
+fn kill(child: &Child, signals: [&str; 2]) {
+    let [first, second] = signals;
+    let line = ["-STOP", first, second, "-CONT"].map(|signal| format!("kill {signal} {}", child.id())).join("; ");
+    assert!(Command::new("sh").args(["-c", &line]).status().unwrap().success());
+}
+
+#[test]
+fn a_signal_writes_what_there_is() {
+    // Twice at once, as `timeout` does.
+    for (signals, code) in [(["-INT", "-TERM"], 130), (["-TERM", "-TERM"], 143), (["-HUP", "-TERM"], 129)] {
+        let folder = tempfile::tempdir().unwrap();
+        let (child, lines) = started(folder.path(), "");
+        kill(&child, signals);
+        let stderr = lines.map(|line| line.unwrap() + "\n").collect::<String>();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((output.status.code(), text(&output.stdout)), (Some(code), "a.exr\n"), "{stderr}");
+        let count = samples(&folder.path().join("a.exr"));
+        let said =
+            format!("note: stopped at {count} samples a pixel; the same command with --resume goes on from there\n");
+        assert_eq!(more_than_usual(&stderr), said);
+        assert_eq!(names(folder.path()), ["a.exr"]);
+        cornell(folder.path(), &format!("--spp {} --resume -o a.exr", count + 3));
+        assert_eq!(samples(&folder.path().join("a.exr")), count + 3);
+    }
+}
+
+#[test]
+fn a_signal_that_the_caller_ignores_is_ignored() {
+    let folder = tempfile::tempdir().unwrap();
+    // As `nohup` does.
+    let (child, lines) = started(folder.path(), "trap '' HUP;");
+    kill(&child, ["-HUP", "-INT"]);
+    assert!(lines.count() > 0);
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
+}
