@@ -6,6 +6,7 @@
 
 pub mod bvh;
 mod camera;
+mod emission;
 mod environment;
 mod error;
 mod framing;
@@ -26,6 +27,7 @@ mod texture;
 mod validate;
 
 pub use camera::{Camera, Projection, near_plane};
+pub use emission::mean_emission;
 pub use environment::Environment;
 pub use error::SceneError;
 pub use framing::Viewpoint;
@@ -36,4 +38,4 @@ pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
 pub use scene::{Instance, Scene};
 pub use stereo::{Eye, StereoRig};
-pub use texture::{Filter, Image, MipFilter, Sampler, Texture, Wrap};
+pub use texture::{Filter, Image, LINEAR_FROM_SRGB, MipFilter, Sampler, Texture, Wrap, linear_from_srgb};

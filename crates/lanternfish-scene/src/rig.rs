@@ -6,7 +6,7 @@
 use glam::{Mat3, Vec2, Vec3};
 
 use crate::sight::{Face, look};
-use crate::{Camera, Environment, Light, Material, Scene, named_enum};
+use crate::{Camera, Environment, Light, Material, Scene, linear_from_srgb, named_enum};
 
 named_enum! {
     /// Light that is added to a scene.
@@ -43,7 +43,7 @@ impl LightRig {
 }
 
 /// Light that surfaces have to send on average, nits, to light a scene: a third of what the lamp of the Cornell box is.
-const LIT_BY_EMISSION: f32 = 0.03;
+const LIT_BY_EMISSION: f64 = 0.03;
 /// Luminance above which a glowing surface counts as a lamp, nits: brighter than a white sheet in good light. Labels and
 /// displays are not.
 const LAMP: f32 = 1.0;
@@ -55,13 +55,13 @@ pub fn is_dark(scene: &Scene) -> bool {
         .environment
         .as_ref()
         .map_or(scene.sky != Vec3::ZERO, |image| image.pixels.iter().any(|pixel| *pixel != Vec3::ZERO));
-    !has_light && !surroundings && mean_emission(scene) < LIT_BY_EMISSION
+    !has_light && !surroundings && mean_luminance(scene) < LIT_BY_EMISSION
 }
 
 /// Mean luminance that a scene's surfaces emit, over all their area, nits. Materials of at most 1 nit count as dark, and a
 /// texture by the mean of its image.
-fn mean_emission(scene: &Scene) -> f32 {
-    let glow: Vec<f32> = scene.materials.iter().map(|material| emission(scene, material)).collect();
+fn mean_luminance(scene: &Scene) -> f64 {
+    let glow: Vec<f64> = scene.materials.iter().map(|material| emission(scene, material)).collect();
     if glow.iter().all(|luminance| *luminance == 0.0) {
         return 0.0;
     }
@@ -70,19 +70,19 @@ fn mean_emission(scene: &Scene) -> f32 {
         for primitive in &scene.meshes[instance.mesh].primitives {
             let edge = |a: u32, b: u32| {
                 let along = primitive.positions[b as usize] - primitive.positions[a as usize];
-                instance.world_from_object.transform_vector3(along)
+                instance.world_from_object.transform_vector3(along).as_dvec3()
             };
             let doubled = |corners: &[u32]| edge(corners[0], corners[1]).cross(edge(corners[0], corners[2])).length();
-            let sum: f64 = primitive.indices.chunks_exact(3).map(|corners| f64::from(doubled(corners))).sum();
-            light += sum * f64::from(glow[primitive.material]);
+            let sum: f64 = primitive.indices.chunks_exact(3).map(doubled).sum();
+            light += sum * glow[primitive.material];
             area += sum;
         }
     }
-    if area > 0.0 { (light / area) as f32 } else { 0.0 }
+    if area > 0.0 { light / area } else { 0.0 }
 }
 
 /// Mean luminance of a glowing material, nits.
-fn emission(scene: &Scene, material: &Material) -> f32 {
+fn emission(scene: &Scene, material: &Material) -> f64 {
     /// Texels that are read, evenly: enough for a mean.
     const MOST: usize = 1 << 14;
     if luminance(material.emissive) <= LAMP {
@@ -91,21 +91,19 @@ fn emission(scene: &Scene, material: &Material) -> f32 {
     let mean = material.emissive_texture.map_or(Vec3::ONE, |texture| {
         let texels = scene.images[scene.textures[texture.texture].image].rgba.as_chunks::<4>().0;
         let step = texels.len().div_ceil(MOST).max(1);
-        let read = texels.iter().step_by(step).map(|[r, g, b, _]| Vec3::from([r, g, b].map(|c| linear(*c))));
+        let read = texels.iter().step_by(step).map(|[r, g, b, _]| Vec3::from([r, g, b].map(|c| linear_from_srgb(*c))));
         read.sum::<Vec3>() / texels.len().div_ceil(step) as f32
     });
-    luminance(material.emissive * mean)
+    // Of the brightest lamp it is beyond what 32 bits hold.
+    material.emissive.as_dvec3().dot((mean * LUMINANCE).into())
 }
+
+/// Shares of linear Rec. 709 colours.
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Of a linear Rec. 709 colour.
 fn luminance(color: Vec3) -> f32 {
-    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}
-
-/// The inverse of the encoding of sRGB.
-fn linear(encoded: u8) -> f32 {
-    let c = f32::from(encoded) / 255.0;
-    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    color.dot(LUMINANCE)
 }
 
 /// A box of soft light.
@@ -336,20 +334,28 @@ mod tests {
         // A lamp lights, a gleam does not; and half of a glowing texture is half as bright.
         scene.materials.iter_mut().zip(glowing).for_each(|(material, emissive)| material.emissive = emissive);
         scene.materials[0].emissive = Vec3::splat(10.0);
-        let whole = mean_emission(&scene);
+        let whole = mean_luminance(&scene);
         assert!(!is_dark(&scene) && whole > 0.1, "{whole}");
         let rgba = [[255u8; 4], [0, 0, 0, 255]].concat();
         scene.images.push(Image { name: String::new(), width: 2, height: 1, rgba });
         scene.textures.push(Texture { image: scene.images.len() - 1, sampler: 0 });
         let others = {
             scene.materials[0].emissive = Vec3::ZERO;
-            mean_emission(&scene)
+            mean_luminance(&scene)
         };
         scene.materials[0].emissive = Vec3::splat(10.0);
         scene.materials[0].emissive_texture = Some(TextureRef::new(scene.textures.len() - 1));
-        assert!((mean_emission(&scene) - others - 0.5 * (whole - others)).abs() < 1e-3 * whole);
+        assert!((mean_luminance(&scene) - others - 0.5 * (whole - others)).abs() < 1e-3 * whole);
         scene.materials.iter_mut().for_each(|material| material.emissive *= 0.1);
         assert!(is_dark(&scene));
+        // Areas that squares of 32 bits do not hold: a dark one of them beside a lamp, and nothing else.
+        let corners = [Vec3::ZERO, 1e11 * Vec3::X, 1e11 * Vec3::Y].to_vec();
+        let vast = Primitive { positions: corners, indices: vec![0, 1, 2], material: 1, ..Primitive::default() };
+        scene.materials[1].emissive = Vec3::ZERO;
+        scene.meshes[scene.instances[0].mesh].primitives.push(vast);
+        assert!(is_dark(&scene));
+        scene.materials[1].emissive = Vec3::MAX;
+        assert!(!is_dark(&scene));
     }
 
     #[test]

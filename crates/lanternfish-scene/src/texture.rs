@@ -1,5 +1,7 @@
 //! Images and how they are sampled.
 
+use std::sync::LazyLock;
+
 /// An image seen through a sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Texture {
@@ -79,4 +81,17 @@ pub enum Wrap {
     MirroredRepeat,
     /// The border texels, stretched.
     ClampToEdge,
+}
+
+/// Linear value of every sRGB byte [IEC 61966-2-1].
+pub static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        let s = i as f32 / 255.0;
+        if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+    })
+});
+
+/// Linear value of an sRGB byte.
+pub fn linear_from_srgb(byte: u8) -> f32 {
+    LINEAR_FROM_SRGB[byte as usize]
 }

@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::{
     Light, LightKind, Scene,
     light_tree::Emitter as BoundedEmitter,
+    mean_emission,
     shading::{Attenuation, Materials},
 };
 
@@ -57,9 +58,6 @@ pub(crate) struct Lights {
 }
 
 const NONE: u32 = u32::MAX;
-
-/// Places at which the emission of a textured triangle is estimated, an edge.
-const EMISSION_STEPS: u32 = 4;
 
 impl Lights {
     pub fn new(world: &World, settings: &Settings) -> Self {
@@ -202,34 +200,14 @@ fn bounded_triangle(world: &World, triangle: usize, radiance: f32) -> BoundedEmi
     BoundedEmitter::of_triangle([t.v0, t.v1, t.v2].map(Vec3::from), radiance, is_one_sided.then(|| front.into()))
 }
 
-/// Mean brightest channel of what a triangle emits, over both sides and its texture; nits.
+/// Mean brightest channel of what a triangle emits, over its texture; nits.
 fn emission(world: &World, triangle: usize, materials: Materials) -> f32 {
-    let material = world.material(&world.sources[triangle]);
+    let source = &world.sources[triangle];
+    let material = world.material(source);
     if material.emissive == Vec3::ZERO || (material.unlit && materials == Materials::File) {
         return 0.0;
     }
-    if material.emissive_texture.is_none() {
-        return material.emissive.max_element();
-    }
-    let normal = {
-        let t = &world.triangles[triangle];
-        (t.v1 - t.v0).cross(t.v2 - t.v0)
-    };
-    let mut sum = 0.0;
-    for i in 0..EMISSION_STEPS * EMISSION_STEPS {
-        let (u, v) = ((i % EMISSION_STEPS) as f32 + 0.5, (i / EMISSION_STEPS) as f32 + 0.5);
-        let root = (u / EMISSION_STEPS as f32).sqrt();
-        let v = v / EMISSION_STEPS as f32;
-        let hit = Hit {
-            distance: 0.0,
-            triangle: triangle as u32,
-            weights: [1.0 - root, root * (1.0 - v), root * v],
-            front: true,
-        };
-        sum += Surface::new(world, &hit, -normal, materials).emissive.max_element();
-    }
-    // What the probes miss is still found, rarely: by no less than a hundredth of the factor.
-    (sum / (EMISSION_STEPS * EMISSION_STEPS) as f32).max(0.01 * material.emissive.max_element())
+    mean_emission(world.scene, world.primitive(source), material, world.corners(source).map(|i| i as usize))
 }
 
 /// What reaches a point from a punctual light: `lights/light.wesl` as plain Rust.

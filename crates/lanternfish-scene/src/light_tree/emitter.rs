@@ -13,12 +13,16 @@ const LEAST_COSINE: f32 = 0.02;
 /// Least factor of the fading towards the range; functions that end in a step are as bright there as before.
 const LEAST_WINDOW: f32 = 0.01;
 
+/// What sends more is chosen as rarely as this.
+pub const MOST_POWER: f32 = 1e20;
+
 /// One emitter, or several together. World space, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
     /// The box of what shines.
     pub bounds: Bounds,
-    /// Radiant intensity, or radiance times area, of the brightest channel; > 0.
+    /// What it sends to where it is seen at its brightest, cd, of the brightest channel: a light's intensity, or a triangle's radiance
+    /// times its area; > 0, and at most [`MOST_POWER`], so that what is made of it is finite.
     pub power: f32,
     /// Nothing arrives farther from the box than this, m; its square is a finite float.
     pub range: f32,
@@ -82,25 +86,27 @@ impl Emitter {
             }
             LightKind::Point | LightKind::Directional => Cone::ALL,
         };
-        Self { bounds, power: light.intensity.max_element(), range: range.min(UNBOUNDED), cone }
+        Self { bounds, power: light.intensity.max_element().min(MOST_POWER), range: range.min(UNBOUNDED), cone }
     }
 
     /// A triangle of mean `radiance` (nits, brightest channel) that shines on the side of `front` alone; both sides without it.
     pub fn of_triangle(corners: [Vec3; 3], radiance: f32, front: Option<Vec3>) -> Self {
-        let [a, b, c] = corners;
+        // Areas, and what they send, may be more than 32 bits hold.
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
         let mut bounds = Bounds::EMPTY;
         corners.into_iter().for_each(|corner| bounds.add_point(corner));
         let doubled = (b - a).cross(c - a);
-        let towards = front.and_then(|front| (doubled * doubled.dot(front).signum()).try_normalize());
-        let cone = towards.map_or(Cone::ALL, |axis| Cone { axis, cos_spread: 1.0, cos_reach: 0.0 });
-        Self { bounds, power: radiance * 0.5 * doubled.length(), range: UNBOUNDED, cone }
+        let towards = front.and_then(|front| (doubled * doubled.dot(front.into()).signum()).try_normalize());
+        let cone = towards.map_or(Cone::ALL, |axis| Cone { axis: axis.as_vec3(), cos_spread: 1.0, cos_reach: 0.0 });
+        let power = (f64::from(radiance) * 0.5 * doubled.length()).min(MOST_POWER.into()) as f32;
+        Self { bounds, power, range: UNBOUNDED, cone }
     }
 
     pub(super) fn joined(&self, other: &Self) -> Self {
         let mut bounds = self.bounds;
         bounds.add_bounds(&other.bounds);
         let cone = self.cone.joined(&other.cone);
-        Self { bounds, power: self.power + other.power, range: self.range.max(other.range), cone }
+        Self { bounds, power: (self.power + other.power).min(MOST_POWER), range: self.range.max(other.range), cone }
     }
 
     /// What may arrive at a surface, up to a factor [Conty2018, eq. 3]. Zero only where nothing does.

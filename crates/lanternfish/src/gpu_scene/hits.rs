@@ -8,13 +8,13 @@ use std::collections::HashMap;
 use glam::{Mat3, Vec2, Vec3};
 use half::f16;
 use lanternfish_gpu::{Bindings, gpu_struct, storage_buffer_of};
-use lanternfish_scene::{Image, Material, Primitive, Scene, TextureRef};
+use lanternfish_scene::{Image, Material, Primitive, Scene, TextureRef, linear_from_srgb};
 use rayon::prelude::*;
 
 use super::{
     Shading,
     materials::{LAMBERT, UNLIT, dielectric_f0},
-    mips::{linear_from_srgb, srgb_from_linear},
+    mips::srgb_from_linear,
     tracing::{Part, Source, Tracing},
 };
 use crate::error::RenderError;

@@ -3,13 +3,7 @@
 
 use std::sync::LazyLock;
 
-/// Linear value of every sRGB byte [IEC 61966-2-1].
-static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|i| {
-        let s = i as f32 / 255.0;
-        if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-    })
-});
+use lanternfish_scene::LINEAR_FROM_SRGB;
 
 /// sRGB byte of a linear value, by 4,096 steps of its square root: off by one where the exact value lies within a tenth
 /// of a rounding boundary, and in the darkest few.
@@ -23,11 +17,6 @@ static SRGB_FROM_ROOT: LazyLock<Vec<u8>> = LazyLock::new(|| {
         })
         .collect()
 });
-
-/// Linear value of an sRGB byte.
-pub fn linear_from_srgb(byte: u8) -> f32 {
-    LINEAR_FROM_SRGB[byte as usize]
-}
 
 /// sRGB byte of a linear value, 0 to 1.
 pub fn srgb_from_linear(l: f32) -> u8 {

@@ -141,7 +141,7 @@ named_enum! {
     /// Whether what a pixel's rays bring is bounded by its neighbours.
     IndirectClamp {
         /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
-        /// mean of n frames.
+        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right.
         On = "on",
         /// It is not: the mean of all pictures is right.
         Off = "off",

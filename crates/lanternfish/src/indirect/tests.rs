@@ -361,6 +361,22 @@ fn gpu_emission_is_neither_lost_nor_counted_twice() {
     }
 }
 
+/// Areas and emission that products of 32 bits do not hold.
+#[test]
+fn gpu_the_largest_and_brightest_lamps_leave_numbers() {
+    let Some(gpu) = testing::gpu("gpu_the_largest_and_brightest_lamps_leave_numbers") else { return };
+    let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
+    let few = Sampled { diffuse_rays: 4, glossy_rays: 2, ..sampled(IndirectTracer::Bvh) };
+    for (half, radiance) in [(1e11, 1.0), (0.5, f32::MAX), (1e11, f32::MAX)] {
+        let mut scene = lamp_over_floor(half, 1.0, radiance, matt(0.5));
+        // Another lamp, that the tree has to choose from.
+        scene.meshes[0].primitives.push(quad(1, Vec3::new(1.0, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
+        let found = picture(gpu, settings(few), &scene, &camera);
+        assert!(found.iter().all(|pixel| pixel.is_finite()), "lamp of {half} m and {radiance} nits");
+        assert!(mean(&found) > 0.2, "lamp of {half} m and {radiance} nits: {}", mean(&found));
+    }
+}
+
 /// What a lamp sends to the walls around is seen on the floor, too.
 #[test]
 fn gpu_emission_is_reflected_once() {
