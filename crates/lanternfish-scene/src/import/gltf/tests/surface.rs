@@ -132,6 +132,7 @@ fn specular_and_glossiness_are_converted() {
 fn textures_of_coats_specular_layers_and_transmission_are_read() {
     let texture = |index: u32| json!({ "index": index });
     let mut file = textured(json!([{ "source": 0 }, { "source": 1 }]));
+    file.json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = 0.into();
     file.json["materials"][0]["extensions"] = json!({
         "KHR_materials_clearcoat": {
             "clearcoatFactor": 0.75, "clearcoatTexture": texture(0),
