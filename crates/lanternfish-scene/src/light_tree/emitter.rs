@@ -13,8 +13,8 @@ const LEAST_COSINE: f32 = 0.02;
 /// Least factor of the fading towards the range; functions that end in a step are as bright there as before.
 const LEAST_WINDOW: f32 = 0.01;
 
-/// What sends more is chosen as rarely as this.
-pub const MOST_POWER: f32 = 1e20;
+/// Largest [`Emitter::power`]: what sends more is chosen as rarely as this.
+const MOST_POWER: f32 = 1e20;
 
 /// One emitter, or several together. World space, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Emitter {
     /// The box of what shines.
     pub bounds: Bounds,
     /// What it sends to where it is seen at its brightest, cd, of the brightest channel: a light's intensity, or a triangle's radiance
-    /// times its area; > 0, and at most [`MOST_POWER`], so that what is made of it is finite.
+    /// times its area; > 0, and at most 1e20, so that what is made of it is finite.
     pub power: f32,
     /// Nothing arrives farther from the box than this, m; its square is a finite float.
     pub range: f32,
