@@ -40,8 +40,8 @@ const IMAGES_A_PASS: u32 = 32;
 
 /// Bytes of a pixel's `OpennessSums`.
 const SUMS_BYTES: u64 = 16;
-/// Of its `RadianceSums`.
-const RADIANCE_BYTES: u64 = 32;
+/// The same with radiance.
+const RADIANCE_SUMS_BYTES: u64 = 48;
 
 /// The passes.
 #[derive(Debug)]
@@ -87,8 +87,8 @@ impl DeepOcclusion {
         settings: DeepImageSettings,
         max_distance: Option<f32>,
     ) -> Result<Self, RenderError> {
-        // Distances need no payload.
-        let settings = DeepImageSettings { payload: false, ..settings };
+        // Near fragments are asked for their triangles.
+        let settings = DeepImageSettings { payload: true, ..settings };
         let features = settings.fragment_features();
         let with_image: Vec<&str> = features.iter().copied().chain(["environment"]).collect();
         Ok(Self {
@@ -124,17 +124,16 @@ impl DeepOcclusion {
         let kernels = if cells.is_some() { &self.environment } else { &self.constant };
         let UVec2 { x, y } = surface.size;
         let pixels = u64::from(x) * u64::from(y);
-        let sums = storage_buffer(frame.device, "occlusion/sums", SUMS_BYTES * pixels)?;
-        let radiance_bytes = if cells.is_some() { RADIANCE_BYTES * pixels } else { 0 };
-        let radiance_sums = storage_buffer(frame.device, "occlusion/radiance_sums", radiance_bytes)?;
+        let sums_bytes = if cells.is_some() { RADIANCE_SUMS_BYTES } else { SUMS_BYTES };
+        let sums = storage_buffer(frame.device, "occlusion/sums", sums_bytes * pixels)?;
         let target = openness_target(frame.device, surface.size);
         let environment_sums = sums_target(frame.device, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
         let view_bindings = view.bindings();
-        let light_bindings = scene.environment_light().bindings();
-        let mut shared = view_bindings.with(&surface.bindings()).with(&light_bindings).buffer("openness_sums", &sums);
+        let shared = view_bindings.with(&surface.bindings()).with(&scene.bindings());
+        let mut shared = shared.buffer("openness_sums", &sums);
         if let Some(cells) = cells {
-            shared = shared.buffer("radiance_sums", &radiance_sums).buffer("cell_radiances", cells);
+            shared = shared.buffer("cell_radiances", cells);
         }
         // Half vectors, which lean half as much as directions, are as wide as a direction's cell, whose radius is (2 / count)^½.
         let least_roughness = (2.0 / images.directions.len() as f32).sqrt().sqrt().min(1.0);
