@@ -5,7 +5,7 @@ use lanternfish_gpu::Frame;
 
 use crate::{
     debug_views::DebugViews,
-    deep_images::{KeptDeepImages, directions::rotation_of_frame},
+    deep_images::{KeptDeepImages, directions::rotation_of_turn},
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
     indirect::{IndirectLight, IndirectSums},
@@ -203,9 +203,13 @@ impl Passes {
     }
 }
 
-/// How deep images are turned: frames of one mean look in other directions each.
+/// Frames of one mean that look in the same directions, so that deep images are built once for them. More: fewer builds, and directions
+/// that show for longer (figures: `progressive/README.md`).
+pub(crate) const FRAMES_A_TURN: u32 = 4;
+
+/// How deep images are turned: some frames of one mean after another look in other directions.
 fn rotation_of(view: &View, accumulates: bool) -> Quat {
-    if accumulates { rotation_of_frame(view.frame_index) } else { Quat::IDENTITY }
+    if accumulates { rotation_of_turn(view.frame_index / FRAMES_A_TURN) } else { Quat::IDENTITY }
 }
 
 /// A view after the prepass.

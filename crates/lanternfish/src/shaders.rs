@@ -175,11 +175,7 @@ mod tests {
         Root {
             module: "occlusion/deep/accumulate",
             entries: &["accumulate", "resolve"],
-            choices: &[
-                &["payload"],
-                &["", "linked_list", "sorted_linked_list", "depth_16"],
-                &["", "environment"],
-            ],
+            choices: &[&["payload"], &["", "linked_list", "sorted_linked_list", "depth_16"], &["", "environment"]],
         },
         Root { module: "occlusion/hbao/horizon", entries: &["horizons"], choices: &[] },
         Root { module: "occlusion/hbao/blur", entries: &["blur_across", "blur_down"], choices: &[] },

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec3};
 
-pub use self::rotations::rotation_of_frame;
+pub use self::rotations::rotation_of_turn;
 
 /// Which directions there are deep images of. The pole of a set is +y until it is turned ([`Directions::rotated`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use crate::{
     Renderer, Settings,
     deep_images::{
         DeepImageBuilder, DeepImages, KeptDeepImages,
-        directions::{DirectionSet, rotation_of_frame},
+        directions::{DirectionSet, rotation_of_turn},
     },
     settings::{DeepBuilder, DeepImageSettings, Shadows},
     testing::{Random, apart, moved, probe},
@@ -57,7 +57,7 @@ fn gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned() {
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
         let straight = builder.record(&mut frame, &scene).unwrap();
-        builder.set_rotation(rotation_of_frame(frame_index));
+        builder.set_rotation(rotation_of_turn(frame_index));
         let images = builder.record(&mut frame, &scene).unwrap();
         let asked = storage_buffer_of(&gpu.device, "queries", &queries, wgpu::BufferUsages::empty()).unwrap();
         let answers = storage_buffer(&gpu.device, "answers", 16 * queries.len() as u64).unwrap();
@@ -97,7 +97,7 @@ fn gpu_images_of_a_turned_set_are_of_its_axes() {
         frame.submit();
         images
     };
-    let (straight, turned, back) = (record(Quat::IDENTITY), record(rotation_of_frame(6)), record(Quat::IDENTITY));
+    let (straight, turned, back) = (record(Quat::IDENTITY), record(rotation_of_turn(6)), record(Quat::IDENTITY));
     for (chunk, other) in turned.chunks.iter().zip(&straight.chunks) {
         let (found, exact) = (lists(gpu, &turned, chunk), super::exact(gpu, &scene, &turned, chunk));
         let texel = 1.0 / chunk.grid.texels_per_metre;
@@ -141,7 +141,7 @@ fn gpu_images_are_built_again_only_when_something_has_changed() {
     assert!(second.0 == 2 && second.1 != first.1);
     assert_eq!(ask(&mut kept, &uploaded, straight), second);
     // The set turns, and stays.
-    let turned = rotation_of_frame(3);
+    let turned = rotation_of_turn(3);
     assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
     assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
     // Another scene, and other settings.

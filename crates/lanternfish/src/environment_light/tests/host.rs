@@ -5,7 +5,7 @@ use lanternfish_scene::Material;
 
 use super::{half_white, image};
 use crate::{
-    deep_images::directions::{Directions, rotation_of_frame},
+    deep_images::directions::{Directions, rotation_of_turn},
     environment_light::{
         brdf_shares::{LEAST_ROUGHNESS, shares},
         samples::{by_normal, cell_radiances, harmonics, samples_of, sun_of},
@@ -37,7 +37,7 @@ fn every_direction_has_the_mean_of_what_is_near_it() {
     let even = samples_of(&image(32, 16, 0.0, |_| Vec3::new(0.3, 1.0, 7.0)));
     let half = samples_of(&half_white());
     for frame in [None, Some(0), Some(7)] {
-        let turned = set.rotated(frame.map_or(Quat::IDENTITY, rotation_of_frame));
+        let turned = set.rotated(frame.map_or(Quat::IDENTITY, rotation_of_turn));
         let cells = cell_radiances(&even, &turned);
         let off = cells.iter().map(|cell| (*cell - Vec4::new(0.3, 1.0, 7.0, 0.0)).length());
         assert!(off.fold(0.0, f32::max) < 1e-6);
@@ -50,7 +50,7 @@ fn every_direction_has_the_mean_of_what_is_near_it() {
         };
         assert_eq!(wrong(&turned), 0);
         // It can fail: cells of a set that is turned otherwise.
-        assert!(wrong(&set.rotated(rotation_of_frame(3))) > 50);
+        assert!(wrong(&set.rotated(rotation_of_turn(3))) > 50);
     }
     // The largest set has cells smaller than the pieces at the equator: none is black for it.
     let largest = Directions::new(DirectionSet::ZonalEqualArea { count: Directions::MAX_COUNT }).unwrap();
