@@ -1,17 +1,10 @@
-//! What a tree knows of an emitter, or of all emitters below a node, and what it may send to a place.
+//! What is known of an emitter, or of several together.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 
 use crate::{Bounds, Light, LightKind, shading::UNBOUNDED};
-
-/// Rounding of cosines must not lose a light that grazes.
-const COSINE_ERROR: f32 = 1e-3;
-/// Least factor of facing, and of leaving along the normal: what only grazes is rarely chosen, never left out.
-const LEAST_COSINE: f32 = 0.02;
-/// Least factor of the fading towards the range; functions that end in a step are as bright there as before.
-const LEAST_WINDOW: f32 = 0.01;
 
 /// Largest [`Emitter::power`]: what sends more is chosen as rarely as this.
 const MOST_POWER: f32 = 1e20;
@@ -24,7 +17,7 @@ pub struct Emitter {
     /// What it sends to where it is seen at its brightest, cd, of the brightest channel: a light's intensity, or a triangle's radiance
     /// times its area; > 0, and at most 1e20, so that what is made of it is finite.
     pub power: f32,
-    /// Nothing arrives farther from the box than this, m; its square is a finite float.
+    /// Nothing arrives farther from the box than this, m.
     pub range: f32,
     /// Which ways they shine.
     pub cone: Cone,
@@ -39,17 +32,6 @@ pub struct Cone {
     pub cos_spread: f32,
     /// Cosine of the angle that light leaves within; 0 at least.
     pub cos_reach: f32,
-}
-
-/// A surface that light may arrive at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Receiver {
-    /// World space, m.
-    pub p: Vec3,
-    /// Unit.
-    pub normal: Vec3,
-    /// Light from behind counts too.
-    pub is_transmitting: bool,
 }
 
 impl Cone {
@@ -108,44 +90,4 @@ impl Emitter {
         let cone = self.cone.joined(&other.cone);
         Self { bounds, power: (self.power + other.power).min(MOST_POWER), range: self.range.max(other.range), cone }
     }
-
-    /// What may arrive at a surface, up to a factor [Conty2018, eq. 3]. Zero only where nothing does.
-    pub fn importance(&self, receiver: &Receiver) -> f32 {
-        let Bounds { min, max } = self.bounds;
-        let p = receiver.p;
-        let away_squared = p.distance_squared(p.clamp(min, max));
-        let range_squared = self.range * self.range;
-        if away_squared >= range_squared {
-            return 0.0;
-        }
-        let along = away_squared / range_squared;
-        let window = (1.0 - along * along).max(LEAST_WINDOW);
-        // Seen from p, all lies in the sphere around the box.
-        let (center, half) = (0.5 * (min + max), 0.5 * (max - min));
-        let towards = center - p;
-        let (squared, radius_squared) = (towards.length_squared(), half.length_squared());
-        let (mut facing, mut leaving) = (1.0, 1.0);
-        if squared > radius_squared {
-            let wi = towards / squared.sqrt();
-            let sine_squared = radius_squared / squared;
-            let (sine, cosine) = (sine_squared.sqrt(), (1.0 - sine_squared).sqrt());
-            facing = nearer(receiver.normal.dot(wi), cosine, sine);
-            leaving = nearer(-self.cone.axis.dot(wi), cosine, sine);
-        }
-        let Cone { cos_spread, cos_reach, .. } = self.cone;
-        leaving = nearer(leaving, cos_spread, (1.0 - cos_spread * cos_spread).max(0.0).sqrt());
-        if leaving < cos_reach - COSINE_ERROR || (facing < -COSINE_ERROR && !receiver.is_transmitting) {
-            return 0.0;
-        }
-        let distance_squared = squared.max(radius_squared).max(1e-12);
-        self.power * window * facing.max(LEAST_COSINE) * leaving.max(LEAST_COSINE) / distance_squared
-    }
-}
-
-/// Cosine of an angle (of this cosine) less another one, which is 0 at the least.
-fn nearer(cosine: f32, by_cosine: f32, by_sine: f32) -> f32 {
-    if cosine >= by_cosine {
-        return 1.0;
-    }
-    cosine * by_cosine + (1.0 - cosine * cosine).max(0.0).sqrt() * by_sine
 }

@@ -1,15 +1,20 @@
 //! A tree over emitters that have a place, from which one is chosen by what it may send to a surface `[Conty2018]`.
 //!
-//! 1. Build: halve the emitters at their median along the longest side of the box of their centres. Depth is the logarithm of the
-//!    count, whatever lies on one spot; the same emitters give the same tree.
-//! 2. Choose: walk down, at each node to either child by its importance, a bound of what it may send ([`Emitter::importance`]).
+//! 1. Build: halve the emitters at their median along the longest side of the box of their centres, as often as it takes for one to be left:
+//!    all leaves lie on the last level, and of a power of two. Depth is the logarithm of the count, whatever lies on one spot; the same
+//!    emitters give the same tree.
+//! 2. Choose: walk down, at each node to either child by its importance, a bound of what it may send ([`Bound::importance`]).
 //! 3. The chance of an emitter: climb from its leaf, and multiply.
+//!
+//! Node `i` has the children `2 i + 1` and `2 i + 2`, so that nothing but what shines need be read on the way.
 
+mod bound;
 mod emitter;
 #[cfg(test)]
 mod tests;
 
-pub use emitter::{Cone, Emitter, Receiver};
+pub use bound::{Bound, Receiver};
+pub use emitter::{Cone, Emitter};
 
 use crate::Bounds;
 
@@ -17,13 +22,9 @@ use crate::Bounds;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
     /// What shines below it.
-    pub emitters: Emitter,
-    /// Of an inner node, the second child's index, the first being next; of a leaf, the emitter's.
+    pub bound: Bound,
+    /// Of a leaf, the emitter's number.
     pub link: u32,
-    /// Whether it is one emitter.
-    pub is_leaf: bool,
-    /// Index of the node above; the root's is its own.
-    pub parent: u32,
 }
 
 /// Emitters, and how one of them is chosen. They are numbered as they were given.
@@ -31,43 +32,43 @@ pub struct Node {
 pub struct LightTree {
     nodes: Vec<Node>,
     leaves: Vec<u32>,
+    depth: u32,
 }
 
 impl LightTree {
-    /// Over at most 2³¹ emitters, each of a power above 0 and with finite bounds.
+    /// Over at most 2³⁰ emitters, each of a power above 0 and with finite bounds.
     pub fn new(emitters: &[Emitter]) -> Self {
-        let mut tree = Self { nodes: Vec::with_capacity(2 * emitters.len()), leaves: vec![0; emitters.len()] };
-        let mut order: Vec<u32> = (0..emitters.len() as u32).collect();
-        if !order.is_empty() {
-            tree.build(emitters, &mut order, 0);
+        if emitters.is_empty() {
+            return Self::default();
         }
+        let last_level = emitters.len().next_power_of_two();
+        let nodes = vec![Node { bound: Bound::NONE, link: 0 }; 2 * last_level - 1];
+        let mut tree = Self { nodes, leaves: vec![0; emitters.len()], depth: last_level.ilog2() };
+        let mut order: Vec<u32> = (0..emitters.len() as u32).collect();
+        tree.build(emitters, &mut order, 0, tree.depth);
         tree
     }
 
-    fn build(&mut self, emitters: &[Emitter], order: &mut [u32], parent: u32) -> Emitter {
-        let index = self.nodes.len();
-        if let [emitter] = *order {
-            let own = emitters[emitter as usize];
-            self.nodes.push(Node { emitters: own, link: emitter, is_leaf: true, parent });
-            self.leaves[emitter as usize] = index as u32;
-            return own;
-        }
-        let center = |e: u32| emitters[e as usize].bounds.center();
-        let mut centers = Bounds::EMPTY;
-        order.iter().for_each(|e| centers.add_point(center(*e)));
-        let axis = centers.size().max_position();
-        let middle = order.len() / 2;
-        order.select_nth_unstable_by(middle, |a, b| center(*a)[axis].total_cmp(&center(*b)[axis]).then(a.cmp(b)));
-        let (first, second) = order.split_at_mut(middle);
-        self.nodes.push(Node { emitters: emitters[first[0] as usize], link: 0, is_leaf: false, parent });
-        let a = self.build(emitters, first, index as u32);
-        self.nodes[index].link = self.nodes.len() as u32;
-        let b = self.build(emitters, second, index as u32);
-        self.nodes[index].emitters = a.joined(&b);
-        self.nodes[index].emitters
+    /// Fills a node and the `levels` below it; gives what shines there.
+    fn build(&mut self, emitters: &[Emitter], order: &mut [u32], index: usize, levels: u32) -> Emitter {
+        let joined = match *order {
+            [emitter] if levels == 0 => {
+                self.nodes[index].link = emitter;
+                self.leaves[emitter as usize] = index as u32;
+                emitters[emitter as usize]
+            }
+            [_] => self.build(emitters, order, 2 * index + 1, levels - 1),
+            _ => {
+                let (first, second) = halves(emitters, order);
+                let first = self.build(emitters, first, 2 * index + 1, levels - 1);
+                first.joined(&self.build(emitters, second, 2 * index + 2, levels - 1))
+            }
+        };
+        self.nodes[index].bound = Bound::new(&joined);
+        joined
     }
 
-    /// From the root on, each inner node followed by its first child.
+    /// Level by level, from the root on.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
@@ -77,6 +78,11 @@ impl LightTree {
         &self.leaves
     }
 
+    /// Levels below the root.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
     /// Whether there are no emitters.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
@@ -84,8 +90,8 @@ impl LightTree {
 
     /// Chance of the first child of an inner node; `None` where neither matters.
     fn first_chance(&self, index: usize, receiver: &Receiver) -> Option<f64> {
-        let importance = |i: usize| f64::from(self.nodes[i].emitters.importance(receiver));
-        let (first, second) = (importance(index + 1), importance(self.nodes[index].link as usize));
+        let importance = |i: usize| f64::from(self.nodes[i].bound.importance(receiver));
+        let (first, second) = (importance(2 * index + 1), importance(2 * index + 2));
         let sum = first + second;
         (sum > 0.0).then(|| first / sum)
     }
@@ -95,16 +101,16 @@ impl LightTree {
     pub fn choose(&self, receiver: &Receiver, mut u: f64) -> Option<(u32, f64)> {
         let (mut index, mut chance) = (0, 1.0);
         self.nodes.first()?;
-        while !self.nodes[index].is_leaf {
+        for _ in 0..self.depth {
             let first = self.first_chance(index, receiver)?;
+            index = 2 * index + 1;
             if u < first {
                 u /= first;
                 chance *= first;
-                index += 1;
             } else {
                 u = (u - first) / (1.0 - first);
                 chance *= 1.0 - first;
-                index = self.nodes[index].link as usize;
+                index += 1;
             }
         }
         Some((self.nodes[index].link, chance))
@@ -114,11 +120,22 @@ impl LightTree {
     pub fn chance(&self, receiver: &Receiver, emitter: u32) -> f64 {
         let (mut index, mut chance) = (self.leaves[emitter as usize] as usize, 1.0);
         while index != 0 {
-            let parent = self.nodes[index].parent as usize;
+            let parent = (index - 1) / 2;
             let Some(first) = self.first_chance(parent, receiver) else { return 0.0 };
-            chance *= if index == parent + 1 { first } else { 1.0 - first };
+            chance *= if index % 2 == 1 { first } else { 1.0 - first };
             index = parent;
         }
         chance
     }
+}
+
+/// Of two emitters and more, the lower and the upper half along the longest side of the box of their centres.
+fn halves<'a>(emitters: &[Emitter], order: &'a mut [u32]) -> (&'a mut [u32], &'a mut [u32]) {
+    let center = |e: u32| emitters[e as usize].bounds.center();
+    let mut centers = Bounds::EMPTY;
+    order.iter().for_each(|e| centers.add_point(center(*e)));
+    let axis = centers.size().max_position();
+    let middle = order.len() / 2;
+    order.select_nth_unstable_by(middle, |a, b| center(*a)[axis].total_cmp(&center(*b)[axis]).then(a.cmp(b)));
+    order.split_at_mut(middle)
 }

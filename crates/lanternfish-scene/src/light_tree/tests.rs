@@ -149,15 +149,7 @@ fn a_million_in_one_place_are_a_shallow_tree() {
     let light = Light::point(Vec3::ONE, Vec3::ONE);
     let emitters = vec![Emitter::of_light(&light, 5.0, 0.0); 1 << 20];
     let tree = LightTree::new(&emitters);
-    let depth = |leaf: u32| {
-        let mut index = leaf as usize;
-        let mut depth = 0;
-        while index != 0 {
-            (index, depth) = (tree.nodes()[index].parent as usize, depth + 1);
-        }
-        depth
-    };
-    assert_eq!(tree.leaves().iter().step_by(9973).map(|leaf| depth(*leaf)).max(), Some(20));
+    assert_eq!((tree.depth(), tree.nodes().len()), (20, (1 << 21) - 1));
     assert_eq!(tree, LightTree::new(&emitters));
 }
 
@@ -174,5 +166,32 @@ fn cones_hold_what_they_are_made_of() {
             let holds = both.cos_spread == -1.0 || between + part.cos_spread.acos() <= both.cos_spread.acos() + 2e-3;
             assert!(holds, "{part:?} not in {both:?}");
         }
+    }
+}
+
+#[test]
+fn what_a_node_keeps_holds_all_that_is_below_it() {
+    for count in [1, 2, 3, 5, 33, 600] {
+        let (emitters, _) = emitters(count);
+        let tree = LightTree::new(&emitters);
+        for (emitter, leaf) in emitters.iter().zip(tree.leaves()) {
+            let mut index = *leaf as usize;
+            loop {
+                let node = tree.nodes()[index].bound;
+                let beyond = (node.center - emitter.bounds.center()).abs() + 0.5 * emitter.bounds.size() - node.half;
+                assert!(beyond.max_element() < 1e-5, "{count}: {node:?}");
+                assert!(node.power >= emitter.power && node.inverse_range * emitter.range <= 1.00001, "{node:?}");
+                assert!(node.cos_reach <= emitter.cone.cos_reach, "{count}: {node:?}");
+                let aside = node.axis.cross(emitter.cone.axis).length();
+                assert!(node.sin_spread == 1.0 || aside <= node.sin_spread + 1e-5, "{count}: {node:?}");
+                if index == 0 {
+                    break;
+                }
+                index = (index - 1) / 2;
+            }
+        }
+        // As few bits as a device keeps.
+        let is_short = |v: f32| v.to_bits() & 0xffff == 0;
+        assert!(tree.nodes().iter().all(|n| is_short(n.bound.power) && is_short(n.bound.inverse_range)));
     }
 }

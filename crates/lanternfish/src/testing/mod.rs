@@ -13,7 +13,7 @@ use lanternfish_scene::{Bounds, Instance, Material, Mesh, Primitive, Scene};
 
 use crate::shaders::SHADERS;
 
-const PROBES: [ShaderSource; 10] = [
+const PROBES: [ShaderSource; 11] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
@@ -22,6 +22,7 @@ const PROBES: [ShaderSource; 10] = [
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
     ("testing/random", include_str!("random.wesl")),
+    ("testing/roulette", include_str!("roulette.wesl")),
     ("testing/segments", include_str!("segments.wesl")),
     ("testing/unmarked", include_str!("unmarked.wesl")),
 ];

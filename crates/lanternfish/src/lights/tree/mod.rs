@@ -8,7 +8,7 @@ use glam::Vec3;
 use lanternfish_gpu::{Bindings, GpuError, gpu_struct, storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::{
     LightKind, Scene,
-    light_tree::{Emitter, LightTree},
+    light_tree::{Bound, Emitter, LightTree},
 };
 
 use crate::settings::Settings;
@@ -17,25 +17,18 @@ gpu_struct! {
     /// A node of a tree over emitters; world space, m.
     pub struct LightNode {
         /// Of the box of what shines.
-        min: Vec3,
-        /// Radiant intensity, or radiance times area, of the brightest channel.
-        power: f32,
-        /// Of the box of what shines.
-        max: Vec3,
-        /// Nothing arrives farther from the box than this.
-        range: f32,
-        /// Of the cone that holds the normals, unit.
-        axis: Vec3,
-        /// Cosine of its half angle.
-        cos_spread: f32,
-        /// Cosine of the largest angle between a normal and the light that leaves.
-        cos_reach: f32,
-        /// Inner: the second child, the first being next; leaf: the light, or the triangle.
+        center: Vec3,
+        /// Two floats of 16 bits: radiant intensity, or radiance times area, of the brightest channel (low); 1/m, over the distance
+        /// from the box beyond which nothing arrives (high).
+        power_and_range: u32,
+        /// Two floats of 16 bits: half the box's size, x (low), y (high).
+        half_xy: u32,
+        /// The same: z (low); sine of the half angle of the cone about which normals lie (high).
+        half_z_and_spread: u32,
+        /// Four snorms: axis of that cone; cosine of the largest angle between a normal and the light that leaves.
+        cone: u32,
+        /// Of a leaf: the light, or the triangle.
         link: u32,
-        /// The node above; a root's is its own.
-        parent: u32,
-        /// 1: one emitter.
-        is_leaf: u32,
     }
 }
 
@@ -44,20 +37,20 @@ gpu_struct! {
     pub struct LightTrees {
         /// Emissive triangles; their root is node 0.
         triangle_count: u32,
+        /// Levels below it.
+        triangle_depth: u32,
         /// Root of the lights with a place.
         first_light: u32,
         /// How many of them.
         light_count: u32,
-        /// First leaf of the directional lights.
+        /// Levels below it.
+        light_depth: u32,
+        /// First of the directional lights.
         first_sun: u32,
         /// How many of them.
         sun_count: u32,
         /// Unused.
-        _pad_a: u32,
-        /// Unused.
-        _pad_b: u32,
-        /// Unused.
-        _pad_c: u32,
+        _pad: u32,
     }
 }
 
@@ -143,13 +136,16 @@ fn pack(scene: &Scene, settings: &Settings, triangles: &[EmissiveTriangle], tree
             Emitter::of_light(light, range, 0.0)
         })
         .collect();
-    append(&mut nodes, &LightTree::new(&emitters), |i| placed[i as usize] as u32);
+    let lights = LightTree::new(&emitters);
+    append(&mut nodes, &lights, |i| placed[i as usize] as u32);
     let first_sun = nodes.len() as u32;
-    nodes.extend(suns.iter().map(|i| LightNode { link: *i as u32, is_leaf: 1, ..LightNode::default() }));
+    nodes.extend(suns.iter().map(|i| LightNode { link: *i as u32, ..LightNode::default() }));
     let trees = LightTrees {
         triangle_count: triangles.len() as u32,
+        triangle_depth: tree.depth(),
         first_light,
         light_count: placed.len() as u32,
+        light_depth: lights.depth(),
         first_sun,
         sun_count: suns.len() as u32,
         ..LightTrees::default()
@@ -159,20 +155,20 @@ fn pack(scene: &Scene, settings: &Settings, triangles: &[EmissiveTriangle], tree
 
 /// Puts a tree behind the nodes that are there; `link_of` an emitter.
 fn append(nodes: &mut Vec<LightNode>, tree: &LightTree, link_of: impl Fn(u32) -> u32) {
-    let first = nodes.len() as u32;
-    nodes.extend(tree.nodes().iter().map(|node| {
-        let Emitter { bounds, power, range, cone } = node.emitters;
+    let first_leaf = (1 << tree.depth()) - 1;
+    nodes.extend(tree.nodes().iter().enumerate().map(|(i, node)| {
+        let Bound { center, half, power, inverse_range, axis, cos_reach, sin_spread } = node.bound;
+        let is_leaf = i >= first_leaf && power > 0.0;
+        // The lower halves of these floats are zero.
+        let together = |low: f32, high: f32| (low.to_bits() >> 16) | high.to_bits();
+        let cone = axis.extend(cos_reach).to_array().map(|v| (v * 127.0).round() as i8 as u8);
         LightNode {
-            min: bounds.min,
-            power,
-            max: bounds.max,
-            range,
-            axis: cone.axis,
-            cos_spread: cone.cos_spread,
-            cos_reach: cone.cos_reach,
-            link: if node.is_leaf { link_of(node.link) } else { first + node.link },
-            parent: first + node.parent,
-            is_leaf: u32::from(node.is_leaf),
+            center,
+            power_and_range: together(power, inverse_range),
+            half_xy: together(half.x, half.y),
+            half_z_and_spread: together(half.z, sin_spread),
+            cone: u32::from_le_bytes(cone),
+            link: if is_leaf { link_of(node.link) } else { 0 },
         }
     }));
 }

@@ -1,0 +1,107 @@
+//! What a node of the tree keeps of what shines below it, and what that may send to a place.
+
+use glam::Vec3;
+
+use super::{Cone, Emitter};
+
+/// Rounding must not lose a light that grazes.
+const COSINE_ERROR: f32 = 1e-3;
+/// Least factor of facing, and of leaving along the normal: what only grazes is rarely chosen, never left out.
+const LEAST_COSINE: f32 = 0.02;
+/// Least factor of the fading towards the range; functions that end in a step are as bright there as before.
+const LEAST_WINDOW: f32 = 0.01;
+/// Least distance that counts, m.
+const LEAST_DISTANCE: f32 = 1e-6;
+/// Largest of the integers of a snorm of 8 bits.
+const SNORM: f32 = 127.0;
+/// Of the axis, from rounding three such numbers: half a step each.
+const AXIS_ERROR: f32 = 0.87 / SNORM;
+
+/// Emitters within a box, as a device keeps them: rounded to the side of what arrives more.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    /// Of the box, world space, m.
+    pub center: Vec3,
+    /// Half its size, m; floats of 16 bits.
+    pub half: Vec3,
+    /// Radiant intensity, or radiance times area, of the brightest channel; a float of 16 bits. 0: nothing shines.
+    pub power: f32,
+    /// Over the distance from the box beyond which nothing arrives, 1/m; a float of 16 bits.
+    pub inverse_range: f32,
+    /// Normals lie about it; three snorms of 8 bits, nearly unit. Zero: every way.
+    pub axis: Vec3,
+    /// Cosine of the angle to a normal that light leaves within; a snorm of 8 bits.
+    pub cos_reach: f32,
+    /// Sine of the largest angle between axis and normals, and what rounding adds; 1 where that is a right angle or more. A float of 16
+    /// bits.
+    pub sin_spread: f32,
+}
+
+/// A surface that light may arrive at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// World space, m.
+    pub p: Vec3,
+    /// Unit.
+    pub normal: Vec3,
+    /// Light from behind counts too.
+    pub is_transmitting: bool,
+}
+
+impl Bound {
+    /// Nothing: fills a tree's last levels.
+    pub(super) const NONE: Self = Self {
+        center: Vec3::ZERO,
+        half: Vec3::ZERO,
+        power: 0.0,
+        inverse_range: 1.0,
+        axis: Vec3::ZERO,
+        cos_reach: 0.0,
+        sin_spread: 1.0,
+    };
+
+    pub(super) fn new(emitter: &Emitter) -> Self {
+        let Emitter { bounds, power, range, cone: Cone { axis, cos_spread, cos_reach } } = *emitter;
+        let down = |v: f32| f32::from_bits(v.to_bits() & 0xffff_0000);
+        let up = |v: f32| f32::from_bits(v.to_bits().saturating_add(0xffff) & 0xffff_0000);
+        let is_cone = cos_spread > 0.0;
+        let sin_spread = (1.0 - cos_spread * cos_spread).max(0.0).sqrt() + AXIS_ERROR;
+        Self {
+            center: bounds.center(),
+            half: (0.5 * bounds.size()).map(up),
+            power: up(power),
+            inverse_range: down(1.0 / range),
+            axis: if is_cone { (axis * SNORM).round() / SNORM } else { Vec3::ZERO },
+            cos_reach: if is_cone { (cos_reach * SNORM).floor() / SNORM } else { 0.0 },
+            sin_spread: if is_cone { up(sin_spread.min(1.0)) } else { 1.0 },
+        }
+    }
+
+    /// What may arrive at a surface, up to a factor [Conty2018, eq. 3]. Zero only where nothing does.
+    ///
+    /// Where a direction, a normal or the axis may lie within an angle of what is known, its sine is added to the cosine. For acute
+    /// angles that is at least the cosine of their difference, and it is below zero only where that difference is obtuse.
+    pub fn importance(&self, receiver: &Receiver) -> f32 {
+        let towards = self.center - receiver.p;
+        // Seen from p, all lies in the sphere around the box.
+        let (squared, radius_squared) = (towards.length_squared(), self.half.length_squared());
+        let inverse = 1.0 / squared.max(radius_squared).max(LEAST_DISTANCE * LEAST_DISTANCE).sqrt();
+        let sine = radius_squared.sqrt() * inverse;
+        let away = (towards.abs() - self.half).max(Vec3::ZERO);
+        let along_squared = away.length_squared() * self.inverse_range * self.inverse_range;
+        let facing = receiver.normal.dot(towards) * inverse + sine;
+        let forwards = -self.axis.dot(towards) * inverse;
+        let leaving = forwards + sine + self.sin_spread;
+        let reaching = forwards.max(0.0) + sine + self.sin_spread;
+        if along_squared >= 1.0
+            || (facing < -COSINE_ERROR && !receiver.is_transmitting)
+            || leaving < -COSINE_ERROR
+            || reaching < self.cos_reach - COSINE_ERROR
+        {
+            return 0.0;
+        }
+        let window = (1.0 - along_squared * along_squared).max(LEAST_WINDOW);
+        let cosines = facing.clamp(LEAST_COSINE, 1.0) * leaving.clamp(LEAST_COSINE, 1.0);
+        self.power * window * cosines * inverse * inverse
+    }
+}
