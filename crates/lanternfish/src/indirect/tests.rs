@@ -306,13 +306,13 @@ fn gpu_rays_are_counted() {
     assert!((6 * pixels..=7 * pixels).contains(&rays), "{rays} of {pixels} pixels");
     assert_eq!([hits, emitter_rays], [rays, 0]);
     assert!(shadow_rays > rays / 2 && shadow_rays < rays, "{shadow_rays} of {rays}");
-    // One side shines: of three diffuse rays' pixels two look for it, but from that side itself, which faces none of it.
+    // One side shines, dimly beside the light: of three diffuse rays' pixels two look for it, and one of 16 of these rays is traced at least.
     let shining = Material { emissive: Vec3::ONE, ..matt(0.5) };
     room.materials.push(shining);
     room.meshes[0].primitives[2].material = 1;
     let behind = looking([0.0, 0.5, 0.0], [0.0, -1.0, 0.1]);
     let looked = counted(&room, &behind)[3];
-    assert!(looked > pixels / 2 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
+    assert!(looked > pixels / 10 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
     let down = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let [rays, hits, shadow_rays, _] = counted(&floor(matt(0.5)), &down);
     // Of rays over a floor those count that go up, all but a few that leave it at the very edge of the hemisphere.
