@@ -62,6 +62,7 @@ meanings! {
     }
     DeepBuilder {
         SinglePass: "All images from one draw of the scene",
+        PerTriangle: "By arithmetic from every triangle: exact",
         PerDirection: "A draw for each direction: exact, and slow",
         DepthPeeling: "A draw for each layer of surfaces: the yardstick, slowest",
     }

@@ -113,6 +113,7 @@ mod tests {
         Root { module: "light_culling/clustered/assign", entries: &["count", "write"], choices: &[&["", "hierarchy"]] },
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[TURNS] },
+        Root { module: "deep_images/build/per_triangle", entries: &["put"], choices: &[TURNS] },
         Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[TURNS] },
         Root { module: "deep_images/build/depth_peeling", entries: &["vertex", "fragment"], choices: &[] },
         Root { module: "deep_images/build/peeled", entries: &["keep", "put"], choices: &[TURNS] },

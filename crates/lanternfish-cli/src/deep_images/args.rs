@@ -153,6 +153,8 @@ impl DeepImageArgs {
         // The single pass draws along three axes side by side.
         let drawn = match self.builder {
             DeepBuilder::SinglePass => 3 * self.resolution * self.supersampling,
+            // Nothing is.
+            DeepBuilder::PerTriangle => 0,
             DeepBuilder::PerDirection | DeepBuilder::DepthPeeling => self.resolution,
         };
         if drawn > limit {

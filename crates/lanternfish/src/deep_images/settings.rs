@@ -49,6 +49,8 @@ named_enum! {
     DeepBuilder {
         /// All from one draw of the scene [Archer2019, §3.1].
         SinglePass = "single_pass",
+        /// Every triangle is put into each image's texels by arithmetic: what a draw for each direction finds, without one.
+        PerTriangle = "per_triangle",
         /// A draw for each direction: the yardstick.
         PerDirection = "per_direction",
         /// A draw for each layer of surfaces [Niessner2010, §3.1]: the yardstick of both.

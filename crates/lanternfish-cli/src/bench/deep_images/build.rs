@@ -91,6 +91,7 @@ pub fn build(
     let step = |name: &str| 0.0 + times(name).iter().sum::<f64>();
     let draws: &[&str] = match settings.builder {
         DeepBuilder::SinglePass => &["deep_images/sample"],
+        DeepBuilder::PerTriangle => &[],
         DeepBuilder::PerDirection => &["deep_images/count", "deep_images/fill"],
         // One for each layer of surfaces, and one that finds no more.
         DeepBuilder::DepthPeeling => &["deep_images/count/draw"],

@@ -54,10 +54,12 @@ pub fn groups(quick: bool, single_pass_only: bool) -> Vec<Group> {
     if !single_pass_only {
         let rows = vec![
             by(DeepBuilder::SinglePass, few),
+            by(DeepBuilder::PerTriangle, few),
             by(DeepBuilder::PerDirection, few),
             // Takes minutes for all directions.
             by(DeepBuilder::DepthPeeling, few),
             by(DeepBuilder::SinglePass, all),
+            by(DeepBuilder::PerTriangle, all),
             by(DeepBuilder::PerDirection, all),
         ];
         groups.push(Group { title: "Builders", rows, beside_exact: false });

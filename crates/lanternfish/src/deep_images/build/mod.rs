@@ -2,6 +2,7 @@
 
 mod depth_peeling;
 mod per_direction;
+mod per_triangle;
 mod single_pass;
 
 use glam::{Quat, UVec2};
@@ -11,6 +12,7 @@ pub use self::depth_peeling::PeeledFragment;
 use self::{
     depth_peeling::DepthPeeling,
     per_direction::PerDirection,
+    per_triangle::PerTriangle,
     single_pass::{Samples, SinglePass},
 };
 use super::{
@@ -31,6 +33,8 @@ use crate::{
 enum Builder {
     /// The scene is drawn once into samples, which are then put into all images.
     SinglePass(SinglePass),
+    /// Every triangle is put into all images by arithmetic.
+    PerTriangle(PerTriangle),
     /// The scene is drawn for each image.
     PerDirection(PerDirection),
     /// The scene is drawn for each layer of surfaces, of all images at once.
@@ -50,6 +54,7 @@ impl Builder {
     fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         Ok(match settings.builder {
             DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
+            DeepBuilder::PerTriangle => Self::PerTriangle(PerTriangle::new(device, settings)?),
             DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
             DeepBuilder::DepthPeeling => Self::DepthPeeling(DepthPeeling::new(device, settings)?),
         })
@@ -59,7 +64,7 @@ impl Builder {
     fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, grid: &DeepGrid) -> Result<Found, RenderError> {
         match self {
             Self::SinglePass(builder) => builder.sample(frame, scene, grid).map(Found::Samples),
-            Self::PerDirection(_) | Self::DepthPeeling(_) => Ok(Found::Nothing),
+            Self::PerTriangle(_) | Self::PerDirection(_) | Self::DepthPeeling(_) => Ok(Found::Nothing),
         }
     }
 
@@ -74,6 +79,7 @@ impl Builder {
     ) -> Result<(), RenderError> {
         match (self, found) {
             (Self::SinglePass(builder), Found::Samples(samples)) => builder.gather(frame, samples, turn, bindings),
+            (Self::PerTriangle(builder), _) => builder.gather(frame, turn, grid, bindings),
             (Self::PerDirection(builder), _) => builder.gather(frame, turn, grid, bindings),
             (Self::DepthPeeling(builder), _) => builder.gather(frame, turn, grid, bindings)?,
             (Self::SinglePass(_), Found::Nothing) => unreachable!("a single pass has taken its samples"),
@@ -186,7 +192,7 @@ impl DeepImageBuilder {
         let most = images_that_fit(entries, self.settings.resolution, self.settings.fragments_a_texel);
         match self.builder {
             Builder::DepthPeeling(_) => most.min(DepthPeeling::most_images(device, self.settings.resolution)),
-            Builder::SinglePass(_) | Builder::PerDirection(_) => most,
+            Builder::SinglePass(_) | Builder::PerTriangle(_) | Builder::PerDirection(_) => most,
         }
     }
 }
