@@ -4,6 +4,7 @@ mod atrium;
 mod build;
 mod cornell;
 mod furnace;
+mod hall;
 mod hash;
 mod rain;
 mod random;
@@ -25,9 +26,11 @@ use crate::{Scene, SceneError};
 /// - `cornell`: the Cornell box, 2 m high, y = 0 at its floor, lit by a point light under its lamp.
 /// - `furnace`: two rows of white spheres of rising roughness under a white sky of radiance 1, and a directional light
 ///   that shows them as long as the sky lights nothing.
+/// - `hall`: a vaulted hall of 16 × 30 × 17 m in a dark outer shell, turned by 30° about each axis: what a structure that rays are traced
+///   through leaves out shows as darkness.
 /// - `street`: a street of 240 m at night, about a million placed triangles and several hundred lamps, y = 0 at the
 ///   asphalt. For scale.
-pub const DEMOS: &[&str] = &["atrium", "cornell", "furnace", "street"];
+pub const DEMOS: &[&str] = &["atrium", "cornell", "furnace", "hall", "street"];
 
 /// The generated scene of that name. Deterministic; takes a fraction of a second.
 pub fn demo(name: &str) -> Result<Scene, SceneError> {
@@ -35,6 +38,7 @@ pub fn demo(name: &str) -> Result<Scene, SceneError> {
         "atrium" => Ok(atrium::atrium()),
         "cornell" => Ok(cornell::cornell()),
         "furnace" => Ok(furnace::furnace()),
+        "hall" => Ok(hall::hall()),
         "street" => Ok(street::street()),
         _ => Err(SceneError::UnknownDemo { name: name.to_owned(), known: DEMOS.join(", ") }),
     }

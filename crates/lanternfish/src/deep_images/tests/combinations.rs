@@ -200,6 +200,13 @@ fn gpu_every_combination_with_a_draw_for_each_direction_is_the_twins() {
 }
 
 #[test]
+fn gpu_every_combination_by_triangle_is_the_twins() {
+    let Some(gpu) = testing::gpu("gpu_every_combination_by_triangle_is_the_twins") else { return };
+    // As with a draw for each direction.
+    check_all(gpu, DeepBuilder::PerTriangle, 0.01);
+}
+
+#[test]
 fn gpu_every_combination_with_depth_peeling_is_the_twins() {
     let Some(gpu) = testing::gpu("gpu_every_combination_with_depth_peeling_is_the_twins") else { return };
     // As with a draw for each direction.

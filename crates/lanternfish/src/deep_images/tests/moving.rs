@@ -28,7 +28,7 @@ fn gpu_deep_images_follow_what_moves() {
     let renderer =
         Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::Bvh, ..Settings::direct_light() }).unwrap();
     let fresh_scene = upload(gpu, &after);
-    for builder in [DeepBuilder::SinglePass, DeepBuilder::PerDirection] {
+    for builder in [DeepBuilder::SinglePass, DeepBuilder::PerTriangle, DeepBuilder::PerDirection] {
         let mut uploaded = renderer.upload(&before).unwrap();
         let first = depths(gpu, &build(gpu, &uploaded, settings(builder)));
         renderer.update(&mut uploaded, &after).unwrap();
