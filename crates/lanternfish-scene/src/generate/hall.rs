@@ -34,7 +34,10 @@ pub(super) fn hall() -> Scene {
     workshop.add("outer shell", outside, outer);
 
     let mut column = Shape::new();
-    column.lathe(&[(0.0, 0.0), (0.9, 0.0), (0.9, 0.5), (0.55, 0.8), (0.5, 6.5), (0.85, 7.0), (0.85, 7.4), (0.0, 7.4)], 24);
+    column.lathe(
+        &[(0.0, 0.0), (0.9, 0.0), (0.9, 0.5), (0.55, 0.8), (0.5, 6.5), (0.85, 7.0), (0.85, 7.4), (0.0, 7.4)],
+        24,
+    );
     let column = workshop.mesh("column", [(stone, column)]);
     for row in [-4.0, 4.0] {
         for i in 0..6 {

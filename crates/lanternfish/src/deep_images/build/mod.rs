@@ -9,6 +9,8 @@ use glam::{Quat, UVec2};
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, storage_buffer_of};
 
 pub use self::depth_peeling::PeeledFragment;
+#[cfg(test)]
+pub(super) use self::per_triangle::SLICE;
 use self::{
     depth_peeling::DepthPeeling,
     per_direction::PerDirection,

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Images that a workgroup looks at; `SLICE` in `per_triangle.wesl`.
-pub(super) const SLICE: u32 = 32;
+pub const SLICE: u32 = 32;
 
 #[derive(Debug)]
 pub(super) struct PerTriangle {

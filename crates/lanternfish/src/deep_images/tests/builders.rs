@@ -4,9 +4,10 @@ use lanternfish_gpu::{Gpu, testing};
 
 use super::{build, exact, lists, settings, upload};
 use crate::{
-    deep_images::Fragment,
+    deep_images::{Fragment, WIDTH, build::SLICE},
     gpu_scene::GpuScene,
     settings::{DeepBuilder, DeepImageSettings},
+    shaders::constant,
 };
 
 /// Of texels where the exact axis meets something: how many are empty, and how many first surfaces are off by more than a
@@ -104,6 +105,12 @@ fn holes_and_spurious(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) 
         (spurious, found) = (spurious + added, found + all);
     }
     (holes as f64 / expected as f64, spurious as f64 / found as f64)
+}
+
+#[test]
+fn the_images_of_a_workgroup_are_the_shaders() {
+    assert_eq!(constant("deep_images/build/per_triangle", "SLICE"), f64::from(SLICE));
+    assert_eq!(constant("deep_images/build/per_triangle", "WIDTH"), f64::from(WIDTH));
 }
 
 #[test]
