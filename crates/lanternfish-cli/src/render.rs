@@ -4,7 +4,7 @@ use std::{path::Path, time::Instant};
 
 use glam::Vec3;
 use lanternfish::{
-    Renderer, Report,
+    GpuScene, Renderer, Report,
     debug_views::Scale,
     settings::{Exposure, Indirect, Occlusion},
 };
@@ -92,8 +92,10 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     progress.warn(driver_warning(&gpu.device.adapter_info()));
     let mut renderer =
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
-    let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
-    drop(scene);
+    let mut uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
+    // Kept where a picture may ask for more light.
+    let mut scene = Some(scene)
+        .filter(|_| settings.exposure == Exposure::Auto && lights.is_seen && lights.reaches_surfaces && !output.is_radiance());
     let scale = settings.debug_view.and_then(Scale::of);
     if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
         progress.note(&format!("scale of {view}: {scale}"));
@@ -104,14 +106,28 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         let eyes = args.stereo.stereo.map(|eyes| eyes.cameras(camera, aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(camera), |eyes| eyes);
         let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
-        let bar = progress.bar();
-        let mut pictures = progress.step("render", "Rendering", || {
-            renderer.render_frames(&uploaded, &views, |done| {
-                let share = f64::from(done) / f64::from(settings.accumulate);
-                bar.show(share, format!("{done} of {} frames", settings.accumulate));
+        let draw = |progress: &mut Progress, renderer: &mut Renderer, uploaded: &GpuScene| {
+            let bar = progress.bar();
+            progress.step("render", "Rendering", || {
+                renderer.render_frames(uploaded, &views, |done| {
+                    let share = f64::from(done) / f64::from(settings.accumulate);
+                    bar.show(share, format!("{done} of {} frames", settings.accumulate));
+                })
             })
-        })?;
-        drop(bar);
+        };
+        let mut pictures = draw(&mut progress, &mut renderer, &uploaded)?;
+        if let Some(mut scene) = scene.take()
+            && let Some(sky) = light_rig::faint_sky(&scene, &args.lights, &pictures[0])
+        {
+            scene.sky = sky;
+            uploaded = renderer.upload(&scene)?;
+            pictures = draw(&mut progress, &mut renderer, &uploaded)?;
+            let sky = sky.to_array().map(|x| x.to_string()).join(",");
+            progress.note(&format!(
+                "the scene's lights leave most of the picture black, and it has no surroundings: a faint sky was added \
+                 (--sky {sky} repeats that, --light-rig none leaves it out)"
+            ));
+        }
         let writing = format!("Writing {}", output.path.display());
         if layers {
             let named: Vec<_> = ["left", "right"].into_iter().zip(&pictures).collect();

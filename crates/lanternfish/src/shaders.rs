@@ -78,11 +78,10 @@ mod tests {
     const BY_SETTINGS: &[&[&str]] = &[];
     const TEXTURES: &[&str] = &["", "binding_arrays"];
 
-    /// What deep images' stores ask of builders: to count (linear array), or to put.
-    const TURNS: &[&str] = &[
-        "",
-        "fill",
-        "fill+payload",
+    /// Stores of deep images, and whether fragments know their triangles.
+    const STORES: &[&str] = &[
+        "append",
+        "append+payload",
         "linked_list",
         "linked_list+payload",
         "sorted_linked_list",
@@ -112,11 +111,12 @@ mod tests {
         },
         Root { module: "light_culling/clustered/assign", entries: &["count", "write"], choices: &[&["", "hierarchy"]] },
         Root { module: "deep_images/build/single_pass", entries: &["vertex", "fragment"], choices: &[] },
-        Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[TURNS] },
-        Root { module: "deep_images/build/per_triangle", entries: &["put"], choices: &[TURNS] },
-        Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[TURNS] },
+        Root { module: "deep_images/build/distribute", entries: &["distribute"], choices: &[STORES] },
+        Root { module: "deep_images/build/per_triangle", entries: &["put"], choices: &[STORES] },
+        Root { module: "deep_images/build/per_direction", entries: &["vertex", "fragment"], choices: &[STORES] },
         Root { module: "deep_images/build/depth_peeling", entries: &["vertex", "fragment"], choices: &[] },
-        Root { module: "deep_images/build/peeled", entries: &["keep", "put"], choices: &[TURNS] },
+        Root { module: "deep_images/build/peeled", entries: &["keep", "put"], choices: &[STORES] },
+        Root { module: "deep_images/store/fill", entries: &["fill"], choices: &[&["", "payload"]] },
         Root { module: "deep_images/store/sort", entries: &["sort", "compact"], choices: &[&["", "payload"]] },
         Root { module: "deep_images/store/pack", entries: &["pack"], choices: &[] },
         Root { module: "deep_images/store/link", entries: &["link"], choices: &[&["", "payload"]] },

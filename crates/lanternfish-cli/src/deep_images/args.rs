@@ -236,8 +236,9 @@ mod tests {
     #[test]
     fn what_the_adapter_cannot_draw_is_refused() {
         let settings = |words: &str| parsed(words).unwrap().images.settings(8192).map_err(|error| error.to_string());
-        assert!(settings("--resolution 2730").is_ok() && settings("--resolution 910 --supersampling 3").is_ok());
-        for words in ["--resolution 2731", "--resolution 911 --supersampling 3"] {
+        assert!(settings("--builder single_pass --resolution 2730").is_ok());
+        assert!(settings("--builder single_pass --resolution 910 --supersampling 3").is_ok());
+        for words in ["--builder single_pass --resolution 2731", "--builder single_pass --resolution 911 --supersampling 3"] {
             let error = settings(words).unwrap_err();
             assert!(error.contains("this adapter has 8192") && error.contains("--builder per_direction"), "{error}");
         }

@@ -43,7 +43,7 @@ fn gpu_every_view_is_a_picture() {
         let said = said(folder.path(), &format!("{SMALL} -o a.png --view {view}"));
         assert_eq!(said.lines().last(), Some("a.png"), "{said}");
         for line in
-            ["directions  stacks:3x4\n", "images      12 of 32 x 32 texels, single_pass\n", "bytes  ", "build  "]
+            ["directions  stacks:3x4\n", "images      12 of 32 x 32 texels, per_triangle\n", "bytes  ", "build  "]
         {
             assert!(said.contains(line), "{line:?} is not in\n{said}");
         }
@@ -67,7 +67,7 @@ fn gpu_what_is_not_there_is_refused_with_what_is() {
         ("--view count --upscale 1024", "choose a smaller --upscale"),
         ("--view layers --image 3 --upscale 512", "choose a smaller --upscale"),
         ("--directions zonal:4096 --resolution 1024", "2147483648 are the most"),
-        ("--resolution 2500", "choose a smaller --resolution"),
+        ("--builder single_pass --resolution 2500", "choose a smaller --resolution"),
     ] {
         let (success, stdout, stderr) = deep_images(folder.path(), &format!("{SMALL} -o a.png {words}"));
         assert!(!success && stdout.is_empty() && stderr.contains(known), "{words}: {stderr}");

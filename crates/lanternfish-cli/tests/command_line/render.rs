@@ -289,6 +289,55 @@ fn gpu_a_file_without_light_is_lit() {
 }
 
 #[test]
+fn gpu_a_night_gets_a_faint_sky() {
+    let folder = tempfile::tempdir().unwrap();
+    // A square of 4 m, 2 m in front of a spot light that lights a disc of it.
+    let corners: [[f32; 3]; 4] = [[-2.0, -2.0, -2.0], [2.0, -2.0, -2.0], [-2.0, 2.0, -2.0], [2.0, 2.0, -2.0]];
+    let mut bytes: Vec<u8> = corners.into_iter().flatten().flat_map(f32::to_le_bytes).collect();
+    bytes.extend([0_u16, 1, 2, 2, 1, 3].into_iter().flat_map(u16::to_le_bytes));
+    fs::write(folder.path().join("square.bin"), bytes).unwrap();
+    let text = |outer: f32| {
+        format!(
+            r#"{{ "asset": {{ "version": "2.0" }}, "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": {{ "KHR_lights_punctual": {{ "lights": [
+                {{ "type": "spot", "intensity": 4, "spot": {{ "outerConeAngle": {outer} }} }} ] }} }},
+            "scenes": [ {{ "nodes": [0, 1] }} ],
+            "nodes": [ {{ "mesh": 0 }}, {{ "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }} ],
+            "meshes": [ {{ "primitives": [ {{ "attributes": {{ "POSITION": 0 }}, "indices": 1 }} ] }} ],
+            "buffers": [ {{ "uri": "square.bin", "byteLength": 60 }} ],
+            "bufferViews": [ {{ "buffer": 0, "byteLength": 48 }}, {{ "buffer": 0, "byteOffset": 48, "byteLength": 12 }} ],
+            "accessors": [
+                {{ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-2, -2, -2], "max": [2, 2, -2] }},
+                {{ "bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR" }} ] }}"#
+        )
+    };
+    fs::write(folder.path().join("night.gltf"), text(0.1)).unwrap();
+    fs::write(folder.path().join("lit.gltf"), text(1.2)).unwrap();
+    // Share of the picture that is black, and what was said of a sky.
+    let seen = |scene: &str, words: &str| {
+        let (_, stderr) = render_scene(folder.path(), scene, &format!("{words} -o a.png"));
+        let picture = read_png(&folder.path().join("a.png")).unwrap();
+        let black = picture.pixels.iter().filter(|pixel| pixel.iter().all(|value| *value < 0.005)).count();
+        let said = stderr.lines().find(|line| line.contains("faint sky")).map(str::to_owned);
+        (black as f64 / picture.pixels.len() as f64, said)
+    };
+    let (black, said) = seen("night.gltf", "");
+    let said = said.expect("a sky was added");
+    assert!(black < 0.1, "{black}");
+    let first = fs::read(folder.path().join("a.png")).unwrap();
+    let sky = said.split_whitespace().skip_while(|word| !word.ends_with("--sky")).nth(1).expect("the sky is named");
+    assert_eq!(seen("night.gltf", &format!("--sky {sky}")).1, None);
+    assert_eq!(fs::read(folder.path().join("a.png")).unwrap(), first, "--sky {sky} repeats the picture");
+    // Who says what light there is gets no other.
+    for words in ["--light-rig none", "--exposure 0"] {
+        let (black, said) = seen("night.gltf", words);
+        assert!(black > 0.8 && said.is_none(), "{words}: {black} {said:?}");
+    }
+    let (_, said) = seen("lit.gltf", "");
+    assert_eq!(said, None, "half of the picture is lit");
+}
+
+#[test]
 fn gpu_info_says_what_render_warns_of() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"{ "asset": { "version": "2.0" }, "extensionsUsed": ["EXT_one"],

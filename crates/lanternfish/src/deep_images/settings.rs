@@ -33,9 +33,9 @@ impl Default for DeepImageSettings {
         Self {
             directions: DirectionSet::ZonalEqualArea { count: 169 },
             resolution: 64,
-            builder: DeepBuilder::SinglePass,
+            builder: DeepBuilder::PerTriangle,
             supersampling: 1,
-            merge_texels: 0.5,
+            merge_texels: 0.02,
             fragments_a_texel: 32,
             store: DeepStore::LinearArray,
             depth: DeepDepth::Bits32,

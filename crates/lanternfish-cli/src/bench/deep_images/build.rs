@@ -29,7 +29,7 @@ pub struct Built {
     pub chunks: usize,
     /// Milliseconds a step, of the run that took least.
     pub sample_ms: f64,
-    pub count_ms: f64,
+    pub gather_ms: f64,
     pub scan_ms: f64,
     pub fill_ms: f64,
     pub sort_ms: f64,
@@ -92,9 +92,9 @@ pub fn build(
     let draws: &[&str] = match settings.builder {
         DeepBuilder::SinglePass => &["deep_images/sample"],
         DeepBuilder::PerTriangle => &[],
-        DeepBuilder::PerDirection => &["deep_images/count", "deep_images/fill"],
+        DeepBuilder::PerDirection => &["deep_images/gather"],
         // One for each layer of surfaces, and one that finds no more.
-        DeepBuilder::DepthPeeling => &["deep_images/count/draw"],
+        DeepBuilder::DepthPeeling => &["deep_images/gather/draw"],
     };
     let figures = Built {
         group,
@@ -105,7 +105,7 @@ pub fn build(
         supersampling: settings.supersampling,
         chunks: images.chunks.len(),
         sample_ms: step("deep_images/sample"),
-        count_ms: step("deep_images/count"),
+        gather_ms: step("deep_images/gather"),
         scan_ms: step("deep_images/scan"),
         fill_ms: step("deep_images/fill"),
         sort_ms: step("deep_images/sort"),

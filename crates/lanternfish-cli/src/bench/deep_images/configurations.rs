@@ -17,8 +17,11 @@ const MOST_BYTES: f64 = 4e9;
 /// How many times the fragments of an average image the images of one chunk may have.
 const UNEVEN: f64 = 3.0;
 
+/// Names of the tables: the titles of [`groups`] in lower case.
+pub const TABLES: [&str; 5] = ["directions", "supersampling", "resolution", "stores", "builders"];
+
 /// Everything that is built and traced, in this order: coarse images come before fine ones ([`fitted`]).
-pub fn groups(quick: bool, single_pass_only: bool) -> Vec<Group> {
+pub fn groups(quick: bool) -> Vec<Group> {
     let default = DeepImageSettings::default();
     let of = |count| DeepImageSettings { directions: DirectionSet::ZonalEqualArea { count }, ..default };
     let by = |builder, count| DeepImageSettings { builder, ..of(count) };
@@ -51,19 +54,17 @@ pub fn groups(quick: bool, single_pass_only: bool) -> Vec<Group> {
         stored(DeepStore::SortedLinkedList, DeepDepth::Bits32, true),
     ];
     groups.push(Group { title: "Stores", rows, beside_exact: false });
-    if !single_pass_only {
-        let rows = vec![
-            by(DeepBuilder::SinglePass, few),
-            by(DeepBuilder::PerTriangle, few),
-            by(DeepBuilder::PerDirection, few),
-            // Takes minutes for all directions.
-            by(DeepBuilder::DepthPeeling, few),
-            by(DeepBuilder::SinglePass, all),
-            by(DeepBuilder::PerTriangle, all),
-            by(DeepBuilder::PerDirection, all),
-        ];
-        groups.push(Group { title: "Builders", rows, beside_exact: false });
-    }
+    let rows = vec![
+        by(DeepBuilder::SinglePass, few),
+        by(DeepBuilder::PerTriangle, few),
+        by(DeepBuilder::PerDirection, few),
+        // Takes minutes for all directions.
+        by(DeepBuilder::DepthPeeling, few),
+        by(DeepBuilder::SinglePass, all),
+        by(DeepBuilder::PerTriangle, all),
+        by(DeepBuilder::PerDirection, all),
+    ];
+    groups.push(Group { title: "Builders", rows, beside_exact: false });
     groups
 }
 
@@ -127,6 +128,14 @@ pub fn fitted(mut settings: DeepImageSettings, built: &[Built]) -> DeepImageSett
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tables_are_named_by_their_titles() {
+        for quick in [false, true] {
+            let titles = groups(quick).iter().map(|group| group.title.to_lowercase()).collect::<Vec<_>>();
+            assert_eq!(titles, TABLES);
+        }
+    }
 
     #[test]
     fn directions_are_fewer_where_all_would_not_fit() {

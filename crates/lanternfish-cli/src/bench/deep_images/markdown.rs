@@ -25,7 +25,7 @@ pub fn to_markdown(report: &Report) -> String {
     for group in report.built.chunk_by(|a, b| a.group == b.group) {
         line(&format!("\n## Building: {}\n", group[0].group.to_lowercase()));
         line(
-            "| images | directions | texels | sample | count | scan | fill | sort | compact | all, ms | a direction, ms \
+            "| images | directions | texels | sample | gather | scan | fill | sort | compact | all, ms | a direction, ms \
              | draw passes | drawn | kept | MB |",
         );
         line("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
@@ -97,7 +97,7 @@ fn built_row(built: &Built) -> String {
         built.directions,
         built.resolution,
         built.sample_ms,
-        built.count_ms,
+        built.gather_ms,
         built.scan_ms,
         built.fill_ms,
         built.sort_ms,

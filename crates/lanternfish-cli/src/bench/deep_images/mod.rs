@@ -22,7 +22,7 @@ use serde::Serialize;
 
 use self::{
     build::{Built, build},
-    configurations::{fitted, groups, in_words},
+    configurations::{Group, TABLES, fitted, groups, in_words},
     trace::Traced,
 };
 use super::{make_folder, open};
@@ -52,9 +52,9 @@ pub struct DeepImagesArgs {
     /// Few directions and coarse images only.
     #[arg(long)]
     pub quick: bool,
-    /// The single pass only, neither of the slower builders.
-    #[arg(long)]
-    pub single_pass_only: bool,
+    /// The tables that are made. Builders that draw the scene for each image or each layer take minutes in a large scene.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = TABLES, default_values = TABLES)]
+    pub tables: Vec<String>,
     /// Where to run: a part of an adapter's name, or cpu for a software one.
     #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
@@ -155,7 +155,8 @@ impl Bench {
         progress: &mut Progress,
     ) -> Result<Report, CliError> {
         let (mut built, mut traced, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
-        for group in groups(args.quick, args.single_pass_only) {
+        let is_wanted = |group: &Group| args.tables.iter().any(|table| *table == group.title.to_lowercase());
+        for group in groups(args.quick).into_iter().filter(is_wanted) {
             for wanted in &group.rows {
                 let settings = fitted(*wanted, &built);
                 let doing = doing(&settings);

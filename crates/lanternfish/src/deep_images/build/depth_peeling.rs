@@ -7,7 +7,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterStat
 use crate::{
     deep_images::{
         DeepGrid,
-        store::{Turn, Turns},
+        store::put_features,
         workgroups,
     },
     error::RenderError,
@@ -32,15 +32,12 @@ const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Triangle and depth.
 const LAYER: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 
-/// The passes, and the layers of the chunk in hand.
+/// The passes.
 #[derive(Debug)]
 pub(super) struct DepthPeeling {
     draw: RasterPipeline,
     keep: ComputeKernel,
-    put: Turns<ComputeKernel>,
-    layers: Vec<Layer>,
-    /// Of the chunk whose lists were counted, and are to be put there.
-    counted: bool,
+    put: ComputeKernel,
 }
 
 /// What a layer has.
@@ -69,7 +66,7 @@ impl DepthPeeling {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         let draw = SHADERS.link("deep_images/build/depth_peeling", &[])?;
-        let lists = SHADERS.link("deep_images/build/peeled", &[])?;
+        let put = SHADERS.link("deep_images/build/peeled", &put_features(settings))?;
         let state = RasterState {
             depth: Some(wgpu::DepthStencilState {
                 format: DEPTH,
@@ -82,14 +79,9 @@ impl DepthPeeling {
             ..RasterState::default()
         };
         Ok(Self {
-            draw: RasterPipeline::new(device, &draw, "vertex", "fragment", "deep_images/count/draw", &state),
-            keep: ComputeKernel::new(device, &lists, "keep", "deep_images/count/keep"),
-            put: Turns::new(settings, |features, label| {
-                let shader = SHADERS.link("deep_images/build/peeled", features)?;
-                Ok(ComputeKernel::new(device, &shader, "put", label))
-            })?,
-            layers: Vec::new(),
-            counted: false,
+            draw: RasterPipeline::new(device, &draw, "vertex", "fragment", "deep_images/gather/draw", &state),
+            keep: ComputeKernel::new(device, &put, "keep", "deep_images/gather/keep"),
+            put: ComputeKernel::new(device, &put, "put", "deep_images/gather/put"),
         })
     }
 
@@ -102,31 +94,25 @@ impl DepthPeeling {
         (columns * columns).min(fragments / texels).clamp(1, 1 << 16) as u32
     }
 
-    /// Puts every fragment of a chunk's images, once, into its list. Layers are drawn in the first turn of a chunk.
+    /// Puts every fragment of a chunk's images, once, into its list. 
     pub fn gather(
-        &mut self,
+        &self,
         frame: &mut Frame<'_>,
-        turn: Turn,
         grid: &DeepGrid,
         bindings: &Bindings<'_>,
     ) -> Result<(), RenderError> {
-        let drawn_before = std::mem::replace(&mut self.counted, turn == Turn::Count) && turn == Turn::Put;
-        if !drawn_before {
-            self.peel(frame, grid, bindings)?;
-        }
-        for layer in self.layers.iter().rev() {
+        for layer in self.peel(frame, grid, bindings)?.iter().rev() {
             let putting = bindings
                 .clone()
                 .buffer("peeled_fragments", &layer.fragments)
                 .buffer("peeled_count", &layer.count_buffer);
-            frame.dispatch(self.put.pass(turn), &putting, workgroups(layer.count));
+            frame.dispatch(&self.put, &putting, workgroups(layer.count));
         }
         Ok(())
     }
 
-    /// Draws layer after layer until one is empty, and keeps them: 12 bytes a fragment of the layer before each, until the next
-    /// call.
-    fn peel(&mut self, frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>) -> Result<(), RenderError> {
+    /// Draws layer after layer until one is empty, and gives them: 12 bytes a fragment of the layer before each.
+    fn peel(&self, frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>) -> Result<Vec<Layer>, RenderError> {
         let device = frame.device;
         // As square as can be.
         let columns = f64::from(grid.image_count).sqrt().ceil() as u32;
@@ -134,7 +120,7 @@ impl DepthPeeling {
         let (mut atlas, mut before) = (Atlas::new(device, size), Atlas::new(device, size));
         let lists = grid.image_count * grid.resolution * grid.resolution;
         let mut room = lists;
-        self.layers.clear();
+        let mut layers = Vec::new();
         loop {
             self.draw(frame, grid, &atlas, &before, bindings);
             let bytes = size_of::<PeeledFragment>() as u64 * u64::from(room);
@@ -148,9 +134,9 @@ impl DepthPeeling {
             frame.dispatch(&self.keep, &keeping, workgroups(lists));
             let count = frame.read_now::<u32>(&count_buffer, 1)?[0];
             if count == 0 {
-                return Ok(());
+                return Ok(layers);
             }
-            self.layers.push(Layer { fragments, count_buffer, count });
+            layers.push(Layer { fragments, count_buffer, count });
             room = count;
             std::mem::swap(&mut atlas, &mut before);
         }
@@ -169,7 +155,7 @@ impl DepthPeeling {
             stencil_ops: None,
         };
         let bindings = bindings.clone().texture("peeled_depth", &before.depth).texture("peeled_layer", &before.layer);
-        frame.render("deep_images/count/draw", &[Some(color)], Some(depth), |device, pass| {
+        frame.render("deep_images/gather/draw", &[Some(color)], Some(depth), |device, pass| {
             self.draw.set(pass);
             self.draw.bind(device, pass, &bindings, 4);
             pass.draw(0..3 * grid.triangle_count, 0..grid.image_count);

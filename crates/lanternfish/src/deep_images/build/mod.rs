@@ -10,7 +10,7 @@ use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, storage_buff
 
 pub use self::depth_peeling::PeeledFragment;
 #[cfg(test)]
-pub(super) use self::per_triangle::SLICE;
+pub(super) use self::per_triangle::{EIGHT, SLICE};
 use self::{
     depth_peeling::DepthPeeling,
     per_direction::PerDirection,
@@ -20,7 +20,7 @@ use self::{
 use super::{
     DeepCounts, DeepFrame, DeepGrid, DeepImages,
     directions::Directions,
-    store::{Source, Store, Turn},
+    store::{Source, Store},
 };
 use crate::{
     error::RenderError,
@@ -75,15 +75,14 @@ impl Builder {
         &mut self,
         frame: &mut Frame<'_>,
         found: &Found,
-        turn: Turn,
         grid: &DeepGrid,
         bindings: &Bindings<'_>,
     ) -> Result<(), RenderError> {
         match (self, found) {
-            (Self::SinglePass(builder), Found::Samples(samples)) => builder.gather(frame, samples, turn, bindings),
-            (Self::PerTriangle(builder), _) => builder.gather(frame, turn, grid, bindings),
-            (Self::PerDirection(builder), _) => builder.gather(frame, turn, grid, bindings),
-            (Self::DepthPeeling(builder), _) => builder.gather(frame, turn, grid, bindings)?,
+            (Self::SinglePass(builder), Found::Samples(samples)) => builder.gather(frame, samples, bindings),
+            (Self::PerTriangle(builder), _) => builder.gather(frame, grid, bindings),
+            (Self::PerDirection(builder), _) => builder.gather(frame, grid, bindings),
+            (Self::DepthPeeling(builder), _) => builder.gather(frame, grid, bindings)?,
             (Self::SinglePass(_), Found::Nothing) => unreachable!("a single pass has taken its samples"),
         }
         Ok(())
@@ -162,7 +161,7 @@ impl DeepImageBuilder {
         let builder = &mut self.builder;
         let mut source = Source {
             bindings,
-            gather: &mut |frame, turn, grid, bindings| builder.gather(frame, &found, turn, grid, bindings),
+            gather: &mut |frame, grid, bindings| builder.gather(frame, &found, grid, bindings),
         };
         let mut chunks = Vec::new();
         let mut counts = DeepCounts::default();

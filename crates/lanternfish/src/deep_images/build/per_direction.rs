@@ -7,7 +7,7 @@ use super::{draw, raster};
 use crate::{
     deep_images::{
         DeepGrid,
-        store::{Turn, Turns},
+        store::put_features,
     },
     error::RenderError,
     settings::DeepImageSettings,
@@ -15,21 +15,17 @@ use crate::{
 
 #[derive(Debug)]
 pub(super) struct PerDirection {
-    draw: Turns<RasterPipeline>,
+    draw: RasterPipeline,
 }
 
 impl PerDirection {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         let module = "deep_images/build/per_direction";
-        Ok(Self { draw: Turns::new(settings, |features, label| raster(device, module, features, label))? })
+        Ok(Self { draw: raster(device, module, &put_features(settings), "deep_images/gather")? })
     }
 
-    pub fn gather(&self, frame: &mut Frame<'_>, turn: Turn, grid: &DeepGrid, bindings: &Bindings<'_>) {
-        let label = match turn {
-            Turn::Count => "deep_images/count",
-            Turn::Put => "deep_images/fill",
-        };
+    pub fn gather(&self, frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>) {
         let size = UVec2::splat(grid.resolution);
-        draw(frame, self.draw.pass(turn), label, size, grid, grid.image_count, bindings);
+        draw(frame, &self.draw, "deep_images/gather", size, grid, grid.image_count, bindings);
     }
 }

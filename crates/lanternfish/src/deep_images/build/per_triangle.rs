@@ -5,7 +5,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 use crate::{
     deep_images::{
         DeepGrid,
-        store::{Turn, Turns},
+        store::put_features,
         workgroups,
     },
     error::RenderError,
@@ -16,22 +16,22 @@ use crate::{
 /// Images that a workgroup looks at; `SLICE` in `per_triangle.wesl`.
 pub const SLICE: u32 = 32;
 
+/// Triangles that an invocation looks at as one; `EIGHT` there.
+pub const EIGHT: u32 = 8;
+
 #[derive(Debug)]
 pub(super) struct PerTriangle {
-    put: Turns<ComputeKernel>,
+    put: ComputeKernel,
 }
 
 impl PerTriangle {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let put = Turns::new(settings, |features, label| {
-            let shader = SHADERS.link("deep_images/build/per_triangle", features)?;
-            Ok(ComputeKernel::new(device, &shader, "put", label))
-        })?;
-        Ok(Self { put })
+        let shader = SHADERS.link("deep_images/build/per_triangle", &put_features(settings))?;
+        Ok(Self { put: ComputeKernel::new(device, &shader, "put", "deep_images/gather") })
     }
 
-    pub fn gather(&self, frame: &mut Frame<'_>, turn: Turn, grid: &DeepGrid, bindings: &Bindings<'_>) {
-        let [x, y, _] = workgroups(grid.triangle_count.max(1));
-        frame.dispatch(self.put.pass(turn), bindings, [x, y, grid.image_count.div_ceil(SLICE)]);
+    pub fn gather(&self, frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>) {
+        let [x, y, _] = workgroups(grid.triangle_count.div_ceil(EIGHT).max(1));
+        frame.dispatch(&self.put, bindings, [x, y, grid.image_count.div_ceil(SLICE)]);
     }
 }

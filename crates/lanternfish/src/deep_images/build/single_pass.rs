@@ -7,7 +7,7 @@ use super::{draw, raster};
 use crate::{
     deep_images::{
         DeepGrid,
-        store::{Turn, Turns},
+        store::put_features,
         workgroups,
     },
     error::RenderError,
@@ -19,7 +19,7 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct SinglePass {
     sample: RasterPipeline,
-    distribute: Turns<ComputeKernel>,
+    distribute: ComputeKernel,
     /// Samples that there is room for.
     capacity: u32,
     supersampling: u32,
@@ -41,12 +41,10 @@ impl Samples {
 
 impl SinglePass {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
+        let distribute = SHADERS.link("deep_images/build/distribute", &put_features(settings))?;
         Ok(Self {
             sample: raster(device, "deep_images/build/single_pass", &[], "deep_images/sample")?,
-            distribute: Turns::new(settings, |features, label| {
-                let shader = SHADERS.link("deep_images/build/distribute", features)?;
-                Ok(ComputeKernel::new(device, &shader, "distribute", label))
-            })?,
+            distribute: ComputeKernel::new(device, &distribute, "distribute", "deep_images/gather"),
             // Three axes, and a few surfaces behind each other.
             capacity: 12 * (settings.resolution * settings.supersampling).pow(2),
             supersampling: settings.supersampling,
@@ -75,7 +73,7 @@ impl SinglePass {
         }
     }
 
-    pub fn gather(&self, frame: &mut Frame<'_>, samples: &Samples, turn: Turn, bindings: &Bindings<'_>) {
-        frame.dispatch(self.distribute.pass(turn), bindings, workgroups(samples.taken.max(1)));
+    pub fn gather(&self, frame: &mut Frame<'_>, samples: &Samples, bindings: &Bindings<'_>) {
+        frame.dispatch(&self.distribute, bindings, workgroups(samples.taken.max(1)));
     }
 }

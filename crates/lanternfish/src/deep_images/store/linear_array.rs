@@ -1,8 +1,8 @@
-//! Lists behind each other in one array, sorted, with surfaces merged: count, scan, fill, sort, merge, compact (, pack).
+//! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
 
-use lanternfish_gpu::{ComputeKernel, Frame, primitives::Scan, storage_buffer};
+use lanternfish_gpu::{ComputeKernel, Frame, primitives::Scan, storage_buffer, uniform_buffer_of};
 
-use super::{Source, Turn, with_capacity};
+use super::{FIRST_GUESS, Slots, Source, with_capacity};
 use crate::{
     deep_images::{Chunk, DeepGrid, workgroups},
     error::RenderError,
@@ -13,16 +13,20 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct LinearArray {
     scan: Scan,
+    fill: ComputeKernel,
     sort: ComputeKernel,
     compact: ComputeKernel,
     /// Where depths have 16 bits.
     pack: Option<ComputeKernel>,
     payload: bool,
+    /// Fragments of the fullest chunk so far.
+    capacity: u64,
 }
 
 impl LinearArray {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         let features: &[&str] = if settings.payload { &["payload"] } else { &[] };
+        let fill = SHADERS.link("deep_images/store/fill", features)?;
         let sort = SHADERS.link("deep_images/store/sort", features)?;
         let pack = || {
             let pack = SHADERS.link("deep_images/store/pack", &[])?;
@@ -30,10 +34,12 @@ impl LinearArray {
         };
         Ok(Self {
             scan: Scan::new(device, "deep_images")?,
+            fill: ComputeKernel::new(device, &fill, "fill", "deep_images/fill"),
             sort: ComputeKernel::new(device, &sort, "sort", "deep_images/sort"),
             compact: ComputeKernel::new(device, &sort, "compact", "deep_images/compact"),
             pack: (settings.depth == DeepDepth::Bits16).then(pack).transpose()?,
             payload: settings.payload,
+            capacity: 0,
         })
     }
 
@@ -49,23 +55,36 @@ impl LinearArray {
         let triangles_of =
             |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
 
-        // Count, scan, make room.
-        let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
-        let grid_buffer = with_capacity(device, &mut grid, 0)?;
-        let shared = source.bindings.clone().buffer("list_counters", &filled_starts);
-        (source.gather)(frame, Turn::Count, &grid, &shared.clone().buffer("deep_grid", &grid_buffer))?;
-        let total = self.scan.record(frame, &filled_starts, lists + 2)?.clone();
-        let drawn = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
-        let grid_buffer = with_capacity(device, &mut grid, drawn)?;
+        // Gather and scan, once more where there was no room.
+        self.capacity = self.capacity.max(FIRST_GUESS * u64::from(lists));
+        let (slots, filled_starts) = loop {
+            let grid_buffer = with_capacity(device, &mut grid, self.capacity)?;
+            let slots = Slots::new(device, self.capacity, self.payload)?;
+            let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
+            let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
+            (source.gather)(frame, &grid, &bindings.buffer("list_counters", &filled_starts))?;
+            // What follows is the number of slots that were taken: where the last list ends.
+            let total = self.scan.record(frame, &filled_starts, lists + 1)?.clone();
+            let taken = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
+            if taken <= self.capacity {
+                grid.capacity = taken as u32;
+                break (slots, filled_starts);
+            }
+            tracing::debug!(taken, capacity = self.capacity, "deep_images/fragments grow");
+            self.capacity = taken;
+        };
+        let drawn = u64::from(grid.capacity);
+        let grid_buffer = uniform_buffer_of(device, "deep_images/grid", &grid);
 
         // Fill, sort, merge.
         let filled_depths = storage_buffer(device, "deep_images/filled_depths", 4 * drawn)?;
         let filled_triangles = triangles_of("deep_images/filled_triangles", drawn)?;
-        let mut shared = shared.buffer("deep_grid", &grid_buffer).buffer("filled_depths", &filled_depths);
+        let shared = source.bindings.clone().buffer("deep_grid", &grid_buffer);
+        let mut shared = shared.buffer("list_counters", &filled_starts).buffer("filled_depths", &filled_depths);
         if let Some(triangles) = &filled_triangles {
             shared = shared.buffer("filled_triangles", triangles);
         }
-        (source.gather)(frame, Turn::Put, &grid, &shared)?;
+        frame.dispatch(&self.fill, &slots.bind(&shared), workgroups(grid.capacity));
         let kept = storage_buffer(device, "deep_images/list_starts", list_bytes)?;
         let sorting = shared.buffer("filled_starts", &filled_starts).buffer("kept", &kept);
         frame.dispatch(&self.sort, &sorting, workgroups(lists));

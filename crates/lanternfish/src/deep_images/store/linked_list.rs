@@ -4,16 +4,13 @@
 
 use lanternfish_gpu::{ComputeKernel, Frame, storage_buffer};
 
-use super::{Source, Turn, with_capacity};
+use super::{FIRST_GUESS, Slots, Source, with_capacity};
 use crate::{
     deep_images::{Chunk, DeepGrid, workgroups},
     error::RenderError,
     settings::{DeepImageSettings, DeepStore},
     shaders::SHADERS,
 };
-
-/// Fragments of a texel that the first chunk has room for; grown to what was counted.
-const FIRST_GUESS: u64 = 2;
 
 #[derive(Debug)]
 pub(crate) struct LinkedLists {
@@ -49,17 +46,10 @@ impl LinkedLists {
         loop {
             let grid_buffer = with_capacity(device, &mut grid, self.capacity)?;
             let list_starts = storage_buffer(device, "deep_images/list_starts", 4 * (u64::from(lists) + 1))?;
-            let next = storage_buffer(device, "deep_images/next", 4 * self.capacity)?;
-            let depths = storage_buffer(device, "deep_images/depths", 4 * self.capacity)?;
-            let triangles = self.payload.then(|| storage_buffer(device, "deep_images/triangles", 4 * self.capacity));
-            let triangles = triangles.transpose()?;
-            let bindings = source.bindings.clone().buffer("deep_grid", &grid_buffer);
-            let bindings = bindings.buffer("list_counters", &list_starts).buffer("filled_next", &next);
-            let mut bindings = bindings.buffer("filled_depths", &depths);
-            if let Some(triangles) = &triangles {
-                bindings = bindings.buffer("filled_triangles", triangles);
-            }
-            (source.gather)(frame, Turn::Put, &grid, &bindings)?;
+            let slots = Slots::new(device, self.capacity, self.payload)?;
+            let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
+            let bindings = bindings.buffer("list_counters", &list_starts);
+            (source.gather)(frame, &grid, &bindings)?;
             let taken = frame.read_now::<u32>(&list_starts, 1)?[0];
             if u64::from(taken) > self.capacity {
                 tracing::debug!(taken, capacity = self.capacity, "deep_images/fragments grow");
@@ -67,12 +57,12 @@ impl LinkedLists {
                 continue;
             }
             if let Some(link) = &self.link {
-                let bindings = bindings.buffer("list_heads", &list_starts).buffer("links", &next);
+                let bindings = bindings.buffer("list_heads", &list_starts).buffer("links", &slots.links);
                 frame.dispatch(link, &bindings, workgroups(taken));
             }
             let fragments = u64::from(taken);
-            let next = Some(next);
-            return Ok((Chunk { grid, grid_buffer, list_starts, next, depths, triangles, fragments }, fragments));
+            let Slots { depths, triangles, links } = slots;
+            return Ok((Chunk { grid, grid_buffer, list_starts, next: Some(links), depths, triangles, fragments }, fragments));
         }
     }
 }

@@ -3,7 +3,7 @@
 mod linear_array;
 mod linked_list;
 
-use lanternfish_gpu::{Bindings, Frame, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Frame, storage_buffer, uniform_buffer_of};
 
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
 use super::{Chunk, DeepGrid};
@@ -12,54 +12,20 @@ use crate::{
     settings::{DeepImageSettings, DeepStore},
 };
 
-/// What is asked of a builder: to put every fragment of a chunk's images, once, into its list (`store/put_fragment.wesl`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Turn {
-    /// It is counted only.
-    Count,
-    /// It is kept.
-    Put,
+/// Features of `store/put_fragment.wesl`, in which every builder's pass ends.
+pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<&'static str> {
+    let mut features = vec![match settings.store {
+        DeepStore::LinearArray => "append",
+        DeepStore::LinkedList => "linked_list",
+        DeepStore::SortedLinkedList => "sorted_linked_list",
+    }];
+    features.extend(settings.payload.then_some("payload"));
+    features
 }
 
-/// One builder's pass for each turn that its store asks for.
-#[derive(Debug)]
-pub(crate) struct Turns<P> {
-    count: Option<P>,
-    put: P,
-}
-
-impl<P> Turns<P> {
-    /// Compiles the passes: `compile` is given the features of `store/put_fragment.wesl`, and the pass's label.
-    pub fn new(
-        settings: &DeepImageSettings,
-        compile: impl Fn(&[&str], &str) -> Result<P, RenderError>,
-    ) -> Result<Self, RenderError> {
-        let is_array = settings.store == DeepStore::LinearArray;
-        let mut features = vec![match settings.store {
-            DeepStore::LinearArray => "fill",
-            DeepStore::LinkedList => "linked_list",
-            DeepStore::SortedLinkedList => "sorted_linked_list",
-        }];
-        features.extend(settings.payload.then_some("payload"));
-        Ok(Self {
-            count: is_array.then(|| compile(&[], "deep_images/count")).transpose()?,
-            put: compile(&features, "deep_images/fill")?,
-        })
-    }
-
-    /// The pass for this turn.
-    ///
-    /// Panics when the store never asks for it.
-    pub fn pass(&self, turn: Turn) -> &P {
-        match turn {
-            Turn::Count => self.count.as_ref().expect("linear arrays count, and compile the pass"),
-            Turn::Put => &self.put,
-        }
-    }
-}
-
-/// Adds the passes of a turn; the bindings are the source's and the store's.
-pub(crate) type Gather<'g> = dyn FnMut(&mut Frame<'_>, Turn, &DeepGrid, &Bindings<'_>) -> Result<(), RenderError> + 'g;
+/// Adds the passes that put every fragment of a chunk's images, once, into its list; the bindings are the source's and the
+/// store's.
+pub(crate) type Gather<'g> = dyn FnMut(&mut Frame<'_>, &DeepGrid, &Bindings<'_>) -> Result<(), RenderError> + 'g;
 
 /// Where the fragments of a chunk come from.
 pub(crate) struct Source<'s> {
@@ -67,6 +33,36 @@ pub(crate) struct Source<'s> {
     pub bindings: Bindings<'s>,
     /// The builder.
     pub gather: &'s mut Gather<'s>,
+}
+
+/// Fragments of a texel that the first chunk has room for; grown to what was counted.
+const FIRST_GUESS: u64 = 4;
+
+/// Where a builder puts fragments, in the order in which they come.
+struct Slots {
+    depths: wgpu::Buffer,
+    triangles: Option<wgpu::Buffer>,
+    /// List of each, or link.
+    links: wgpu::Buffer,
+}
+
+impl Slots {
+    fn new(device: &wgpu::Device, capacity: u64, payload: bool) -> Result<Self, RenderError> {
+        let buffer = |label| storage_buffer(device, label, 4 * capacity);
+        Ok(Self {
+            depths: buffer("deep_images/put_depths")?,
+            triangles: payload.then(|| buffer("deep_images/put_triangles")).transpose()?,
+            links: buffer("deep_images/put_links")?,
+        })
+    }
+
+    fn bind<'b>(&'b self, bindings: &Bindings<'b>) -> Bindings<'b> {
+        let bindings = bindings.clone().buffer("put_depths", &self.depths).buffer("put_links", &self.links);
+        match &self.triangles {
+            Some(triangles) => bindings.buffer("put_triangles", triangles),
+            None => bindings,
+        }
+    }
 }
 
 /// The passes of a store.

@@ -4,7 +4,7 @@ use lanternfish_gpu::{Gpu, testing};
 
 use super::{build, exact, lists, settings, upload};
 use crate::{
-    deep_images::{Fragment, WIDTH, build::SLICE},
+    deep_images::{Fragment, WIDTH, build::{EIGHT, SLICE}},
     gpu_scene::GpuScene,
     settings::{DeepBuilder, DeepImageSettings},
     shaders::constant,
@@ -111,6 +111,7 @@ fn holes_and_spurious(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) 
 fn the_images_of_a_workgroup_are_the_shaders() {
     assert_eq!(constant("deep_images/build/per_triangle", "SLICE"), f64::from(SLICE));
     assert_eq!(constant("deep_images/build/per_triangle", "WIDTH"), f64::from(WIDTH));
+    assert_eq!(constant("deep_images/build/per_triangle", "EIGHT"), f64::from(EIGHT));
 }
 
 #[test]
