@@ -2,7 +2,7 @@
 
 use std::{fmt::Write as _, fs, path::Path, process::Command};
 
-use lanternfish_metrics::{RgbImage, read_exr, write_exr};
+use lanternfish_metrics::{ColorType, RgbImage, read_exr, write_exr, write_png};
 
 use crate::support::lanternfish;
 
@@ -80,6 +80,16 @@ fn pictures_are_as_large_as_memory_allows() {
 
     fs::write(folder.path().join("palette.png"), broken_palette()).unwrap();
     assert_refused(&mut run(&["palette.png", "palette.png"]), &["palette.png: "]);
+
+    // Two that can be read, but not compared: 331 MB and 1.2 GB.
+    let path = folder.path().join("both.png");
+    write_png(&path, 3500, 3500, ColorType::Rgb, &vec![0; 3 * 3500 * 3500]).unwrap();
+    assert_refused(&mut run(&["both.png", "both.png"]), &["comparing the pictures needs 1.2 GB", "--memory-limit"]);
+
+    fs::write(folder.path().join("wide.hdr"), "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4096 +X 8192\n").unwrap();
+    let mut reference = lanternfish(folder.path());
+    reference.args(["reference", "demo:cornell", "--environment", "wide.hdr", "--memory-limit", "500M"]);
+    assert_refused(&mut reference, &["wide.hdr: 8192 × 4096 pixels need 805.3 MB of memory", "--memory-limit"]);
 }
 
 /// The limit of the address space is known without being told.

@@ -184,6 +184,11 @@ fn memory_is_asked_for_before_it_is_taken() {
     let error = within(1000).unwrap_err().to_string();
     assert!(error.contains("wide.obj needs 200.0 kB of memory"), "{error}");
     assert!(within(100_000_000).is_ok());
+    // Text alone: what is made of it takes up to eight times as much.
+    fs::write(&path, "# filler\n".repeat(100_000)).unwrap();
+    let error = within(3_000_000).unwrap_err().to_string();
+    assert!(error.contains("wide.obj: its text needs 2.7 MB"), "{error}");
+    assert!(within(10_000_000).is_ok());
 }
 
 /// Materials are counted before they are made; what there is no memory for is refused, and not missing.

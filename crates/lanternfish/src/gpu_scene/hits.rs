@@ -380,3 +380,25 @@ fn mean(image: &Image, srgb: bool) -> Vec3 {
 fn constants_are_the_shaders() {
     assert_eq!(crate::shaders::constant("gpu_scene/hits", "EMITS_FROM_BACK"), f64::from(EMITS_FROM_BACK));
 }
+
+/// Those of specular layers, whose colours vary little, count by their mean.
+#[cfg(test)]
+#[test]
+fn textures_of_specular_layers_weigh_what_hits_reflect() {
+    use lanternfish_scene::{Sampler, Texture};
+    let rgba = vec![255, 255, 255, 255, 0, 0, 0, 153];
+    let scene = Scene {
+        images: vec![Image { name: String::new(), width: 2, height: 1, rgba }],
+        samplers: vec![Sampler::default()],
+        textures: vec![Texture { image: 0, sampler: 0 }],
+        ..Scene::default()
+    };
+    let of = |material: &Material| {
+        let packed = pack(material, &HitTextures::of(&scene, material, &mut Layers::default()), Shading::File);
+        (packed.dielectric_f0, packed.dielectric_f90)
+    };
+    let usual = Material::default();
+    let texture = Some(TextureRef::new(0));
+    let (f0, f90) = of(&Material { specular_texture: texture, specular_color_texture: texture, ..usual.clone() });
+    assert!(f0.abs_diff_eq(0.8 * 0.5 * of(&usual).0, 1e-6) && (f90 - 0.8).abs() < 1e-6, "{f0} {f90}");
+}

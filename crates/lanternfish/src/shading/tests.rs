@@ -7,12 +7,16 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3, Vec4};
 use lanternfish_gpu::testing;
 use lanternfish_reference::{
+    Film, Settings as TracerSettings, Tracer,
     brdf::{self, Coat, Reflector, normal_distribution},
     reflector,
 };
-use lanternfish_scene::Material;
+use lanternfish_scene::{Camera, Image, Light, Material, Projection, Sampler, Texture, TextureRef, linear_from_srgb};
 
-use crate::testing::{Random, ask};
+use crate::{
+    Renderer, Settings,
+    testing::{Random, apart, ask, quad, scene_of},
+};
 
 const ROUGHNESSES: [f64; 7] = [0.0, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0];
 
@@ -105,6 +109,63 @@ fn gpu_coats_are_their_twins() {
         let error = (answer.truncate().as_dvec3() - expected).abs().max_element();
         // As for the BRDF without a coat; alpha is at least 0.01.
         assert!(error <= 2e-4 * expected.x.max(1e-3), "{answer}, not {expected}");
+    }
+}
+
+/// A texture of one colour comes to what its channels say as factors, for the renderer and for the path tracer.
+#[test]
+fn gpu_textures_of_layers_weigh_their_factors() {
+    let Some(gpu) = testing::gpu("gpu_textures_of_layers_weigh_their_factors") else { return };
+    let texel = [51, 102, 153, 204];
+    let tint = Vec3::from([0, 1, 2].map(|c| linear_from_srgb(texel[c])));
+    let base_color = Vec4::new(0.3, 0.3, 0.3, 1.0);
+    let usual = Material { base_color, metallic: 0.0, perceptual_roughness: 0.5, ..Material::default() };
+    let coated = Material { clearcoat: 1.0, clearcoat_roughness: 0.6, ..usual.clone() };
+    let glass = Material { transmission: 1.0, ..usual.clone() };
+    type Put = fn(&mut Material, Option<TextureRef>);
+    let textures: [(&str, &Material, Put, Material); 5] = [
+        ("specular", &usual, |m, t| m.specular_texture = t, Material { specular: 0.8, ..usual.clone() }),
+        ("its colour", &usual, |m, t| m.specular_color_texture = t, Material { specular_color: tint, ..usual.clone() }),
+        ("transmission", &glass, |m, t| m.transmission_texture = t, Material { transmission: 0.2, ..glass.clone() }),
+        ("coat", &coated, |m, t| m.clearcoat_texture = t, Material { clearcoat: 0.2, ..coated.clone() }),
+        (
+            "its roughness",
+            &coated,
+            |m, t| m.clearcoat_roughness_texture = t,
+            Material { clearcoat_roughness: 0.6 * 0.4, ..coated.clone() },
+        ),
+    ];
+    let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
+    let scene = |material: &Material| {
+        let lamp = Material { emissive: Vec3::splat(3.0), base_color: Vec4::W, ..Material::default() };
+        let (sheet, behind) = (quad(0, Vec3::ZERO, Vec3::X, Vec3::Y), quad(1, -Vec3::Z, 4.0 * Vec3::X, 4.0 * Vec3::Y));
+        let mut scene = apart(&scene_of(vec![sheet, behind], vec![material.clone(), lamp]));
+        scene.lights.push(Light::directional(Vec3::new(0.1, 0.05, -1.0), Vec3::splat(3.0)));
+        scene.images.push(Image { name: String::new(), width: 1, height: 1, rgba: texel.to_vec() });
+        scene.samplers.push(Sampler::default());
+        scene.textures.push(Texture { image: 0, sampler: 0 });
+        scene
+    };
+    let rendered = |material: &Material| {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light()).unwrap();
+        let uploaded = renderer.upload(&scene(material)).unwrap();
+        Vec4::from(renderer.render(&uploaded, &camera, 9, 9).unwrap().radiance[40]).truncate()
+    };
+    let traced = |material: &Material| {
+        let mut film = Film::new(1, 1).unwrap();
+        let settings = TracerSettings { max_depth: 2, ..TracerSettings::default() };
+        Tracer::new(&scene(material), settings).unwrap().render(&camera, &mut film, 256);
+        Vec3::from(film.mean()[0])
+    };
+    for (name, plain, put, factor) in textures {
+        let mut mapped = plain.clone();
+        put(&mut mapped, Some(TextureRef::new(0)));
+        for (who, of) in [("rendered", &rendered as &dyn Fn(&Material) -> Vec3), ("traced", &traced)] {
+            let [plain, mapped, factor] = [plain, &mapped, &factor].map(of);
+            println!("{name}, {who}: {mapped}, by factor {factor}, without {plain}");
+            let apart = |other: Vec3| (mapped - other).abs().max_element() / other.max_element();
+            assert!(apart(factor) < 3e-3 && apart(plain) > 0.01, "{name}, {who}: {mapped}, not {factor}; was {plain}");
+        }
     }
 }
 

@@ -144,10 +144,13 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
 fn gpu_more_samples_are_closer_to_the_truth_at_edges() {
     let Some(gpu) = testing::gpu("gpu_more_samples_are_closer_to_the_truth_at_edges") else { return };
     // The atrium has edges at which walls, steps and mouldings meet: what is lit beside its triangle there is lit inside another.
-    for (name, (scene, camera), scale) in [("the box", cornell_in_rain(1), 8), ("the atrium", atrium(), 4)] {
+    // Measured: 0.45 and 0.63; lit at the pixels' middles, by rays from there: 0.61 and 0.73.
+    for (name, (scene, camera), scale, most) in
+        [("the box", cornell_in_rain(1), 8, 0.53), ("the atrium", atrium(), 4, 0.66)]
+    {
         let (one, four) = errors_at_edges(gpu, &scene, &camera, scale);
         println!("{name}: root mean square error: {one:.4} with one sample, {four:.4} with four");
-        assert!(four < 0.75 * one, "{name}: {four} and {one}");
+        assert!(four < most * one, "{name}: {four} and {one}");
     }
 }
 
