@@ -57,29 +57,29 @@ pub fn light(
     Ok(())
 }
 
-/// A display's value, of 255, below which nothing is made out.
-const NEARLY_BLACK: u8 = 16;
+/// Luminance below which next to nothing is made out, as a share of white at the picture's exposure.
+const NEARLY_BLACK: f32 = 0.01;
 /// Share of the surfaces in a picture that may be nearly black.
-const MOST_NEARLY_BLACK: f32 = 0.75;
-/// The sky that is added then, as a share of white at the picture's exposure.
+const MOST_NEARLY_BLACK: f32 = 0.55;
+/// The sky that is added then, as a share of white.
 const FAINT_SKY: Vec3 = Vec3::new(0.08, 0.11, 0.16);
 
-/// A faint sky, nits, for a scene without surroundings whose own lights leave nearly all of `picture` black, as streets at night
-/// do, where no flag says what light there is. None where there is enough to see.
+/// A faint sky, nits, for a scene without surroundings whose own lights leave most of `picture` black, as streets at night are,
+/// where no flag says what light there is. None where there is enough to see.
 pub fn faint_sky(scene: &Scene, flags: &LightArgs, picture: &Picture) -> Option<Vec3> {
     let has_surroundings = scene.environment.is_some() || scene.sky != Vec3::ZERO;
     if has_surroundings || flags.light_rig.is_some() || has_light(flags) {
         return None;
     }
+    let white = (-picture.exposure?).exp2();
     let (mut surface, mut black) = (0.0, 0.0);
-    for (radiance, display) in picture.radiance.iter().zip(&picture.display) {
-        surface += radiance[3];
-        if display[..3].iter().all(|value| *value < NEARLY_BLACK) {
-            black += radiance[3];
+    for [red, green, blue, covered] in &picture.radiance {
+        surface += covered;
+        if 0.2126 * red + 0.7152 * green + 0.0722 * blue < NEARLY_BLACK * white {
+            black += covered;
         }
     }
-    let exposure = picture.exposure.filter(|_| black > MOST_NEARLY_BLACK * surface)?;
-    Some(FAINT_SKY * (-exposure).exp2())
+    (black > MOST_NEARLY_BLACK * surface).then_some(FAINT_SKY * white)
 }
 
 /// Adds the rig of `--light-rig`, if there is one.
