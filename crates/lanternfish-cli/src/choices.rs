@@ -120,8 +120,8 @@ meanings! {
         Nan: "Magenta where the result is not a number",
     }
     Quality {
-        Draft: "4 and 1 rays from every fourth pixel, through coarse deep images",
-        Good: "8 and 4 rays from every pixel, through deep images",
+        Draft: "4 and 1 rays from every fourth pixel, through the BVH",
+        Good: "4 and 2 rays from every pixel, through the BVH",
         Best: "32 and 16 rays from every pixel, through the BVH, none clamped: exact",
     }
     IndirectTracer {

@@ -94,8 +94,9 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
     let mut uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     // Kept where a picture may ask for more light.
-    let mut scene = Some(scene)
-        .filter(|_| settings.exposure == Exposure::Auto && lights.is_seen && lights.reaches_surfaces && !output.is_radiance());
+    let mut scene = Some(scene).filter(|_| {
+        settings.exposure == Exposure::Auto && lights.is_seen && lights.reaches_surfaces && !output.is_radiance()
+    });
     let scale = settings.debug_view.and_then(Scale::of);
     if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
         progress.note(&format!("scale of {view}: {scale}"));

@@ -155,9 +155,8 @@ fn quality_says_what_is_not_said_otherwise() {
     assert_eq!((draft.resolution, coarse), (IndirectResolution::Half, 64));
     let (best, _) = sampled(&["--quality", "best"]);
     assert_eq!(best.tracer, IndirectTracer::Bvh);
-    assert!(
-        draft.diffuse_rays < Sampled::default().diffuse_rays && Sampled::default().diffuse_rays < best.diffuse_rays
-    );
+    let rays = |sampled: Sampled| sampled.diffuse_rays + sampled.glossy_rays;
+    assert!(rays(draft) < rays(Sampled::default()) && rays(Sampled::default()) < rays(best));
     let (best, fine) = sampled(&["--quality", "best", "--indirect-rays", "3", "--deep-resolution", "32"]);
     assert_eq!((best.diffuse_rays, best.tracer, fine), (3, IndirectTracer::Bvh, 32));
     let none = parsed(&["--indirect", "none"]).unwrap().settings();

@@ -238,7 +238,9 @@ mod tests {
         let settings = |words: &str| parsed(words).unwrap().images.settings(8192).map_err(|error| error.to_string());
         assert!(settings("--builder single_pass --resolution 2730").is_ok());
         assert!(settings("--builder single_pass --resolution 910 --supersampling 3").is_ok());
-        for words in ["--builder single_pass --resolution 2731", "--builder single_pass --resolution 911 --supersampling 3"] {
+        for words in
+            ["--builder single_pass --resolution 2731", "--builder single_pass --resolution 911 --supersampling 3"]
+        {
             let error = settings(words).unwrap_err();
             assert!(error.contains("this adapter has 8192") && error.contains("--builder per_direction"), "{error}");
         }

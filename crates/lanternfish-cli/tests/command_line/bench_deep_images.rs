@@ -76,6 +76,7 @@ fn gpu_tables_can_be_measured_alone() {
     let folder = tempfile::tempdir().unwrap();
     bench(folder.path(), &["demo:cornell", "--tables", "stores,directions", "-o", "report"]);
     let report = report(folder.path(), "report");
-    let groups: BTreeSet<_> = report["built"].as_array().unwrap().iter().map(|row| row["group"].as_str().unwrap()).collect();
+    let groups: BTreeSet<_> =
+        report["built"].as_array().unwrap().iter().map(|row| row["group"].as_str().unwrap()).collect();
     assert_eq!(groups.into_iter().collect::<Vec<_>>(), ["Directions", "Stores"]);
 }

@@ -2,13 +2,14 @@
 //! axis [Archer2019, §3.1; Niessner2010, §3.1].
 //!
 //! 1. Grid: a sphere around the scene; images of one size around it; as many images a chunk as fit one binding.
-//! 2. Sample: the scene is drawn once, and every fragment kept (or drawn once a direction, as a yardstick).
-//! 3. Store (`store/`): every sample goes to the list of its texel in every image: into an array (count, scan, fill, sort, merge,
-//!    compact), or into linked lists.
+//! 2. Build (`build/`): every triangle is put into every texel, of every image, whose axis meets it (or the scene is drawn once, and its
+//!    samples are put there; or drawn once a direction, as a yardstick).
+//! 3. Store (`store/`): fragments go to the lists of their texels: into an array (scan, fill, sort, merge, compact), or into linked lists.
 //! 4. Trace (`trace/`): rays read lists through one interface, `fragments.wesl`.
 
 mod build;
 pub mod directions;
+mod holes;
 mod kept;
 pub mod settings;
 mod store;
@@ -26,6 +27,7 @@ use lanternfish_gpu::{Bindings, gpu_struct};
 use self::directions::Directions;
 pub use self::{
     build::{DeepImageBuilder, PeeledFragment},
+    holes::Holes,
     kept::KeptDeepImages,
     validate::{Fragment, ListFault},
 };

@@ -206,7 +206,6 @@ impl GpuScene {
     }
 
     /// The BVH's triangles, where there is a BVH.
-    #[cfg(test)]
     pub(crate) fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
         self.bvh.as_ref().map(|bvh| &bvh.triangles)
     }

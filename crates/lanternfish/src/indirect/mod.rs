@@ -60,9 +60,9 @@ named_enum! {
     /// What is spent on indirect light.
     #[derive(Default)]
     Quality {
-        /// 4 and 1 rays from every fourth pixel, through coarse deep images.
+        /// 4 and 1 rays from every fourth pixel, through the BVH.
         Draft = "draft",
-        /// 8 and 4 rays from every pixel, through deep images.
+        /// 4 and 2 rays from every pixel, through the BVH: nearer to the truth in the same time than more rays through deep images.
         #[default]
         Good = "good",
         /// 32 and 16 rays from every pixel, through the BVH, none clamped; traced exactly.
@@ -74,31 +74,23 @@ impl Quality {
     /// How rays are taken.
     pub const fn sampled(self) -> Sampled {
         let good = Sampled {
-            diffuse_rays: 8,
-            glossy_rays: 4,
-            tracer: IndirectTracer::WithinTexel,
+            diffuse_rays: 4,
+            glossy_rays: 2,
+            tracer: IndirectTracer::Bvh,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::On,
         };
         match self {
-            Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
+            Self::Draft => Sampled { glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
             Self::Good => good,
             Self::Best => {
-                let clamp = IndirectClamp::Off;
-                Sampled {
-                    diffuse_rays: 32,
-                    glossy_rays: 16,
-                    filter_radius: 4,
-                    tracer: IndirectTracer::Bvh,
-                    clamp,
-                    ..good
-                }
+                Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, clamp: IndirectClamp::Off, ..good }
             }
         }
     }
 
-    /// Texels across the deep images that rays go through.
+    /// Texels across the deep images, where rays go through them.
     pub const fn deep_resolution(self) -> u32 {
         match self {
             Self::Draft => 64,

@@ -665,7 +665,8 @@ fn gpu_what_does_not_go_together_is_refused() {
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default() })).contains("64 pixels"));
     let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
-    assert!(refused(Settings { deep_images, ..default.clone() }).contains("triangles"));
+    let within = settings(Sampled { tracer: IndirectTracer::WithinTexel, ..Sampled::default() });
+    assert!(refused(Settings { deep_images, ..within }).contains("triangles"));
     // Rays of indirect light do not need any of shadows.
     Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::None, ..default }).unwrap();
 }

@@ -7,7 +7,7 @@ use lanternfish_scene::{Camera, Material, Projection, Scene, StereoRig, generate
 use super::*;
 use crate::{
     Picture, Renderer, Settings,
-    settings::{DebugView, DeepImageSettings, Samples},
+    settings::{DebugView, DeepImageSettings, Indirect, IndirectTracer, Sampled, Samples},
     testing::{quad, scene_of},
 };
 
@@ -179,7 +179,9 @@ fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
     let scene = cornell();
     let views = view(&scene.cameras[0]);
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let settings = Settings { accumulate: 10, deep_images, ..Settings::default() };
+    let sampled = Sampled { tracer: IndirectTracer::WithinTexel, ..Sampled::default() };
+    let indirect = Indirect::Sampled(sampled);
+    let settings = Settings { accumulate: 10, deep_images, indirect, ..Settings::default() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let builds = |renderer: &Renderer| renderer.passes.deep_images.as_ref().unwrap().builds();

@@ -10,6 +10,8 @@ pub struct Group {
     pub rows: Vec<DeepImageSettings>,
     /// Whether the rays are traced through the exact structures as well.
     pub beside_exact: bool,
+    /// Whether holes are counted, against a draw for each direction.
+    pub with_holes: bool,
 }
 
 /// Most bytes of lists that rays are traced through. Some machines have 8 GB, and the scene wants its share.
@@ -26,22 +28,30 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let of = |count| DeepImageSettings { directions: DirectionSet::ZonalEqualArea { count }, ..default };
     let by = |builder, count| DeepImageSettings { builder, ..of(count) };
     let [few, all] = if quick { [4, 8] } else { [8, 169] };
+    let finer = |builder| DeepImageSettings { resolution: 2 * default.resolution, ..by(builder, all) };
     // [Archer2019, table 2], and the default.
     let counts: &[u32] = if quick { &[4, 8] } else { &[8, 16, 32, 64, 128, 169] };
     let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
     // [Niessner2010, table 1] has the second and the last.
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
     let mut groups = vec![
-        Group { title: "Directions", rows: counts.iter().map(|n| of(*n)).collect(), beside_exact: false },
+        Group {
+            title: "Directions",
+            rows: counts.iter().map(|n| of(*n)).collect(),
+            beside_exact: false,
+            with_holes: false,
+        },
         Group {
             title: "Supersampling",
             rows: supersamplings.iter().map(|n| DeepImageSettings { supersampling: *n, ..of(all) }).collect(),
             beside_exact: false,
+            with_holes: false,
         },
         Group {
             title: "Resolution",
             rows: resolutions.iter().map(|n| DeepImageSettings { resolution: *n, ..default }).collect(),
             beside_exact: true,
+            with_holes: false,
         },
     ];
     let stored = |store, depth, payload| DeepImageSettings { store, depth, payload, ..of(all) };
@@ -53,7 +63,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
         stored(DeepStore::LinkedList, DeepDepth::Bits32, true),
         stored(DeepStore::SortedLinkedList, DeepDepth::Bits32, true),
     ];
-    groups.push(Group { title: "Stores", rows, beside_exact: false });
+    groups.push(Group { title: "Stores", rows, beside_exact: false, with_holes: false });
     let rows = vec![
         by(DeepBuilder::SinglePass, few),
         by(DeepBuilder::PerTriangle, few),
@@ -63,8 +73,10 @@ pub fn groups(quick: bool) -> Vec<Group> {
         by(DeepBuilder::SinglePass, all),
         by(DeepBuilder::PerTriangle, all),
         by(DeepBuilder::PerDirection, all),
+        finer(DeepBuilder::SinglePass),
+        finer(DeepBuilder::PerTriangle),
     ];
-    groups.push(Group { title: "Builders", rows, beside_exact: false });
+    groups.push(Group { title: "Builders", rows, beside_exact: false, with_holes: true });
     groups
 }
 

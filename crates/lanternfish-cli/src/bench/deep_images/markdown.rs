@@ -2,7 +2,11 @@
 
 use std::fmt::Write;
 
-use super::{Report, build::Built, trace::Traced};
+use super::{
+    Report,
+    build::{Built, HoleShares},
+    trace::Traced,
+};
 use crate::report::grouped;
 
 pub fn to_markdown(report: &Report) -> String {
@@ -31,6 +35,20 @@ pub fn to_markdown(report: &Report) -> String {
         line("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
         for built in group {
             line(&built_row(built));
+        }
+    }
+    if report.built.iter().any(|built| built.holes.is_some()) {
+        line(
+            "\n## Holes\n\nSurfaces that images miss of those of a draw for each direction, and those that they have besides: fragments \
+             without a partner within a texel of depth in the list of the same texel. By the cosine between a surface's normal and \
+             the image's axis.\n",
+        );
+        line(
+            "| images | directions | texels | fragments, of a direction's | missing | to 1/4 | to 1/2 | to 3/4 | to 1 | spurious |",
+        );
+        line("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+        for row in report.built.iter().filter_map(holes_row) {
+            line(&row);
         }
     }
     line(
@@ -88,6 +106,18 @@ fn tracer_ratios(traced: &[Traced]) -> Vec<String> {
     };
     let others = traced.iter().filter(|row| row.structure != "BVH in compute");
     others.filter_map(ratio).collect()
+}
+
+fn holes_row(built: &Built) -> Option<String> {
+    let HoleShares { missing, spurious, missing_by_cosine, fragments } = built.holes?;
+    let percent = |share: f64| format!("{:.3} %", 100.0 * share);
+    let classes = missing_by_cosine.map(percent).join(" | ");
+    let Built { images, directions, resolution, .. } = built;
+    Some(format!(
+        "| {images} | {directions} | {resolution}² | {fragments:.3} | {} | {classes} | {} |",
+        percent(missing),
+        percent(spurious)
+    ))
 }
 
 fn built_row(built: &Built) -> String {

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
-    deep_images::DeepImages,
-    settings::{DeepImageSettings, Settings, Shadows},
+    deep_images::{DeepImages, Holes},
+    settings::{DeepBuilder, DeepImageSettings, Settings, Shadows},
 };
 use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
 use lanternfish_reference::Tracer;
@@ -147,6 +147,13 @@ impl Bench {
         build(&self.gpu, &mut self.profiler, &self.uploaded, self.runs, group, settings)
     }
 
+    /// What images of these settings miss of those of a draw for each direction.
+    fn holes(&mut self, settings: DeepImageSettings, images: &DeepImages) -> Result<Holes, CliError> {
+        let settings = DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings };
+        let (_, yardstick) = build(&self.gpu, &mut self.profiler, &self.uploaded, 0, "holes", settings)?;
+        Ok(images.holes(&self.gpu.device, &self.gpu.queue, &self.uploaded, &yardstick)?)
+    }
+
     fn measure(
         &mut self,
         args: &DeepImagesArgs,
@@ -166,7 +173,15 @@ impl Bench {
                 }
                 // Lists that do not fit the device, say: the others go on.
                 let images = match progress.step("build", &doing, || self.build(group.title, settings)) {
-                    Ok((figures, images)) => {
+                    Ok((mut figures, images)) => {
+                        if group.with_holes && settings.builder != DeepBuilder::PerDirection {
+                            let doing = format!("Holes, {doing}");
+                            let holes = progress.step("holes", &doing, || self.holes(settings, &images));
+                            match holes {
+                                Ok(holes) => figures.holes = Some(holes.into()),
+                                Err(error) => left_out.push(LeftOut { what: doing, reason: error.to_string() }),
+                            }
+                        }
                         built.push(figures);
                         images
                     }

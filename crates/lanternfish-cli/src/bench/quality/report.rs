@@ -145,8 +145,9 @@ impl Report {
             format!(
                 "FLIP: mean LDR-FLIP of what a display shows. HDR-FLIP: of radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). \
                  p95: what 95 % of the relative errors do not exceed. Energy: sum of the picture over sum of the truth, marked \
-                 with * where it is farther from 1 than {:.0} % and twice the truth's own noise. Pixels: those of the larger picture that differ from the default's in \
-                 any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. ms: median of at most {} frames after one, \
+                 with * where it is farther from 1 than {:.0} % and twice the truth's own noise. Of indirect: the same of \
+                 what the picture has more than the row without indirect light. Pixels: those of the larger picture that differ from the default's in \
+                 any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. ms: median of at most {} frames after one, in which deep images are built and then kept, \
                  at the larger size.{noisy} The row of each truth is its own noise, below which an error says nothing: FLIP is \
                  that between its two halves of samples.",
                 100.0 * ENERGY_TOLERANCE,
@@ -167,11 +168,15 @@ impl Report {
     }
 }
 
+/// Rows without indirect light whose truth has some.
+const WITHOUT_INDIRECT: [&str; 3] = ["indirect none", "one-bounce none", "one-bounce-file none"];
+
 /// Names of the columns after the name and the truth.
-pub const COLUMNS: [&str; 9] = ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "pixels", "ms", "rays", "lights"];
+pub const COLUMNS: [&str; 10] =
+    ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
 
 /// The cells of those columns for a row of `shot`; where there are no figures, the reason alone.
-pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 9], &'r str> {
+pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r str> {
     let Some(figures) = &row.figures else { return Err(row.left_out.as_deref().unwrap_or_default()) };
     let (errors, grouped) = (&figures.errors, crate::report::grouped);
     let noise = shot.truths.iter().find(|truth| truth.name == row.truth).map_or(0.0, |truth| truth.noise_energy);
@@ -183,6 +188,7 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 9], &'r str
         format!("{:.2e}", errors.relative_mse),
         format!("{:.3}", errors.percentile_95),
         format!("{:.4}{mark}", errors.energy_ratio),
+        indirect_ratio(shot, row).map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
         grouped(figures.differing_pixels as u64),
         format!("{:.1}", figures.frame_ms),
         grouped(figures.rays),
@@ -190,8 +196,17 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 9], &'r str
     ])
 }
 
+/// Energy of indirect light alone, over the truth's: of what the row's picture has more than the one without any. None where there is no
+/// such picture, or the row is it.
+fn indirect_ratio(shot: &ShotReport, row: &Row) -> Option<f64> {
+    let energy = |row: &Row| row.figures.as_ref().map(|figures| figures.errors.energy_ratio);
+    let none = shot.rows.iter().find(|other| other.truth == row.truth && WITHOUT_INDIRECT.contains(&&*other.name))?;
+    let direct = energy(none).filter(|_| none.name != row.name)?;
+    Some((energy(row)? - direct) / (1.0 - direct))
+}
+
 /// The same columns of a truth: its own noise.
-pub fn truth_cells(truth: &TruthFigures) -> [String; 9] {
+pub fn truth_cells(truth: &TruthFigures) -> [String; 10] {
     let none = String::new;
     [
         format!("{:.4}", truth.noise_flip),
@@ -199,6 +214,7 @@ pub fn truth_cells(truth: &TruthFigures) -> [String; 9] {
         format!("{:.2e}", truth.noise_relative_mse),
         none(),
         format!("± {:.4}", truth.noise_energy),
+        none(),
         none(),
         none(),
         none(),

@@ -111,6 +111,19 @@ pub const SHOTS: &[Shot] = &[
         range_threshold: 0.02,
         exposure: 0.0,
     },
+    // Nave and aisles inside an outer shell, turned about all axes: light comes through what surfaces let pass.
+    Shot {
+        name: "hall",
+        scene: "demo:hall",
+        view: View::Camera(0),
+        size: size(160, 90),
+        factor: 3,
+        points: &[],
+        rain: 0,
+        attenuation: Attenuation::Gltf,
+        range_threshold: 0.02,
+        exposure: 0.0,
+    },
     // Textures, normal maps, alpha masks.
     Shot {
         name: "sponza-ten",

@@ -6,7 +6,7 @@
 
 use lanternfish::settings::{
     Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, Indirect, IndirectClamp,
-    IndirectResolution, IndirectTracer, Materials, Occlusion, RayCulling, Sampled, Samples, Settings, Shadows,
+    IndirectResolution, IndirectTracer, Materials, Occlusion, Quality, RayCulling, Sampled, Samples, Settings, Shadows,
     TextureBinding, TileSize, Tiled,
 };
 
@@ -112,28 +112,39 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows
 }
 
-/// One bounce of diffuse light: by every tracer, by images of two resolutions, from every pixel and from every fourth.
+/// Rays a pixel of the rows of one bounce: twice as many as `good` takes.
+const ROUNDS: Sampled = Sampled { diffuse_rays: 8, glossy_rays: 4, ..Quality::Good.sampled() };
+
+/// One bounce of diffuse light: by every tracer, by images of several resolutions, from every pixel and from every fourth, and by half
+/// as many rays.
 fn bounces(default: &Settings) -> Vec<Technique> {
     let truth = Truth::OneBounce;
+    let usual = default.deep_images.resolution;
     let of = |name: &str, indirect, resolution| {
         let deep_images = DeepImageSettings { resolution, ..default.deep_images };
         let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
         Technique { name: format!("one-bounce {name}"), settings, truth }
     };
-    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..Sampled::default() });
-    let usual = default.deep_images.resolution;
-    let not_clamped = Sampled { clamp: IndirectClamp::Off, tracer: IndirectTracer::Bvh, ..Sampled::default() };
-    let half = Sampled { resolution: IndirectResolution::Half, tracer: IndirectTracer::Bvh, ..Sampled::default() };
-    vec![
-        of("none", Indirect::None, usual),
-        of("within-texel 64", sampled(IndirectTracer::WithinTexel), 64),
-        of("within-texel 128", sampled(IndirectTracer::WithinTexel), 128),
-        of("across-texels 64", sampled(IndirectTracer::AcrossTexels), 64),
-        of("across-texels 128", sampled(IndirectTracer::AcrossTexels), 128),
-        of("bvh", sampled(IndirectTracer::Bvh), usual),
-        of("bvh half", Indirect::Sampled(half), usual),
-        of("bvh, not clamped", Indirect::Sampled(not_clamped), usual),
-    ]
+    let all = |tracer| Sampled { tracer, ..ROUNDS };
+    let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
+    let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
+    let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(IndirectTracer::Bvh) };
+    let rows = [
+        ("within-texel 64", all(IndirectTracer::WithinTexel), 64),
+        ("within-texel 128", all(IndirectTracer::WithinTexel), 128),
+        ("across-texels 64", all(IndirectTracer::AcrossTexels), 64),
+        ("across-texels 128", all(IndirectTracer::AcrossTexels), 128),
+        ("bvh", all(IndirectTracer::Bvh), usual),
+        ("within-texel 64, every fourth pixel", half(IndirectTracer::WithinTexel), 64),
+        ("within-texel 128, every fourth pixel", half(IndirectTracer::WithinTexel), 128),
+        ("within-texel 256, every fourth pixel", half(IndirectTracer::WithinTexel), 256),
+        ("bvh, every fourth pixel", half(IndirectTracer::Bvh), usual),
+        ("within-texel 128, half the rays", fewer(IndirectTracer::WithinTexel), 128),
+        ("bvh, half the rays", fewer(IndirectTracer::Bvh), usual),
+        ("bvh, not clamped", not_clamped, usual),
+    ];
+    let rows = rows.map(|(name, sampled, resolution)| of(name, Indirect::Sampled(sampled), resolution));
+    std::iter::once(of("none", Indirect::None, usual)).chain(rows).collect()
 }
 
 /// One bounce on the file's materials, by 16 glossy rays.
@@ -143,7 +154,7 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, ..default.clone() };
         Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
     };
-    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..Sampled::default() });
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..ROUNDS });
     vec![
         of("none", Indirect::None),
         of("within-texel", sampled(IndirectTracer::WithinTexel)),
@@ -189,7 +200,7 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { deep_images, ..occluded(Occlusion::Deep { max_distance: None }) };
         rows.push(of(format!("deep {resolution}"), settings));
     }
-    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..Sampled::default() });
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..ROUNDS });
     for tracer in [IndirectTracer::AcrossTexels, IndirectTracer::Bvh] {
         rows.push(of(format!("sampled {tracer}"), Settings { indirect: sampled(tracer), ..default.clone() }));
     }

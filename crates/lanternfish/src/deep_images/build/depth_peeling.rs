@@ -5,11 +5,7 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, storage_buffer};
 
 use crate::{
-    deep_images::{
-        DeepGrid,
-        store::put_features,
-        workgroups,
-    },
+    deep_images::{DeepGrid, store::put_features, workgroups},
     error::RenderError,
     settings::DeepImageSettings,
     shaders::SHADERS,
@@ -94,13 +90,8 @@ impl DepthPeeling {
         (columns * columns).min(fragments / texels).clamp(1, 1 << 16) as u32
     }
 
-    /// Puts every fragment of a chunk's images, once, into its list. 
-    pub fn gather(
-        &self,
-        frame: &mut Frame<'_>,
-        grid: &DeepGrid,
-        bindings: &Bindings<'_>,
-    ) -> Result<(), RenderError> {
+    /// Puts every fragment of a chunk's images, once, into its list.
+    pub fn gather(&self, frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>) -> Result<(), RenderError> {
         for layer in self.peel(frame, grid, bindings)?.iter().rev() {
             let putting = bindings
                 .clone()

@@ -159,10 +159,8 @@ impl DeepImageBuilder {
         }
         let most = self.images_a_chunk(frame.device);
         let builder = &mut self.builder;
-        let mut source = Source {
-            bindings,
-            gather: &mut |frame, grid, bindings| builder.gather(frame, &found, grid, bindings),
-        };
+        let mut source =
+            Source { bindings, gather: &mut |frame, grid, bindings| builder.gather(frame, &found, grid, bindings) };
         let mut chunks = Vec::new();
         let mut counts = DeepCounts::default();
         let mut first_image = 0;

@@ -5,10 +5,7 @@ use lanternfish_gpu::{Bindings, Frame, RasterPipeline};
 
 use super::{draw, raster};
 use crate::{
-    deep_images::{
-        DeepGrid,
-        store::put_features,
-    },
+    deep_images::{DeepGrid, store::put_features},
     error::RenderError,
     settings::DeepImageSettings,
 };

@@ -3,11 +3,7 @@
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
 use crate::{
-    deep_images::{
-        DeepGrid,
-        store::put_features,
-        workgroups,
-    },
+    deep_images::{DeepGrid, store::put_features, workgroups},
     error::RenderError,
     settings::DeepImageSettings,
     shaders::SHADERS,

@@ -5,11 +5,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, storage_bu
 
 use super::{draw, raster};
 use crate::{
-    deep_images::{
-        DeepGrid,
-        store::put_features,
-        workgroups,
-    },
+    deep_images::{DeepGrid, store::put_features, workgroups},
     error::RenderError,
     gpu_scene::GpuScene,
     settings::DeepImageSettings,

@@ -62,7 +62,10 @@ impl LinkedLists {
             }
             let fragments = u64::from(taken);
             let Slots { depths, triangles, links } = slots;
-            return Ok((Chunk { grid, grid_buffer, list_starts, next: Some(links), depths, triangles, fragments }, fragments));
+            return Ok((
+                Chunk { grid, grid_buffer, list_starts, next: Some(links), depths, triangles, fragments },
+                fragments,
+            ));
         }
     }
 }
