@@ -5,7 +5,7 @@ use lanternfish_gpu::{Gpu, testing};
 use super::{build, exact, lists, settings, upload};
 use crate::{
     deep_images::{
-        Fragment, WIDTH,
+        Fragment, Holes, WIDTH,
         build::{EIGHT, SLICE},
     },
     gpu_scene::GpuScene,
