@@ -63,7 +63,7 @@ named_enum! {
     DeepStore {
         /// Behind each other in one array, sorted, surfaces merged: 8 bytes a fragment, 4 a texel [Archer2019, fig. 5].
         LinearArray = "linear_array",
-        /// Each fragment names another, in no order: one turn of the builder and nothing after it, 12 bytes a fragment.
+        /// Each fragment names another, in no order: nothing is done after the builder, 12 bytes a fragment.
         LinkedList = "linked_list",
         /// Each fragment names the next by depth: put there while the lists are built, in time of the square of their
         /// lengths; 12 bytes a fragment [Aalund2015, §3].
