@@ -188,7 +188,7 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r st
         format!("{:.2e}", errors.relative_mse),
         format!("{:.3}", errors.percentile_95),
         format!("{:.4}{mark}", errors.energy_ratio),
-        indirect_ratio(shot, row).map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
+        indirect_ratio(&shot.rows, row).map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
         grouped(figures.differing_pixels as u64),
         format!("{:.1}", figures.frame_ms),
         grouped(figures.rays),
@@ -198,9 +198,9 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r st
 
 /// Energy of indirect light alone, over the truth's: of what the row's picture has more than the one without any. None where there is no
 /// such picture, or the row is it.
-fn indirect_ratio(shot: &ShotReport, row: &Row) -> Option<f64> {
+fn indirect_ratio(rows: &[Row], row: &Row) -> Option<f64> {
     let energy = |row: &Row| row.figures.as_ref().map(|figures| figures.errors.energy_ratio);
-    let none = shot.rows.iter().find(|other| other.truth == row.truth && WITHOUT_INDIRECT.contains(&&*other.name))?;
+    let none = rows.iter().find(|other| other.truth == row.truth && WITHOUT_INDIRECT.contains(&&*other.name))?;
     let direct = energy(none).filter(|_| none.name != row.name)?;
     Some((energy(row)? - direct) / (1.0 - direct))
 }
@@ -234,4 +234,49 @@ pub fn truth_line(truth: &TruthFigures) -> String {
         truth.spp,
         100.0 * truth.noise
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::settings::Settings;
+
+    use super::*;
+    use crate::bench::quality::{
+        measure::{Errors, Figures},
+        techniques::techniques,
+    };
+
+    fn row(name: &str, truth: &'static str, energy_ratio: f64) -> Row {
+        let errors = Errors { flip: 0.0, hdr_flip: 0.0, relative_mse: 0.0, percentile_95: 0.0, energy_ratio };
+        let figures = Figures {
+            errors,
+            differing_pixels: 0,
+            frame_ms: 0.0,
+            rays: 0,
+            listed_lights: 0,
+            picture: String::new(),
+            map: String::new(),
+        };
+        Row { name: name.to_owned(), truth, left_out: None, figures: Some(figures) }
+    }
+
+    #[test]
+    fn indirect_light_is_what_a_picture_has_beyond_the_one_without() {
+        let rows = [
+            row("one-bounce none", "one-bounce", 0.5),
+            row("one-bounce bvh", "one-bounce", 0.9),
+            row("occlusion none", "occlusion", 0.5),
+            row("occlusion deep 64", "occlusion", 0.9),
+        ];
+        let found = rows.each_ref().map(|row| indirect_ratio(&rows, row));
+        assert_eq!(found, [None, Some((0.9 - 0.5) / 0.5), None, None]);
+    }
+
+    #[test]
+    fn rows_without_indirect_light_are_rows() {
+        let rows = techniques(&Settings::direct_light(), 10.0);
+        for name in WITHOUT_INDIRECT {
+            assert!(rows.iter().any(|row| row.name == name), "no row {name}");
+        }
+    }
 }
