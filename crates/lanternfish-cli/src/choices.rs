@@ -121,7 +121,7 @@ meanings! {
     }
     Quality {
         Draft: "4 and 1 rays from every fourth pixel, through the BVH",
-        Good: "4 and 2 rays from every pixel, through the BVH",
+        Good: "8 and 4 rays from every pixel, through the BVH",
         Best: "32 and 16 rays from every pixel, through the BVH, none clamped: exact",
     }
     IndirectTracer {

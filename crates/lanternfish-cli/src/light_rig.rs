@@ -58,19 +58,21 @@ pub fn light(
 }
 
 /// Luminance below which next to nothing is made out, as a share of white at the picture's exposure.
-const NEARLY_BLACK: f32 = 0.01;
+const NEARLY_BLACK: f32 = 0.02;
 /// Share of the surfaces in a picture that may be nearly black.
-const MOST_NEARLY_BLACK: f32 = 0.55;
+const MOST_NEARLY_BLACK: f32 = 0.6;
 /// The sky that is added then, as a share of white.
 const FAINT_SKY: Vec3 = Vec3::new(0.08, 0.11, 0.16);
 
-/// A faint sky, nits, for a scene without surroundings whose own lights leave most of `picture` black, as streets at night are,
-/// where no flag says what light there is. None where there is enough to see.
-pub fn faint_sky(scene: &Scene, flags: &LightArgs, picture: &Picture) -> Option<Vec3> {
+/// Whether a scene may be given a faint sky: it has no surroundings, and no flag says what light there is.
+pub fn may_have_faint_sky(scene: &Scene, flags: &LightArgs) -> bool {
     let has_surroundings = scene.environment.is_some() || scene.sky != Vec3::ZERO;
-    if has_surroundings || flags.light_rig.is_some() || has_light(flags) {
-        return None;
-    }
+    !has_surroundings && flags.light_rig.is_none() && !has_light(flags)
+}
+
+/// A faint sky, nits, for a scene whose own lights leave most of `picture` black, as streets at night are. None where there is enough
+/// to see.
+pub fn faint_sky(picture: &Picture) -> Option<Vec3> {
     let white = (-picture.exposure?).exp2();
     let (mut surface, mut black) = (0.0, 0.0);
     for [red, green, blue, covered] in &picture.radiance {

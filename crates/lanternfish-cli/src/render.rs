@@ -94,8 +94,10 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
     let mut uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
     // Kept where a picture may ask for more light.
-    let mut scene = Some(scene).filter(|_| {
-        settings.exposure == Exposure::Auto && lights.is_seen && lights.reaches_surfaces && !output.is_radiance()
+    let mut scene = Some(scene).filter(|scene| {
+        let is_metered = settings.exposure == Exposure::Auto && !output.is_radiance();
+        let is_lit = lights.is_seen && lights.reaches_surfaces;
+        is_metered && is_lit && light_rig::may_have_faint_sky(scene, &args.lights)
     });
     let scale = settings.debug_view.and_then(Scale::of);
     if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
@@ -118,10 +120,10 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         };
         let mut pictures = draw(&mut progress, &mut renderer, &uploaded)?;
         if let Some(mut scene) = scene.take()
-            && let Some(sky) = light_rig::faint_sky(&scene, &args.lights, &pictures[0])
+            && let Some(sky) = light_rig::faint_sky(&pictures[0])
         {
             scene.sky = sky;
-            uploaded = renderer.upload(&scene)?;
+            renderer.update(&mut uploaded, &scene)?;
             pictures = draw(&mut progress, &mut renderer, &uploaded)?;
             let sky = sky.to_array().map(|x| x.to_string()).join(",");
             progress.note(&format!(

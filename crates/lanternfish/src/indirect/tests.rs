@@ -563,6 +563,36 @@ fn gpu_filter_and_half_resolution_keep_what_is_there() {
     }
 }
 
+/// A mirror shows surfaces of which a few rays find few of the many lights: the filter takes most of that noise, and leaves edges
+/// where they are.
+#[test]
+fn gpu_a_mirror_of_many_lights_is_not_speckled() {
+    let Some(gpu) = testing::gpu("gpu_a_mirror_of_many_lights_is_not_speckled") else { return };
+    let mut scene = closed_box(matt(0.6));
+    scene.materials.push(Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.9) });
+    scene.materials.push(matt(0.05));
+    // The floor is a mirror; two walls are dark.
+    scene.meshes[0].primitives[2].material = 1;
+    scene.meshes[0].primitives[4].material = 2;
+    scene.meshes[0].primitives[0].material = 2;
+    // All of the picture is mirror.
+    let camera = looking([0.0, -0.2, 0.1], [0.0, -1.0, 0.0]);
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(IndirectTracer::Bvh) };
+    let many = Sampled { glossy_rays: 512, ..few };
+    let mut off_by = |lights: usize| {
+        let mut random = Random::new(4);
+        scene.lights = (0..lights).map(|_| Light::point(0.8 * random.point(), 0.01 * (random.point() + 1.5))).collect();
+        let of = |sampled| picture(gpu, settings(sampled), &scene, &camera);
+        let truth = of(many);
+        [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &truth))
+    };
+    let [noisy, smooth] = off_by(300);
+    let [without, edges] = off_by(1);
+    println!("300 lights: off by {noisy:.4}, filtered {smooth:.4}; one light: {without:.4}, {edges:.4}");
+    assert!(smooth < 0.6 * noisy, "{smooth} of {noisy}");
+    assert!(edges < 0.05, "{edges}");
+}
+
 /// The inside of a closed box is dark, however bright its outside: light leaks through walls that are thinner than what deep
 /// images pass over.
 #[test]

@@ -112,8 +112,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows
 }
 
-/// Rays a pixel of the rows of one bounce: twice as many as `good` takes.
-const ROUNDS: Sampled = Sampled { diffuse_rays: 8, glossy_rays: 4, ..Quality::Good.sampled() };
+/// What the rows of one bounce take where they say nothing else.
+const GOOD: Sampled = Quality::Good.sampled();
 
 /// One bounce of diffuse light: by every tracer, by images of several resolutions, from every pixel and from every fourth, and by half
 /// as many rays.
@@ -125,7 +125,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
         Technique { name: format!("one-bounce {name}"), settings, truth }
     };
-    let all = |tracer| Sampled { tracer, ..ROUNDS };
+    let all = |tracer| Sampled { tracer, ..GOOD };
     let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
     let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
     let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(IndirectTracer::Bvh) };
@@ -154,7 +154,7 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, ..default.clone() };
         Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
     };
-    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..ROUNDS });
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..GOOD });
     vec![
         of("none", Indirect::None),
         of("within-texel", sampled(IndirectTracer::WithinTexel)),
@@ -200,7 +200,7 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { deep_images, ..occluded(Occlusion::Deep { max_distance: None }) };
         rows.push(of(format!("deep {resolution}"), settings));
     }
-    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..ROUNDS });
+    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..GOOD });
     for tracer in [IndirectTracer::AcrossTexels, IndirectTracer::Bvh] {
         rows.push(of(format!("sampled {tracer}"), Settings { indirect: sampled(tracer), ..default.clone() }));
     }
