@@ -163,7 +163,7 @@ impl DeepImageArgs {
                     "--resolution {}: {drawn} pixels would be drawn across, this adapter has {limit}",
                     self.resolution
                 ),
-                "choose a smaller --resolution or --supersampling, or --builder per_direction",
+                "choose a smaller --resolution, or --builder per_triangle, which draws nothing",
             ));
         }
         let texels = self.directions.count() * u64::from(self.resolution).pow(2);
@@ -242,7 +242,7 @@ mod tests {
             ["--builder single_pass --resolution 2731", "--builder single_pass --resolution 911 --supersampling 3"]
         {
             let error = settings(words).unwrap_err();
-            assert!(error.contains("this adapter has 8192") && error.contains("--builder per_direction"), "{error}");
+            assert!(error.contains("this adapter has 8192") && error.contains("--builder per_triangle"), "{error}");
         }
         let fine = "--resolution 4096 --supersampling 8 --builder per_direction --directions";
         assert!(settings(&format!("{fine} zonal:128")).is_ok());

@@ -204,7 +204,7 @@ fn with_remedy(error: RenderError, view: DeepView) -> CliError {
     let hint = match &error {
         RenderError::Size { .. } if view != DeepView::Points => "choose a smaller --upscale, --resolution or --layers",
         RenderError::Gpu(GpuError::TooLarge { .. }) | RenderError::Overflow { .. } => {
-            "choose a smaller --resolution or --supersampling, fewer --directions, or another adapter with --adapter"
+            "choose a smaller --resolution, fewer --directions, or another adapter with --adapter"
         }
         _ => return error.into(),
     };

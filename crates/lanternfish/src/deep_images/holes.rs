@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish_gpu::read_back;
 
-use super::{DeepImages, Fragment};
+use super::{DeepGrid, DeepImages, Fragment};
 use crate::{error::RenderError, gpu_scene::GpuScene};
 
 /// Surfaces of images against those of a yardstick: images of the same scene, directions and resolution, built by a draw for each
@@ -58,9 +58,10 @@ fn alone(
 }
 
 impl DeepImages {
-    /// Compares with `yardstick`. Both are read back, and must have triangles and the same chunks.
+    /// Compares with `yardstick`, images of the same scene. Both are read back.
     ///
-    /// An error where a list is broken, or the images are not of the same form.
+    /// An error where a list is broken, where the two differ in directions, resolution, chunks or the scene's bounds, or where the
+    /// yardstick has no triangles.
     pub fn holes(
         &self,
         device: &wgpu::Device,
@@ -69,10 +70,18 @@ impl DeepImages {
         yardstick: &DeepImages,
     ) -> Result<Holes, RenderError> {
         let grids = |images: &DeepImages| -> Vec<_> {
-            images.chunks.iter().map(|c| (c.grid.first_image, c.grid.image_count, c.grid.resolution)).collect()
+            let of = |grid: &DeepGrid| {
+                (grid.first_image, grid.image_count, grid.resolution, grid.center, grid.radius, grid.set_from_world)
+            };
+            images.chunks.iter().map(|chunk| of(&chunk.grid)).collect()
         };
-        let (Some(triangles), true) = (scene.bvh_triangles(), grids(self) == grids(yardstick)) else {
-            return Err(RenderError::Together { setting: "holes", needed: "images of one form, and their scene" });
+        let is_alike = grids(self) == grids(yardstick) && self.directions.set() == yardstick.directions.set();
+        let has_triangles = yardstick.chunks.iter().all(|chunk| chunk.triangles.is_some());
+        let (Some(triangles), true, true) = (scene.bvh_triangles(), is_alike, has_triangles) else {
+            return Err(RenderError::Together {
+                setting: "holes",
+                needed: "images of one form with triangles, and their scene",
+            });
         };
         let words = read_back::<[f32; 12]>(device, queue, triangles, scene.traced_triangles as usize)?;
         let corner = |words: &[f32; 12], i: usize| Vec3::from_slice(&words[4 * i..]);

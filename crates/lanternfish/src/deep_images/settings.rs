@@ -53,7 +53,7 @@ named_enum! {
         PerTriangle = "per_triangle",
         /// A draw for each direction: the yardstick.
         PerDirection = "per_direction",
-        /// A draw for each layer of surfaces [Niessner2010, §3.1]: the yardstick of both.
+        /// A draw for each layer of surfaces of all images at once [Niessner2010, §3.1]: another yardstick, which is the slowest.
         DepthPeeling = "depth_peeling",
     }
 }

@@ -43,7 +43,11 @@ pub fn groups(quick: bool) -> Vec<Group> {
         },
         Group {
             title: "Supersampling",
-            rows: supersamplings.iter().map(|n| DeepImageSettings { supersampling: *n, ..of(all) }).collect(),
+            // Of the one builder that has it.
+            rows: supersamplings
+                .iter()
+                .map(|n| DeepImageSettings { supersampling: *n, ..by(DeepBuilder::SinglePass, all) })
+                .collect(),
             beside_exact: false,
             with_holes: false,
         },

@@ -85,7 +85,8 @@ fn builder_ratios(built: &[Built]) -> Vec<String> {
                 && (other.directions, other.resolution) == (row.directions, row.resolution)
         })?;
         let times = row.total_ms / single.total_ms;
-        Some(format!("{} / single_pass, {} directions, time: {times:.1}", row.builder, row.directions))
+        let (directions, resolution) = (row.directions, row.resolution);
+        Some(format!("{} / single_pass, {directions} directions of {resolution}², time: {times:.1}", row.builder))
     };
     others.filter_map(ratio).collect()
 }

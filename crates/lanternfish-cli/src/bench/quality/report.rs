@@ -146,7 +146,7 @@ impl Report {
                 "FLIP: mean LDR-FLIP of what a display shows. HDR-FLIP: of radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). \
                  p95: what 95 % of the relative errors do not exceed. Energy: sum of the picture over sum of the truth, marked \
                  with * where it is farther from 1 than {:.0} % and twice the truth's own noise. Of indirect: the same of \
-                 what the picture has more than the row without indirect light. Pixels: those of the larger picture that differ from the default's in \
+                 what the picture has more than the row without indirect light, left out where the truth's own noise is more than a quarter of that. Pixels: those of the larger picture that differ from the default's in \
                  any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. ms: median of at most {} frames after one, in which deep images are built and then kept, \
                  at the larger size.{noisy} The row of each truth is its own noise, below which an error says nothing: FLIP is \
                  that between its two halves of samples.",
@@ -188,7 +188,7 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r st
         format!("{:.2e}", errors.relative_mse),
         format!("{:.3}", errors.percentile_95),
         format!("{:.4}{mark}", errors.energy_ratio),
-        indirect_ratio(&shot.rows, row).map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
+        indirect_ratio(&shot.rows, row, noise).map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
         grouped(figures.differing_pixels as u64),
         format!("{:.1}", figures.frame_ms),
         grouped(figures.rays),
@@ -196,25 +196,36 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r st
     ])
 }
 
-/// Energy of indirect light alone, over the truth's: of what the row's picture has more than the one without any. None where there is no
-/// such picture, or the row is it.
-fn indirect_ratio(rows: &[Row], row: &Row) -> Option<f64> {
-    let energy = |row: &Row| row.figures.as_ref().map(|figures| figures.errors.energy_ratio);
-    let none = rows.iter().find(|other| other.truth == row.truth && WITHOUT_INDIRECT.contains(&&*other.name))?;
-    let direct = energy(none).filter(|_| none.name != row.name)?;
-    Some((energy(row)? - direct) / (1.0 - direct))
+/// Energy of indirect light alone, over the truth's: of what the row's picture has more than the one without any. `noise`: of the truth's
+/// energy. None where there is no such picture, the row is it, or the truth's light is lost in its noise.
+fn indirect_ratio(rows: &[Row], row: &Row, noise: f64) -> Option<f64> {
+    let (none, direct) = direct_ratio(rows, row.truth)?;
+    let ratio = row.figures.as_ref()?.errors.energy_ratio;
+    let indirect = 1.0 - direct;
+    (none.name != row.name && indirect > MOST_NOISE * noise).then(|| (ratio - direct) / indirect)
+}
+
+/// How many times its own noise a truth's indirect light is at least, where a share of it is said.
+const MOST_NOISE: f64 = 4.0;
+
+/// The row without indirect light of a truth that has some, and its energy over the truth's.
+fn direct_ratio<'r>(rows: &'r [Row], truth: &str) -> Option<(&'r Row, f64)> {
+    let none = rows.iter().find(|row| row.truth == truth && WITHOUT_INDIRECT.contains(&&*row.name))?;
+    Some((none, none.figures.as_ref()?.errors.energy_ratio))
 }
 
 /// The same columns of a truth: its own noise.
-pub fn truth_cells(truth: &TruthFigures) -> [String; 10] {
+pub fn truth_cells(shot: &ShotReport, truth: &TruthFigures) -> [String; 10] {
     let none = String::new;
+    let indirect = direct_ratio(&shot.rows, truth.name).map(|(_, direct)| 1.0 - direct);
+    let of_indirect = indirect.filter(|indirect| *indirect > MOST_NOISE * truth.noise_energy);
     [
         format!("{:.4}", truth.noise_flip),
         none(),
         format!("{:.2e}", truth.noise_relative_mse),
         none(),
         format!("± {:.4}", truth.noise_energy),
-        none(),
+        of_indirect.map(|indirect| format!("± {:.3}", truth.noise_energy / indirect)).unwrap_or_default(),
         none(),
         none(),
         none(),
@@ -268,8 +279,12 @@ mod tests {
             row("occlusion none", "occlusion", 0.5),
             row("occlusion deep 64", "occlusion", 0.9),
         ];
-        let found = rows.each_ref().map(|row| indirect_ratio(&rows, row));
+        let found = rows.each_ref().map(|row| indirect_ratio(&rows, row, 0.01));
         assert_eq!(found, [None, Some((0.9 - 0.5) / 0.5), None, None]);
+        // The truth's light is lost in its noise, or is not more than the picture's direct light.
+        assert_eq!(indirect_ratio(&rows, &rows[1], 0.13), None);
+        let rows = [row("one-bounce none", "one-bounce", 1.0), row("one-bounce bvh", "one-bounce", 1.2)];
+        assert_eq!(indirect_ratio(&rows, &rows[1], 0.0), None);
     }
 
     #[test]

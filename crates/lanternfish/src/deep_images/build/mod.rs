@@ -6,7 +6,7 @@ mod per_triangle;
 mod single_pass;
 
 use glam::{Quat, UVec2};
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, storage_buffer_of};
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, faulty_software, storage_buffer_of};
 
 pub use self::depth_peeling::PeeledFragment;
 #[cfg(test)]
@@ -54,7 +54,7 @@ enum Found {
 
 impl Builder {
     fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        Ok(match settings.builder {
+        Ok(match sound_builder(settings.builder, &device.adapter_info()) {
             DeepBuilder::SinglePass => Self::SinglePass(SinglePass::new(device, settings)?),
             DeepBuilder::PerTriangle => Self::PerTriangle(PerTriangle::new(device, settings)?),
             DeepBuilder::PerDirection => Self::PerDirection(PerDirection::new(device, settings)?),
@@ -157,7 +157,7 @@ impl DeepImageBuilder {
         if let Found::Samples(samples) = &found {
             bindings = samples.bind(bindings);
         }
-        let most = self.images_a_chunk(frame.device);
+        let mut most = self.images_a_chunk(frame.device);
         let builder = &mut self.builder;
         let mut source =
             Source { bindings, gather: &mut |frame, grid, bindings| builder.gather(frame, &found, grid, bindings) };
@@ -167,7 +167,14 @@ impl DeepImageBuilder {
         while first_image < axes.len() as u32 {
             let image_count = most.min(axes.len() as u32 - first_image);
             let (chunk, drawn) =
-                self.store.record(frame, DeepGrid { first_image, image_count, ..grid }, &mut source)?;
+                match self.store.record(frame, DeepGrid { first_image, image_count, ..grid }, &mut source) {
+                    // More than one binding holds, of several images: of fewer it may hold them.
+                    Err(RenderError::Overflow { .. }) if image_count > 1 => {
+                        most = image_count / 2;
+                        continue;
+                    }
+                    other => other?,
+                };
             counts.drawn += drawn;
             counts.kept += chunk.fragments;
             counts.bytes += chunk.bytes();
@@ -194,6 +201,19 @@ impl DeepImageBuilder {
             Builder::SinglePass(_) | Builder::PerTriangle(_) | Builder::PerDirection(_) => most,
         }
     }
+}
+
+/// The builder that is used for the one that was asked for: on a driver that ends loops early, which would leave triangles out
+/// without a word, the single pass stands in for the arithmetic.
+pub(super) fn sound_builder(asked: DeepBuilder, adapter: &wgpu::AdapterInfo) -> DeepBuilder {
+    if asked == DeepBuilder::PerTriangle && faulty_software(adapter) {
+        tracing::warn!(
+            driver = adapter.driver_info,
+            "deep images are built by single_pass: per_triangle would lose triangles"
+        );
+        return DeepBuilder::SinglePass;
+    }
+    asked
 }
 
 /// Images whose lists, and so many fragments of each, fit a binding of so many entries: at least one.

@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::{ComputeKernel, Frame, primitives::Scan, storage_buffer, uniform_buffer_of};
 
-use super::{FIRST_GUESS, Slots, Source, with_capacity};
+use super::{Slots, Source, first_guess, grown, with_capacity};
 use crate::{
     deep_images::{Chunk, DeepGrid, workgroups},
     error::RenderError,
@@ -56,22 +56,22 @@ impl LinearArray {
             |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
 
         // Gather and scan, once more where there was no room.
-        self.capacity = self.capacity.max(FIRST_GUESS * u64::from(lists));
+        self.capacity = self.capacity.max(first_guess(device, lists));
         let (slots, filled_starts) = loop {
-            let grid_buffer = with_capacity(device, &mut grid, self.capacity)?;
+            let grid_buffer = with_capacity(&mut grid, device, self.capacity);
             let slots = Slots::new(device, self.capacity, self.payload)?;
             let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
             let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
             (source.gather)(frame, &grid, &bindings.buffer("list_counters", &filled_starts))?;
-            // What follows is the number of slots that were taken: where the last list ends.
-            let total = self.scan.record(frame, &filled_starts, lists + 1)?.clone();
-            let taken = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
+            // Of as many values as are scanned below. What follows the lists becomes the end of the last one, and in the total
+            // the slots that were taken are counted a second time.
+            let total = self.scan.record(frame, &filled_starts, lists + 2)?.clone();
+            let taken = u64::from(frame.read_now::<u32>(&total, 1)?[0]) / 2;
             if taken <= self.capacity {
                 grid.capacity = taken as u32;
                 break (slots, filled_starts);
             }
-            tracing::debug!(taken, capacity = self.capacity, "deep_images/fragments grow");
-            self.capacity = taken;
+            self.capacity = grown(device, self.capacity, taken)?;
         };
         let drawn = u64::from(grid.capacity);
         let grid_buffer = uniform_buffer_of(device, "deep_images/grid", &grid);

@@ -4,7 +4,7 @@
 
 use lanternfish_gpu::{ComputeKernel, Frame, storage_buffer};
 
-use super::{FIRST_GUESS, Slots, Source, with_capacity};
+use super::{Slots, Source, first_guess, grown, with_capacity};
 use crate::{
     deep_images::{Chunk, DeepGrid, workgroups},
     error::RenderError,
@@ -41,10 +41,10 @@ impl LinkedLists {
         let device = frame.device;
         let lists = grid.list_count();
         if self.capacity == 0 {
-            self.capacity = FIRST_GUESS * u64::from(lists);
+            self.capacity = first_guess(device, lists);
         }
         loop {
-            let grid_buffer = with_capacity(device, &mut grid, self.capacity)?;
+            let grid_buffer = with_capacity(&mut grid, device, self.capacity);
             let list_starts = storage_buffer(device, "deep_images/list_starts", 4 * (u64::from(lists) + 1))?;
             let slots = Slots::new(device, self.capacity, self.payload)?;
             let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
@@ -52,8 +52,7 @@ impl LinkedLists {
             (source.gather)(frame, &grid, &bindings)?;
             let taken = frame.read_now::<u32>(&list_starts, 1)?[0];
             if u64::from(taken) > self.capacity {
-                tracing::debug!(taken, capacity = self.capacity, "deep_images/fragments grow");
-                self.capacity = u64::from(taken);
+                self.capacity = grown(device, self.capacity, u64::from(taken))?;
                 continue;
             }
             if let Some(link) = &self.link {

@@ -103,17 +103,32 @@ impl Store {
     }
 }
 
-/// The grid with room for so many fragments, on the device.
-fn with_capacity(device: &wgpu::Device, grid: &mut DeepGrid, capacity: u64) -> Result<wgpu::Buffer, RenderError> {
-    let limit = device.limits().max_storage_buffer_binding_size / 4;
-    if capacity > limit {
+/// Fragments that the first chunk has room for, before any were counted.
+fn first_guess(device: &wgpu::Device, lists: u32) -> u64 {
+    (FIRST_GUESS * u64::from(lists)).min(most_fragments(device))
+}
+
+/// The room for so many fragments as were counted. An error where no binding holds them.
+fn grown(device: &wgpu::Device, capacity: u64, taken: u64) -> Result<u64, RenderError> {
+    tracing::debug!(taken, capacity, "deep_images/fragments grow");
+    let limit = most_fragments(device);
+    if taken > limit {
         return Err(RenderError::Overflow {
             list: "deep_images/fragments",
-            needed: capacity,
+            needed: taken,
             limit,
-            remedy: "use fewer or coarser deep images, or less supersampling",
+            remedy: "use coarser deep images",
         });
     }
+    Ok(taken)
+}
+
+fn most_fragments(device: &wgpu::Device) -> u64 {
+    device.limits().max_storage_buffer_binding_size / 4
+}
+
+/// The grid with room for so many fragments, on the device.
+fn with_capacity(grid: &mut DeepGrid, device: &wgpu::Device, capacity: u64) -> wgpu::Buffer {
     grid.capacity = capacity as u32;
-    Ok(uniform_buffer_of(device, "deep_images/grid", grid))
+    uniform_buffer_of(device, "deep_images/grid", grid)
 }

@@ -1,16 +1,19 @@
 //! The builders against exact intersection, and against each other.
 
+use glam::Vec3;
 use lanternfish_gpu::{Gpu, testing};
 
 use super::{build, exact, lists, settings, upload};
 use crate::{
     deep_images::{
         Fragment, Holes, WIDTH,
-        build::{EIGHT, SLICE},
+        build::{EIGHT, SLICE, sound_builder},
+        directions::DirectionSet,
     },
     gpu_scene::GpuScene,
     settings::{DeepBuilder, DeepImageSettings},
     shaders::constant,
+    testing::{quad, scene_of},
 };
 
 /// Of texels where the exact axis meets something: how many are empty, and how many first surfaces are off by more than a
@@ -111,4 +114,64 @@ fn gpu_images_by_triangle_hold_every_surface() {
         // It can fail.
         assert!(single_pass.missing > 0.02, "{name}: {single_pass:?}");
     }
+}
+
+/// Images of several chunks and slices, of which the last are not full, are those of a draw for each direction.
+#[test]
+fn gpu_images_by_triangle_go_on_from_chunk_to_chunk() {
+    let Some(gpu) = testing::gpu("gpu_images_by_triangle_go_on_from_chunk_to_chunk") else { return };
+    let scene = upload(gpu, &lanternfish_scene::generate::demo("cornell").unwrap());
+    let entries = gpu.device.limits().max_storage_buffer_binding_size / 4;
+    for (images_a_chunk, expected) in [(7, vec![7, 7, 7, 7, 7, 7, 3]), (40, vec![40, 5])] {
+        let settings = DeepImageSettings {
+            directions: DirectionSet::ZonalEqualArea { count: 45 },
+            fragments_a_texel: entries / (48 * 48 * images_a_chunk),
+            ..settings(DeepBuilder::PerTriangle)
+        };
+        let images = build(gpu, &scene, settings);
+        let chunks: Vec<u32> = images.chunks.iter().map(|chunk| chunk.grid.image_count).collect();
+        assert_eq!(chunks, expected);
+        let found = holes(gpu, &scene, settings);
+        println!("{images_a_chunk} images a chunk: {found:?}");
+        assert!(found.missing < 0.002 && found.spurious < 0.002, "{found:?}");
+    }
+}
+
+/// A triangle that is tiny beside a texel is in the texel whose axis meets it.
+#[test]
+fn gpu_tiny_triangles_are_in_coarse_images() {
+    let Some(gpu) = testing::gpu("gpu_tiny_triangles_are_in_coarse_images") else { return };
+    let settings = DeepImageSettings {
+        directions: DirectionSet::ZonalEqualArea { count: 5 },
+        resolution: 4,
+        merge_texels: 0.0,
+        ..settings(DeepBuilder::PerTriangle)
+    };
+    // Two corners of a scene of 600 m; between them a square of a millimetre, where an axis passes.
+    let corners = [-200.0f32, 200.0].map(|x| quad(0, Vec3::splat(x), 0.1 * Vec3::X, 0.1 * Vec3::Y));
+    let built = |primitives: Vec<_>| {
+        let scene = upload(gpu, &scene_of(primitives, vec![Default::default()]));
+        build(gpu, &scene, settings)
+    };
+    let without = built(corners.to_vec());
+    let grid = &without.chunks[0].grid;
+    for image in 0..5 {
+        let axes = without.directions.frame(image);
+        let at = grid.center + 0.5 / grid.texels_per_metre * (axes.x_axis + axes.y_axis);
+        let square = quad(0, at, 5e-4 * axes.x_axis, 5e-4 * axes.y_axis);
+        let with = built([corners.to_vec(), vec![square]].concat());
+        assert!(with.counts.drawn > without.counts.drawn, "image {image}: {:?}", with.counts);
+    }
+}
+
+#[test]
+fn drivers_that_end_loops_early_get_the_single_pass() {
+    let adapter = |driver: &str| wgpu::AdapterInfo {
+        driver_info: driver.to_owned(),
+        ..wgpu::AdapterInfo::new(wgpu::DeviceType::Cpu, wgpu::Backend::Vulkan)
+    };
+    let builder = |asked, driver| sound_builder(asked, &adapter(driver));
+    assert_eq!(builder(DeepBuilder::PerTriangle, "Mesa 22.3.6"), DeepBuilder::SinglePass);
+    assert_eq!(builder(DeepBuilder::PerDirection, "Mesa 22.3.6"), DeepBuilder::PerDirection);
+    assert_eq!(builder(DeepBuilder::PerTriangle, "Mesa 25.0.7"), DeepBuilder::PerTriangle);
 }

@@ -14,12 +14,14 @@ use crate::{
 fn gpu_lists_are_the_same_whatever_order_the_atomics_ran_in() {
     let Some(gpu) = testing::gpu("gpu_lists_are_the_same_whatever_order_the_atomics_ran_in") else { return };
     let scene = upload(gpu, &lanternfish_scene::generate::demo("atrium").unwrap());
-    let once = build(gpu, &scene, settings(DeepBuilder::SinglePass));
-    for _ in 0..2 {
-        let again = build(gpu, &scene, settings(DeepBuilder::SinglePass));
-        assert_eq!(once.counts, again.counts);
-        for (a, b) in once.chunks.iter().zip(&again.chunks) {
-            assert_eq!(lists(gpu, &once, a), lists(gpu, &again, b));
+    for builder in [DeepBuilder::SinglePass, DeepBuilder::PerTriangle] {
+        let once = build(gpu, &scene, settings(builder));
+        for _ in 0..2 {
+            let again = build(gpu, &scene, settings(builder));
+            assert_eq!(once.counts, again.counts);
+            for (a, b) in once.chunks.iter().zip(&again.chunks) {
+                assert_eq!(lists(gpu, &once, a), lists(gpu, &again, b));
+            }
         }
     }
 }
@@ -36,6 +38,36 @@ fn gpu_linked_lists_refuse_depths_in_16_bits() {
         assert_eq!(with(store, DeepDepth::Bits32), Ok(()));
         assert!(with(store, DeepDepth::Bits16).unwrap_err().contains("linear_array"));
     }
+}
+
+/// More fragments than a binding holds, in three images: one image at a time they fit.
+#[test]
+fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
+    let Some(gpu) = testing::gpu("gpu_images_that_are_too_full_for_one_chunk_are_split") else { return };
+    let limit = gpu.device.limits().max_storage_buffer_binding_size / 4;
+    let (sheets, resolution) = (150u32, 512u32);
+    if limit > 1 << 25 {
+        // The same would take a larger scene.
+        return println!("bindings of {limit} words: not filled");
+    }
+    let sheet = |axis: Vec3, i: u32| {
+        let (right, up) = axis.any_orthonormal_pair();
+        quad(0, (i as f32 / sheets as f32 - 0.5) * 0.8 * axis, 0.4 * right, 0.4 * up)
+    };
+    let all = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| (0..sheets).map(move |i| sheet(axis, i)));
+    let scene = upload(gpu, &scene_of(all.collect(), vec![Default::default()]));
+    let settings = DeepImageSettings {
+        directions: DirectionSet::Cube { k: 1 },
+        resolution,
+        fragments_a_texel: 1,
+        merge_texels: 0.0,
+        ..settings(DeepBuilder::PerTriangle)
+    };
+    let images = build(gpu, &scene, settings);
+    let chunks: Vec<u32> = images.chunks.iter().map(|chunk| chunk.grid.image_count).collect();
+    println!("{} fragments in chunks of {chunks:?} images", images.counts.drawn);
+    assert!(images.counts.drawn > limit && images.counts.kept == images.counts.drawn, "{:?}", images.counts);
+    assert_eq!(chunks, [1, 1, 1]);
 }
 
 /// 10,000 sheets behind each other: a list as long is sorted, and in no quadratic time.
