@@ -128,6 +128,7 @@ meanings! {
         WithinTexel: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
         AcrossTexels: "Every texel of a deep image that a ray crosses",
         Bvh: "The bounding volume hierarchy: exact",
+        RayQuery: "The adapter's own acceleration structure: exact",
     }
     IndirectClamp {
         On: "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",

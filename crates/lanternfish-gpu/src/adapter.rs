@@ -87,9 +87,13 @@ impl Gpu {
     pub const TEXTURE_ARRAYS: wgpu::Features = wgpu::Features::TEXTURE_BINDING_ARRAY
         .union(wgpu::Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING);
 
+    /// Features that time passes, and dispatches that share a pass.
+    pub const TIMESTAMPS: wgpu::Features =
+        wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
+
     /// Optional features that some technique uses when they are there.
     pub const WANTED_FEATURES: wgpu::Features =
-        Self::TEXTURE_ARRAYS.union(wgpu::Features::EXPERIMENTAL_RAY_QUERY).union(wgpu::Features::TIMESTAMP_QUERY);
+        Self::TEXTURE_ARRAYS.union(wgpu::Features::EXPERIMENTAL_RAY_QUERY).union(Self::TIMESTAMPS);
 
     /// Opens an adapter's device with every feature of [`Gpu::WANTED_FEATURES`] that it has.
     ///

@@ -1,4 +1,4 @@
-//! The commands of a frame, each pass timed under its label.
+//! The commands of a frame, each dispatch and each render pass timed under its label.
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
@@ -17,6 +17,9 @@ pub struct PassTime {
 pub struct Profiler {
     inner: GpuProfiler,
     period: f32,
+    /// Whether dispatches that share a pass can be timed each by itself, or nothing is timed.
+    shares_passes: bool,
+    compute_passes: u64,
 }
 
 impl std::fmt::Debug for Profiler {
@@ -30,7 +33,14 @@ impl Profiler {
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
         let inner = GpuProfiler::new(device, settings).expect("the settings are valid");
-        Self { inner, period: queue.get_timestamp_period() }
+        let has = |feature| device.features().contains(feature);
+        let shares_passes = has(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) || !has(wgpu::Features::TIMESTAMP_QUERY);
+        Self { inner, period: queue.get_timestamp_period(), shares_passes, compute_passes: 0 }
+    }
+
+    /// Compute passes of all frames so far. Dispatches behind each other share one.
+    pub fn compute_passes(&self) -> u64 {
+        self.compute_passes
     }
 
     /// Times of the oldest finished frame, in the order of its passes; empty when none is finished or nothing is timed.
@@ -48,8 +58,9 @@ pub struct Frame<'a> {
     pub device: &'a wgpu::Device,
     /// For small uploads before the frame runs.
     pub queue: &'a wgpu::Queue,
-    /// The commands so far.
-    pub encoder: wgpu::CommandEncoder,
+    encoder: wgpu::CommandEncoder,
+    /// The compute pass in hand, which the next dispatch shares.
+    pass: Option<wgpu::ComputePass<'static>>,
     profiler: &'a mut Profiler,
 }
 
@@ -57,10 +68,16 @@ impl<'a> Frame<'a> {
     /// An empty frame.
     pub fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
         let encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        Self { device, queue, encoder, profiler }
+        Self { device, queue, encoder, pass: None, profiler }
     }
 
-    /// Adds a compute pass of one dispatch.
+    /// The commands so far, for copies and clears between passes.
+    pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        self.pass = None;
+        &mut self.encoder
+    }
+
+    /// Adds a dispatch. It sees what all before it have written.
     pub fn dispatch(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: [u32; 3]) {
         self.compute(kernel, |device, pass| kernel.dispatch(device, pass, bindings, Workgroups::Are(workgroups)));
     }
@@ -73,6 +90,18 @@ impl<'a> Frame<'a> {
     }
 
     fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&wgpu::Device, &mut wgpu::ComputePass<'_>)) {
+        if self.profiler.shares_passes {
+            let pass = self.pass.get_or_insert_with(|| {
+                self.profiler.compute_passes += 1;
+                let descriptor = wgpu::ComputePassDescriptor { label: Some("dispatches"), timestamp_writes: None };
+                self.encoder.begin_compute_pass(&descriptor).forget_lifetime()
+            });
+            let query = self.profiler.inner.begin_query(kernel.label(), pass);
+            dispatch(self.device, pass);
+            self.profiler.inner.end_query(pass, query);
+            return;
+        }
+        self.profiler.compute_passes += 1;
         let query = self.profiler.inner.begin_pass_query(kernel.label(), &mut self.encoder);
         let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(kernel.label()),
@@ -91,6 +120,7 @@ impl<'a> Frame<'a> {
         depth: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
         draw: impl FnOnce(&wgpu::Device, &mut wgpu::RenderPass<'_>),
     ) {
+        self.pass = None;
         let query = self.profiler.inner.begin_pass_query(label, &mut self.encoder);
         let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
@@ -110,13 +140,14 @@ impl<'a> Frame<'a> {
     /// Passes before and after it belong to the same frame's times.
     pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
         let fresh = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        let recorded = std::mem::replace(&mut self.encoder, fresh);
+        let recorded = std::mem::replace(self.encoder(), fresh);
         self.queue.submit([recorded.finish()]);
         read_back(self.device, self.queue, buffer, count)
     }
 
     /// Hands the commands to the device.
     pub fn submit(mut self) {
+        self.pass = None;
         self.profiler.inner.resolve_queries(&mut self.encoder);
         self.queue.submit([self.encoder.finish()]);
         // Fails only when a query was left open, which `dispatch` and `render` never do.

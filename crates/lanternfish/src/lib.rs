@@ -73,6 +73,7 @@ pub mod occlusion;
 pub mod output;
 pub mod prepass;
 pub mod progressive;
+pub mod rays;
 mod renderer;
 pub mod settings;
 pub mod shaders;

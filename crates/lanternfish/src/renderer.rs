@@ -22,12 +22,13 @@ use crate::{
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
     progressive::Progressive,
+    rays::{Tracer, has_ray_query},
     settings::{
         DebugView, Exposure, Indirect, Occlusion as OcclusionSetting, Samples, Settings, Shadows as ShadowSetting,
         TextureBinding, ToneMap,
     },
     shading::{Forward, NearestBlended, RADIANCE_FORMAT},
-    shadows::{Shadows, Tracer},
+    shadows::Shadows,
     sky::Sky,
     texture::samples_target,
     view::View,
@@ -94,11 +95,11 @@ impl Renderer {
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
         let occlusion = Occlusion::new(device, &settings)?;
-        let of_shadows = tracer == Tracer::DeepImage;
+        let of_shadows = tracer == Tracer::AcrossTexels;
         if of_shadows {
             crate::shadows::check_driver(&device.adapter_info())?;
         }
-        let deep_images = settings.indirect.uses_deep_images() || of_shadows;
+        let deep_images = settings.indirect.tracer().uses_deep_images() || of_shadows;
         let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
         let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
         let asks_for_normals = tracer != Tracer::None || settings.debug_view.is_some() || finds_arriving;
@@ -302,20 +303,14 @@ impl Renderer {
 }
 
 fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, RenderError> {
-    let ray_query = device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
     let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
     match setting {
         ShadowSetting::None => Ok(Tracer::None),
         ShadowSetting::Bvh => Ok(Tracer::Bvh),
-        ShadowSetting::DeepImage => Ok(Tracer::DeepImage),
+        ShadowSetting::DeepImage => Ok(Tracer::AcrossTexels),
         // A software adapter's ray query is slower than the walk in compute.
-        ShadowSetting::Auto => Ok(if ray_query && !software { Tracer::RayQuery } else { Tracer::Bvh }),
-        ShadowSetting::RayQuery if ray_query => Ok(Tracer::RayQuery),
-        ShadowSetting::RayQuery => Err(RenderError::MissingFeature {
-            setting: "--shadows ray-query",
-            feature: "ray queries",
-            instead: "--shadows bvh",
-        }),
+        ShadowSetting::Auto => Ok(if has_ray_query(device) && !software { Tracer::RayQuery } else { Tracer::Bvh }),
+        ShadowSetting::RayQuery => Tracer::RayQuery.check(device, "--shadows ray-query", "--shadows bvh"),
     }
 }
 

@@ -15,7 +15,12 @@ pub(crate) fn constant(module: &str, name: &str) -> f64 {
     let start = format!("const {name} = ");
     let line = text.lines().find_map(|line| line.strip_prefix(&start));
     let value = line.and_then(|line| line.split(';').next()).unwrap_or_else(|| panic!("{module}: no constant {name}"));
-    value.trim_end_matches('u').parse().unwrap_or_else(|_| panic!("{module}: {name} = {value} is not a number"))
+    let digits = value.trim_end_matches('u');
+    let number = match digits.strip_prefix("0x") {
+        Some(hexadecimal) => u32::from_str_radix(hexadecimal, 16).ok().map(f64::from),
+        None => digits.parse().ok(),
+    };
+    number.unwrap_or_else(|| panic!("{module}: {name} = {value} is not a number"))
 }
 
 #[cfg(test)]
@@ -33,7 +38,6 @@ mod tests {
         debug_views::DebugParameters,
         deep_images::{
             DeepFrame, DeepGrid, PeeledFragment, SurfaceSample,
-            trace::TracedRay,
             view::{PointRange, TexelQuery, TexelScale},
         },
         environment_light::{EnvironmentLightParameters, LevelParameters},
@@ -55,12 +59,13 @@ mod tests {
         },
         occlusion::{DirectionRun, HbaoParameters},
         output::OutputParameters,
+        rays::{TracedRay, Tracer},
         settings::{
             Attenuation, Culling, DebugView, DeepDepth, Indirect, Occlusion, RayCulling, Sampled, Samples, Settings,
             Tiled, ToneMap,
         },
         shading,
-        shadows::{self, SoftShadows, Tracer, VisibilityGrid},
+        shadows::{self, SoftShadows, VisibilityGrid},
         sky::EnvironmentParameters,
         view::View,
     };
@@ -121,19 +126,19 @@ mod tests {
         Root { module: "deep_images/store/pack", entries: &["pack"], choices: &[] },
         Root { module: "deep_images/store/link", entries: &["link"], choices: &[&["", "payload"]] },
         Root {
-            module: "deep_images/trace/rays",
+            module: "rays/list",
             entries: &["trace"],
             choices: &[&[
                 "",
-                "across",
-                "linked_list",
-                "linked_list+across",
-                "sorted_linked_list",
-                "sorted_linked_list+across",
-                "depth_16",
-                "depth_16+across",
-                "exact",
-                "exact+tracer_ray_query",
+                "tracer_ray_query",
+                "tracer_within_texel",
+                "tracer_across_texels",
+                "linked_list+tracer_within_texel",
+                "linked_list+tracer_across_texels",
+                "sorted_linked_list+tracer_within_texel",
+                "sorted_linked_list+tracer_across_texels",
+                "depth_16+tracer_within_texel",
+                "depth_16+tracer_across_texels",
             ]],
         },
         Root {
@@ -151,15 +156,16 @@ mod tests {
             module: "indirect/sampled/trace",
             entries: &["trace"],
             choices: &[&[
-                "payload",
-                "bvh",
-                "payload+across",
-                "payload+depth_16",
-                "payload+depth_16+across",
-                "payload+linked_list",
-                "payload+linked_list+across",
-                "payload+sorted_linked_list",
-                "payload+sorted_linked_list+across",
+                "",
+                "tracer_ray_query",
+                "payload+tracer_within_texel",
+                "payload+tracer_across_texels",
+                "payload+depth_16+tracer_within_texel",
+                "payload+depth_16+tracer_across_texels",
+                "payload+linked_list+tracer_within_texel",
+                "payload+linked_list+tracer_across_texels",
+                "payload+sorted_linked_list+tracer_within_texel",
+                "payload+sorted_linked_list+tracer_across_texels",
             ]],
         },
         Root { module: "indirect/sampled/shade", entries: &["shade"], choices: &[&["", "environment"]] },
@@ -230,7 +236,7 @@ mod tests {
     fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<&'static str>>> {
         let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
         for settings in all_settings() {
-            for tracer in [Tracer::None, Tracer::Bvh, Tracer::RayQuery, Tracer::DeepImage] {
+            for tracer in [Tracer::None, Tracer::Bvh, Tracer::RayQuery, Tracer::AcrossTexels] {
                 // What each draw asks for beside.
                 let [opaque, blended] = shading::features(&settings, tracer);
                 for (features, draws) in [(opaque, &["", "masked"][..]), (blended, &[""])] {
@@ -288,6 +294,17 @@ mod tests {
         }
         let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
         assert_eq!(labels.len(), shaders.len(), "a variant twice");
+    }
+
+    /// Rows of workgroups are as wide wherever `deep_images::workgroups` dispatches them.
+    #[test]
+    fn rows_of_workgroups_are_the_hosts() {
+        let sources = SHADERS.sources().iter().filter(|(_, text)| text.contains("const WIDTH ="));
+        let modules: Vec<&str> = sources.map(|(path, _)| *path).collect();
+        assert!(modules.len() > 5, "{modules:?}");
+        for module in modules {
+            assert_eq!(constant(module, "WIDTH"), f64::from(crate::deep_images::WIDTH), "{module}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use clap::Args;
 use glam::{Affine3A, Vec3};
 use lanternfish::{
     GpuScene, Renderer,
-    deep_images::trace::{RayTracer, Structure, TracedRay},
+    rays::{RayTracer, Structure, TracedRay},
     settings::{Settings, Shadows},
 };
 use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, read_back, storage_buffer};

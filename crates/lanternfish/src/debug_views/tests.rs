@@ -11,9 +11,9 @@ use crate::{
     Renderer,
     light_culling::{Reach, Seen},
     prepass::Prepass,
+    rays::Tracer,
     settings::{ClusterShape, Clustered, Samples, Shadows, Tiled},
     shading::Forward,
-    shadows::Tracer,
     testing::{Random, probe, quad, scene_of},
     view::View,
 };

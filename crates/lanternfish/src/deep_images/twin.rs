@@ -3,7 +3,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{DeepFrame, DeepGrid, Fragment, trace::TracedRay, validate::STEPS_16};
+use super::{DeepFrame, DeepGrid, Fragment, validate::STEPS_16};
+use crate::rays::TracedRay;
 
 /// Lists of one image, row by row, each ascending.
 pub(crate) fn image(grid: &DeepGrid, frame: &DeepFrame, triangles: &[[Vec3; 3]]) -> Vec<Vec<Fragment>> {

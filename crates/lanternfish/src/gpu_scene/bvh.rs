@@ -1,4 +1,4 @@
-//! The compressed wide BVH: built on the CPU with all cores, walked by `shadows/bvh/trace.wesl`.
+//! The compressed wide BVH: built on the CPU with all cores, walked by `rays/bvh/walk.wesl`.
 
 use glam::{Vec3, Vec3A};
 use lanternfish_gpu::{gpu_struct, storage_buffer_of};
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn the_shaders_stack_holds_the_deepest_tree() {
-        assert_eq!(crate::shaders::constant("shadows/bvh/trace", "STACK_SIZE"), bvh::MAX_DEPTH as f64);
-        assert_eq!(crate::shaders::constant("shadows/bvh/trace", "NODE_VECTORS"), size_of::<CwBvhNode>() as f64 / 16.0);
+        assert_eq!(crate::shaders::constant("rays/bvh/walk", "STACK_SIZE"), bvh::MAX_DEPTH as f64);
+        assert_eq!(crate::shaders::constant("rays/bvh/walk", "NODE_VECTORS"), size_of::<CwBvhNode>() as f64 / 16.0);
     }
 }

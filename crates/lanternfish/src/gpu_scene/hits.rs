@@ -379,6 +379,7 @@ fn mean(image: &Image, srgb: bool) -> Vec3 {
 #[test]
 fn constants_are_the_shaders() {
     assert_eq!(crate::shaders::constant("gpu_scene/hits", "EMITS_FROM_BACK"), f64::from(EMITS_FROM_BACK));
+    assert_eq!(crate::shaders::constant("gpu_scene/hits", "NO_LAYER"), f64::from(NO_LAYER));
 }
 
 /// Those of specular layers, whose colours vary little, count by their mean.

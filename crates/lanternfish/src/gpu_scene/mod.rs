@@ -188,7 +188,8 @@ impl GpuScene {
             bindings = bindings.with(&light.bindings());
         }
         if let Some(tlas) = &self.tlas {
-            bindings = bindings.resource("scene_tlas", tlas.tlas.as_binding());
+            bindings =
+                bindings.resource("scene_tlas", tlas.tlas.as_binding()).buffer("tlas_triangles", &tlas.triangles);
         }
         bindings
     }

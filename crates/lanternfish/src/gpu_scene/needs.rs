@@ -10,8 +10,8 @@ use lanternfish_gpu::is_same_device;
 use crate::{
     error::RenderError,
     occlusion::Occlusion as FindOcclusion,
+    rays::Tracer,
     settings::{Attenuation, Indirect, Occlusion, Settings},
-    shadows::Tracer,
 };
 
 use super::{GpuScene, Shading};
@@ -53,7 +53,7 @@ impl Needs {
             anisotropy,
             lights: (attenuation, range_threshold, light_radius, shadow_rays),
             bvh: tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images,
-            ray_query: tracer == Tracer::RayQuery,
+            ray_query: tracer == Tracer::RayQuery || settings.indirect.tracer() == Tracer::RayQuery,
             hits: settings.indirect.shades_hits(),
             open_surroundings: FindOcclusion::is_found(settings),
         }

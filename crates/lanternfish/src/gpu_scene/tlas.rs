@@ -1,4 +1,4 @@
-//! The scene in the adapter's own acceleration structure, walked by `shadows/ray_query/trace.wesl`.
+//! The scene in the adapter's own acceleration structure, walked by `rays/ray_query/query.wesl`.
 //!
 //! One bottom level of world-space triangles in BVH leaf order (some drivers split in input order), under one instance.
 //! Opaque and masked triangles are two geometries: the first ends a query, the second asks the shader.
@@ -13,6 +13,8 @@ use crate::error::RenderError;
 pub struct Tlas {
     /// Bound as `scene_tlas`.
     pub tlas: wgpu::Tlas,
+    /// Which triangle is which of the BVH's. Bound as `tlas_triangles`.
+    pub triangles: wgpu::Buffer,
 }
 
 impl Tlas {
@@ -37,7 +39,11 @@ impl Tlas {
         let corners: Vec<Vec3> = triangles.iter().flat_map(|t| t.corners).collect();
         let input = wgpu::BufferUsages::BLAS_INPUT;
         let vertices = buffer(device, "scene/tlas_vertices", &corners, input)?;
-        let parts = [indices(triangles, |t| t.source.record == 0), indices(triangles, |t| t.source.record != 0)];
+        let parts = [places(triangles, |t| t.source.record == 0), places(triangles, |t| t.source.record != 0)];
+        let first = parts.iter().find(|part| !part.is_empty()).map_or(0, |part| part.len() as u32);
+        let numbers: Vec<u32> = std::iter::once(first).chain(parts.iter().flatten().copied()).collect();
+        let numbers = buffer(device, "scene/tlas_triangles", &numbers, wgpu::BufferUsages::STORAGE)?;
+        let parts = parts.map(|places| places.iter().flat_map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<u32>>());
         let flags = [
             wgpu::AccelerationStructureGeometryFlags::OPAQUE,
             wgpu::AccelerationStructureGeometryFlags::NO_DUPLICATE_ANY_HIT_INVOCATION,
@@ -63,7 +69,7 @@ impl Tlas {
         if geometries.is_empty() {
             encoder.build_acceleration_structures([], [&tlas]);
             queue.submit([encoder.finish()]);
-            return Ok(Self { tlas });
+            return Ok(Self { tlas, triangles: numbers });
         }
         let blas = device.create_blas(
             &wgpu::CreateBlasDescriptor {
@@ -93,14 +99,13 @@ impl Tlas {
         let entry = wgpu::BlasBuildEntry { blas: &blas, geometry: wgpu::BlasGeometries::TriangleGeometries(triangles) };
         encoder.build_acceleration_structures([&entry], [&tlas]);
         queue.submit([encoder.finish()]);
-        Ok(Self { tlas })
+        Ok(Self { tlas, triangles: numbers })
     }
 }
 
-/// Vertex indices of the triangles that are wanted, in order.
-fn indices(triangles: &[TracedTriangle], wanted: impl Fn(&TracedTriangle) -> bool) -> Vec<u32> {
-    let numbered = triangles.iter().zip(0u32..);
-    numbered.filter(|(t, _)| wanted(t)).flat_map(|(_, i)| [3 * i, 3 * i + 1, 3 * i + 2]).collect()
+/// Places of the triangles that are wanted, in order.
+fn places(triangles: &[TracedTriangle], wanted: impl Fn(&TracedTriangle) -> bool) -> Vec<u32> {
+    triangles.iter().zip(0u32..).filter(|(t, _)| wanted(t)).map(|(_, i)| i).collect()
 }
 
 #[cfg(test)]

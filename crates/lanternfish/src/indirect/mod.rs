@@ -14,8 +14,8 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     prepass::Surface,
+    rays::Tracer,
     settings::{Materials, Samples, Settings},
-    shadows::Tracer,
     view::ViewBuffer,
 };
 
@@ -27,7 +27,7 @@ pub enum Indirect {
     /// Nowhere.
     None,
     /// Rays from every pixel, whose ends are shaded by the scene's lights: one bounce, emission, surroundings
-    /// [Niessner2010, §4–6].
+    /// [Niessner2010, §4, §5].
     Sampled(Sampled),
 }
 
@@ -116,6 +116,20 @@ named_enum! {
         AcrossTexels = "across-texels",
         /// The BVH: exact.
         Bvh = "bvh",
+        /// The adapter's own acceleration structure: exact, and fast where it is hardware.
+        RayQuery = "ray-query",
+    }
+}
+
+impl IndirectTracer {
+    /// The structure.
+    pub(crate) fn tracer(self) -> Tracer {
+        match self {
+            Self::WithinTexel => Tracer::WithinTexel,
+            Self::AcrossTexels => Tracer::AcrossTexels,
+            Self::Bvh => Tracer::Bvh,
+            Self::RayQuery => Tracer::RayQuery,
+        }
     }
 }
 
@@ -141,9 +155,12 @@ named_enum! {
 }
 
 impl Indirect {
-    /// Whether it needs deep images.
-    pub(crate) fn uses_deep_images(&self) -> bool {
-        matches!(self, Self::Sampled(sampled) if sampled.tracer != IndirectTracer::Bvh)
+    /// What its rays are traced through.
+    pub(crate) fn tracer(&self) -> Tracer {
+        match self {
+            Self::None => Tracer::None,
+            Self::Sampled(sampled) => sampled.tracer.tracer(),
+        }
     }
 
     /// Whether ends of rays are shaded.

@@ -29,7 +29,7 @@ impl Meter {
     /// Writes the exposure of some pictures (linear radiance, nits; alpha is the share that surfaces cover), one for all of
     /// them, into a buffer: EV, 32-bit float. Nothing is read back.
     pub fn record(&self, frame: &mut Frame<'_>, pictures: &[&wgpu::TextureView], exposure: &wgpu::Buffer) {
-        frame.encoder.clear_buffer(&self.weights, 0, None);
+        frame.encoder().clear_buffer(&self.weights, 0, None);
         let bindings = Bindings::new().buffer("luminance_weights", &self.weights).buffer("exposure", exposure);
         for picture in pictures {
             let size = picture.texture().size();

@@ -14,8 +14,9 @@ use crate::{
     light_culling::{LightCulling, LightLists},
     occlusion::Occlusion,
     prepass::{DEPTH_FORMAT, Surface},
+    rays::Tracer,
     settings::{Indirect, Settings},
-    shadows::{Tracer, Visibility},
+    shadows::Visibility,
     texture::samples_target,
     view::ViewBuffer,
 };

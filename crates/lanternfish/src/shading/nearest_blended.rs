@@ -11,8 +11,8 @@ use crate::{
     indirect::{Indirect, IndirectLight, IndirectResolution, IndirectTracer, Sampled},
     occlusion::Occlusion,
     prepass::{Prepass, Surface},
+    rays::Tracer,
     settings::Settings,
-    shadows::Tracer,
     view::ViewBuffer,
 };
 

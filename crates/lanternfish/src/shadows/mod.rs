@@ -20,6 +20,7 @@ use crate::{
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
     prepass::Surface,
+    rays::{self, Tracer},
     settings::{DebugView, DeepDepth, DeepStore, RayCulling, Settings},
     shaders::SHADERS,
     texture::target,
@@ -59,38 +60,9 @@ pub const BLOCK_EDGE: u32 = 8;
 /// Words before those of the blocks' starts, of which there is one more than blocks: `FIRST_START`.
 const FIRST_START: u64 = 1;
 
-/// What answers "is this segment open?".
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tracer {
-    /// Nothing does: there are no shadows.
-    None,
-    /// A compressed wide BVH, walked by `bvh/trace.wesl`.
-    Bvh,
-    /// The adapter's own acceleration structure.
-    RayQuery,
-    /// Deep images, for the surfaces of the picture.
-    DeepImage,
-}
-
-impl Tracer {
-    /// The feature that makes `visibility.wesl` use this room; none for the default.
-    pub fn feature(self) -> Option<&'static str> {
-        match self {
-            Self::None | Self::Bvh => None,
-            Self::RayQuery => Some("tracer_ray_query"),
-            Self::DeepImage => Some("tracer_deep_image"),
-        }
-    }
-
-    /// What traces rays from where deep images are not asked: from blended surfaces, samples of a pixel, ends of other rays.
-    pub fn exact(self) -> Self {
-        if self == Self::DeepImage { Self::Bvh } else { self }
-    }
-}
-
 /// Rays of a band at most, however large the device's bindings: they are counted in a u32.
 const MOST_RAYS: u64 = 1 << 31;
-/// The setting of [`Tracer::DeepImage`].
+/// The setting of [`Tracer::AcrossTexels`].
 const DEEP_SHADOWS: &str = "--shadows deep-image";
 /// Bits of a light that has a size: `SOFT_LIGHT_BITS`. More rays than they can count are an error.
 const SOFT_LIGHT_BITS: u32 = 8;
@@ -213,7 +185,7 @@ impl Shadows {
         let capacity = first_bits + bands.iter().map(words_of).max().unwrap_or(0).max(1);
         grid.capacity = capacity as u32;
         let words = storage_buffer(device, "shadows/words", 4 * capacity)?;
-        frame.encoder.copy_buffer_to_buffer(&starts, 0, &words, 4 * FIRST_START, 4 * (u64::from(blocks) + 1));
+        frame.encoder().copy_buffer_to_buffer(&starts, 0, &words, 4 * FIRST_START, 4 * (u64::from(blocks) + 1));
         let usage = wgpu::TextureUsages::STORAGE_BINDING;
         let ray_counts = self
             .count_rays
@@ -229,7 +201,7 @@ impl Shadows {
 
     /// Whether rays are traced through deep images.
     pub fn uses_deep_images(&self) -> bool {
-        self.tracer == Tracer::DeepImage
+        self.tracer == Tracer::AcrossTexels
     }
 
     /// Traces the rays of one band. `images` are of the scene as it stands, where rays go through them.
@@ -257,20 +229,15 @@ impl Shadows {
         if let Some(counts) = &plan.ray_counts {
             bindings = bindings.texture("ray_counts", counts);
         }
-        frame.encoder.clear_buffer(&plan.words, 0, Some(4));
+        frame.encoder().clear_buffer(&plan.words, 0, Some(4));
         let groups = [plan.grid.columns, band.end - band.start, 1];
-        match images {
-            None => frame.dispatch(&self.trace, &bindings, groups),
-            Some(images) => {
-                let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
-                frame.encoder.clear_buffer(&plan.words, 4 * first_bits, None);
-                for chunk in &images.chunks {
-                    let of_images = chunk.bindings(&images.frames).with(&images.direction_bindings());
-                    frame.dispatch(&self.trace, &bindings.clone().with(&of_images), groups);
-                }
-            }
+        if images.is_some() {
+            // Each chunk adds its bits.
+            let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
+            frame.encoder().clear_buffer(&plan.words, 4 * first_bits, None);
         }
-        frame.encoder.copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
+        rays::dispatch(frame, &self.trace, &bindings, groups, images);
+        frame.encoder().copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
         visibility
     }
 }
@@ -287,7 +254,7 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<&'sta
     let mut trace = plan.clone();
     trace.push("visibility_written");
     trace.extend(tracer.feature());
-    if tracer == Tracer::DeepImage {
+    if tracer == Tracer::AcrossTexels {
         if settings.deep_images.store != DeepStore::LinearArray {
             return Err(RenderError::Together { setting: DEEP_SHADOWS, needed: "the store linear_array" });
         }

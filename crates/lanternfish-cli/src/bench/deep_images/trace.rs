@@ -1,10 +1,8 @@
 //! Traces rays through images and through exact structures, times them, and compares distances.
 
 use lanternfish::{
-    deep_images::{
-        DeepImages,
-        trace::{RayTracer, Structure, TracedRay},
-    },
+    deep_images::DeepImages,
+    rays::{RayTracer, Structure, TracedRay},
     settings::DeepImageSettings,
 };
 use lanternfish_gpu::{Frame, read_back};

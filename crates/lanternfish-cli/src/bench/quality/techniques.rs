@@ -135,6 +135,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         ("across-texels 64", all(IndirectTracer::AcrossTexels), 64),
         ("across-texels 128", all(IndirectTracer::AcrossTexels), 128),
         ("bvh", all(IndirectTracer::Bvh), usual),
+        ("ray-query", all(IndirectTracer::RayQuery), usual),
         ("within-texel 64, every fourth pixel", half(IndirectTracer::WithinTexel), 64),
         ("within-texel 128, every fourth pixel", half(IndirectTracer::WithinTexel), 128),
         ("within-texel 256, every fourth pixel", half(IndirectTracer::WithinTexel), 256),

@@ -6,13 +6,9 @@ use lanternfish_gpu::{Bindings, Frame, Gpu, Profiler, read_back, storage_buffer,
 
 use super::{build, builders::compare, distances, exact, frame_of, lists, settings, upload};
 use crate::{
-    deep_images::{
-        DeepImages, Fragment,
-        directions::DirectionSet,
-        trace::{RayTracer, Structure, TracedRay},
-        twin,
-    },
+    deep_images::{DeepImages, Fragment, directions::DirectionSet, twin},
     gpu_scene::GpuScene,
+    rays::{RayTracer, Structure, TracedRay},
     settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
     testing::{Random, probe},
 };

@@ -14,15 +14,11 @@ use glam::Vec3;
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_back};
 use lanternfish_scene::Scene;
 
-use super::{
-    Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment,
-    directions::DirectionSet,
-    trace::{RayTracer, Structure, TracedRay},
-    twin,
-};
+use super::{Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment, directions::DirectionSet, twin};
 use crate::{
     Renderer, Settings,
     gpu_scene::GpuScene,
+    rays::{RayTracer, Structure, TracedRay},
     settings::{DeepBuilder, DeepImageSettings, Shadows},
 };
 

@@ -4,10 +4,8 @@ use lanternfish_gpu::testing;
 
 use super::{build, distances, settings, upload};
 use crate::{
-    deep_images::{
-        directions::DirectionSet,
-        trace::{RayTracer, Structure, TracedRay},
-    },
+    deep_images::directions::DirectionSet,
+    rays::{RayTracer, Structure, TracedRay},
     settings::{DeepBuilder, DeepImageSettings},
     testing::Random,
 };

@@ -6,10 +6,8 @@ use lanternfish_scene::{Camera, Environment, Image, Light, Material, Projection,
 
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
-    deep_images::{
-        DeepImageBuilder,
-        trace::{RayTracer, Structure, TracedRay},
-    },
+    deep_images::DeepImageBuilder,
+    rays::{RayTracer, Structure, TracedRay},
     settings::{
         Attenuation, DebugView, DeepImageSettings, DirectionSet, Indirect, IndirectTracer, Materials, Occlusion,
         Sampled, Shadows, TextureBinding,

@@ -89,7 +89,7 @@ fn masked_scene(sizes: &[u32], masks: &[(usize, Wrap, f32)]) -> Scene {
 
 #[test]
 fn constants_are_the_shaders() {
-    let file = "shadows/mask";
+    let file = "gpu_scene/mask";
     assert_eq!(crate::shaders::constant(file, "RECORD_WORDS"), RECORD_WORDS as f64);
     for (wrap, name) in [(Wrap::Repeat, "REPEAT"), (Wrap::MirroredRepeat, "MIRRORED_REPEAT")] {
         let tracing = Tracing::new(&masked_scene(&[4], &[(0, wrap, 0.5)]), ANY);

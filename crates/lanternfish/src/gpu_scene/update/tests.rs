@@ -9,7 +9,7 @@ use lanternfish_scene::{
 use super::Outline;
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
-    deep_images::trace::{RayTracer, Structure, TracedRay},
+    rays::{RayTracer, Structure, TracedRay},
     settings::{Indirect, IndirectTracer, Sampled, Shadows},
     testing::{Random, apart, moved},
 };

@@ -1,4 +1,4 @@
-//! Indirect light by rays from every pixel [Niessner2010, §4–6].
+//! Indirect light by rays from every pixel [Niessner2010, §4, §5].
 //!
 //! 1. Rounds: one ray a pixel each, traced (`trace.wesl`); its end shaded (`shade.wesl`); and the light that was chosen for it looked
 //!    for (`shadow.wesl`). Three passes, since what they read together is more than one may bind. Where triangles shine, a ray
@@ -16,10 +16,16 @@ use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
 
 pub use self::targets::RayCounters;
 use self::targets::Targets;
-use super::{IndirectClamp, IndirectResolution, IndirectSums, IndirectTracer, Sampled};
+use super::{IndirectClamp, IndirectResolution, IndirectSums, Sampled};
 use crate::{
-    deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, prepass::Surface, settings::DeepImageSettings,
-    shaders::SHADERS, shadows::Tracer, view::ViewBuffer,
+    deep_images::DeepImages,
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::Surface,
+    rays::{self, Tracer},
+    settings::DeepImageSettings,
+    shaders::SHADERS,
+    view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -113,16 +119,12 @@ impl SampledLight {
         tracer: Tracer,
     ) -> Result<Self, RenderError> {
         check(&settings, &deep_images)?;
+        settings.tracer.tracer().check(device, "--indirect-tracer ray-query", "--indirect-tracer bvh")?;
         let kernel = |module: &str, features: &[&str], entry: &str, label: &str| {
             let shader = SHADERS.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
-        let mut tracing = deep_images.fragment_features();
-        match settings.tracer {
-            IndirectTracer::WithinTexel => {}
-            IndirectTracer::AcrossTexels => tracing.push("across"),
-            IndirectTracer::Bvh => tracing = vec!["bvh"],
-        }
+        let tracing = settings.tracer.tracer().features(&deep_images);
         let exact: Vec<&str> = tracer.exact().feature().into_iter().collect();
         Ok(Self {
             settings,
@@ -187,19 +189,11 @@ impl SampledLight {
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
-        let images = images.filter(|_| settings.tracer != IndirectTracer::Bvh);
+        let images = images.filter(|_| settings.tracer.tracer().uses_deep_images());
         for round in 0..rounds {
             let uniform = uniform_buffer_of(device, "indirect/parameters", &SampledParameters { round, ..parameters });
             let tracing = seen.clone().buffer("sampled", &uniform).buffer("sampled_hits", &targets.hits);
-            match images {
-                None => frame.dispatch(&self.trace, &tracing, samples),
-                Some(images) => {
-                    for chunk in &images.chunks {
-                        let chunk_bindings = chunk.bindings(&images.frames).with(&images.direction_bindings());
-                        frame.dispatch(&self.trace, &tracing.clone().with(&chunk_bindings), samples);
-                    }
-                }
-            }
+            rays::dispatch(frame, &self.trace, &tracing, samples, images);
             let mut shading = seen
                 .clone()
                 .buffer("sampled", &uniform)
@@ -255,7 +249,7 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     if settings.filter_radius > MOST_RADIUS {
         return Err(RenderError::Together { setting: "--indirect sampled", needed: "a filter of at most 64 pixels" });
     }
-    if settings.tracer != IndirectTracer::Bvh && !deep_images.payload {
+    if settings.tracer.tracer().uses_deep_images() && !deep_images.payload {
         return Err(RenderError::Together { setting: "--indirect sampled", needed: "deep images with triangles" });
     }
     Ok(())

@@ -192,9 +192,9 @@ impl ClusteredCulling {
         let total = self.scan.record(frame, &cells, clusters + 1)?.clone();
         // What the host has to know, in one read: total, visible clusters, tests in two words.
         let known = storage_buffer(device, "light_culling/known", 16)?;
-        frame.encoder.copy_buffer_to_buffer(&total, 0, &known, 0, 4);
-        frame.encoder.copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
-        frame.encoder.copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
+        frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
+        frame.encoder().copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
+        frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
         let known = frame.read_now::<u32>(&known, 4)?;
         let visible_count = u64::from(known[1]);
         let test_words = [known[2], known[3]];

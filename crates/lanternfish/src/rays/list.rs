@@ -3,8 +3,9 @@
 use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
-use super::{DeepImages, workgroups};
+use super::{Tracer, dispatch, has_ray_query};
 use crate::{
+    deep_images::{DeepImages, workgroups},
     error::RenderError,
     gpu_scene::GpuScene,
     settings::{DeepDepth, DeepImageSettings, DeepStore},
@@ -69,7 +70,7 @@ impl RayTracer {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let kernel = |features: &[&str], label: &str| {
-            let shader = SHADERS.link("deep_images/trace/rays", features)?;
+            let shader = SHADERS.link("rays/list", features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "trace", label))
         };
         let mut deep = Vec::new();
@@ -77,8 +78,8 @@ impl RayTracer {
             for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
                 // Distances need no payload.
                 let settings = DeepImageSettings { store, depth, payload: false, ..Default::default() };
-                let within = settings.fragment_features();
-                let across: Vec<_> = within.iter().copied().chain(["across"]).collect();
+                let [within, across] =
+                    [Tracer::WithinTexel, Tracer::AcrossTexels].map(|tracer| tracer.features(&settings));
                 deep.push(DeepTracers {
                     store,
                     depth,
@@ -87,9 +88,8 @@ impl RayTracer {
                 });
             }
         }
-        let has_ray_query = device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
-        let ray_query = has_ray_query.then(|| kernel(&["exact", "tracer_ray_query"], "ray_query/closest_hit"));
-        Ok(Self { deep, bvh: kernel(&["exact"], "bvh/closest_hit")?, ray_query: ray_query.transpose()? })
+        let ray_query = has_ray_query(device).then(|| kernel(&["tracer_ray_query"], "ray_query/closest_hit"));
+        Ok(Self { deep, bvh: kernel(&[], "bvh/closest_hit")?, ray_query: ray_query.transpose()? })
     }
 
     /// Those that read such images.
@@ -137,10 +137,7 @@ impl RayTracer {
             Structure::WithinTexel(images) => (&self.tracers(images).within_texel, images),
             Structure::AcrossTexels(images) => (&self.tracers(images).across_texels, images),
         };
-        for chunk in &images.chunks {
-            let chunk_bindings = chunk.bindings(&images.frames);
-            frame.dispatch(kernel, &bindings.clone().with(&chunk_bindings), groups);
-        }
+        dispatch(frame, kernel, &bindings, groups, Some(images));
         Ok(distances)
     }
 }
