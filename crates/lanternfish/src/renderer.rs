@@ -1,6 +1,8 @@
 //! From a scene and a camera to a picture.
 
 mod frames;
+#[cfg(test)]
+mod tests;
 
 use glam::{UVec2, Vec3};
 use half::{
@@ -42,7 +44,7 @@ pub struct Renderer {
     settings: Settings,
     /// What it needs of a scene.
     needs: Needs,
-    profiler: Profiler,
+    pub(crate) profiler: Profiler,
     pub(crate) passes: Passes,
 }
 

@@ -1,0 +1,29 @@
+use lanternfish_gpu::testing;
+use lanternfish_scene::generate::demo;
+
+use crate::{Renderer, Settings, settings::Shadows};
+
+/// Dispatches that follow each other share a pass: those of a frame of the default settings are few, however many rays a pixel has.
+#[test]
+fn gpu_a_frame_has_few_compute_passes() {
+    let Some(gpu) = testing::gpu("gpu_a_frame_has_few_compute_passes") else { return };
+    let scene = demo("cornell").unwrap();
+    let settings = Settings { shadows: Shadows::Bvh, ..Settings::default() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let mut passes_of_frame = || {
+        let before = renderer.profiler.compute_passes();
+        let picture = renderer.render(&uploaded, &scene.cameras[0], 64, 48).unwrap();
+        (renderer.profiler.compute_passes() - before, picture.report.passes)
+    };
+    passes_of_frame();
+    let (passes, times) = passes_of_frame();
+    println!("{passes} compute passes, {} dispatches and render passes timed", times.len());
+    let has_timestamps = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+    if has_timestamps && !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) {
+        return println!("this device cannot time dispatches that share a pass");
+    }
+    assert!((1..=15).contains(&passes), "{passes}");
+    // Each is timed by itself all the same.
+    assert!(!has_timestamps || times.len() > 40, "{times:?}");
+}
