@@ -10,6 +10,8 @@ mod demo;
 mod driver;
 mod quality;
 mod release;
+#[cfg(test)]
+mod rooms;
 mod test;
 
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! What a surface does with light: `shading/brdf.wesl` as plain Rust in double precision, and how it is sampled.
+//! What a surface does with light: `materials/brdf.wesl` as plain Rust in double precision, and how it is sampled.
 //!
 //! Directions are unit and point away from the surface.
 

@@ -14,9 +14,10 @@ use crate::{
     output::Output,
     prepass::{Prepass, Surface},
     progressive::Progressive,
-    shading::{Arriving, Forward, NearestBlended, Radiance},
+    shading::{Arriving, Forward, NearestBlended},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
+    texture::Radiance,
     view::{View, ViewBuffer},
 };
 

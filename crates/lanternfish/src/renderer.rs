@@ -17,7 +17,7 @@ use crate::{
     deep_images::KeptDeepImages,
     error::RenderError,
     frame::{FrameResult, Passes},
-    gpu_scene::{GpuScene, Needs, anisotropy},
+    gpu_scene::{GpuScene, Needs, Traced, anisotropy},
     indirect::IndirectLight,
     light_culling::{LightCulling, clustered::GridContents},
     occlusion::Occlusion,
@@ -29,10 +29,10 @@ use crate::{
         DebugView, Exposure, Indirect, Occlusion as OcclusionSetting, Samples, Settings, Shadows as ShadowSetting,
         TextureBinding, ToneMap,
     },
-    shading::{Forward, NearestBlended, RADIANCE_FORMAT},
+    shading::{Forward, NearestBlended},
     shadows::Shadows,
     sky::Sky,
-    texture::samples_target,
+    texture::{RADIANCE_FORMAT, samples_target},
     view::View,
 };
 
@@ -123,7 +123,11 @@ impl Renderer {
             debug_views: DebugViews::new(device, &settings)?,
         };
         let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
-        let needs = Needs::new(&settings, tracer, texture_arrays, anisotropy);
+        let traced = Traced {
+            bvh: tracer.exact() == Tracer::Bvh,
+            ray_query: [tracer, settings.indirect.tracer()].contains(&Tracer::RayQuery),
+        };
+        let needs = Needs::new(&settings, traced, texture_arrays, anisotropy);
         let profiler = Profiler::new(device, queue);
         let (device, queue) = (device.clone(), queue.clone());
         Ok(Self { device, queue, settings, needs, profiler, passes })

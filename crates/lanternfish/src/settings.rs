@@ -100,6 +100,12 @@ impl Settings {
     pub(crate) fn casts_soft_shadows(&self) -> bool {
         self.light_radius > 0.0
     }
+
+    /// Whether openness is looked for: rays of indirect light see the surroundings themselves.
+    pub(crate) fn finds_openness(&self) -> bool {
+        let is_used = self.indirect == Indirect::None || self.debug_view == Some(DebugView::Occlusion);
+        self.occlusion != Occlusion::None && is_used
+    }
 }
 
 /// How the lights of a point are found.

@@ -65,8 +65,7 @@ mod tests {
             Tiled, ToneMap,
         },
         shading,
-        shadows::{self, SoftShadows, VisibilityGrid},
-        sky::EnvironmentParameters,
+        shadows::{self, VisibilityGrid},
         view::View,
     };
 
@@ -178,7 +177,7 @@ mod tests {
         Root { module: "shading/forward", entries: &["vertex", "fragment"], choices: BY_SETTINGS },
         Root { module: "shading/dim", entries: &["vertex", "fragment"], choices: &[TEXTURES] },
         Root { module: "environment_light/levels", entries: &["fill", "halve", "filter_level"], choices: &[] },
-        Root { module: "environment_light/by_normal", entries: &["by_normal"], choices: &[] },
+        Root { module: "occlusion/hbao/by_normal", entries: &["by_normal"], choices: &[] },
         Root {
             module: "occlusion/deep/accumulate",
             entries: &["accumulate", "resolve"],
@@ -428,8 +427,8 @@ mod tests {
         check::<LightTree>(shaders, &mut checked);
         check::<LevelToJoin>(shaders, &mut checked);
         check::<VisibilityGrid>(shaders, &mut checked);
-        check::<SoftShadows>(shaders, &mut checked);
-        check::<EnvironmentParameters>(shaders, &mut checked);
+        check::<crate::gpu_scene::SoftShadows>(shaders, &mut checked);
+        check::<crate::gpu_scene::EnvironmentParameters>(shaders, &mut checked);
         check::<EnvironmentLightParameters>(shaders, &mut checked);
         check::<LevelParameters>(shaders, &mut checked);
         check::<DirectionRun>(shaders, &mut checked);

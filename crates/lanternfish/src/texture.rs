@@ -2,6 +2,31 @@
 
 use glam::UVec2;
 
+/// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
+pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+/// The picture so far: linear, scene-referred.
+#[derive(Clone, Debug)]
+pub struct Radiance {
+    /// RGB: nits; A: 1 where a surface is. One sample a pixel: the mean, where more are drawn.
+    pub target: wgpu::TextureView,
+    /// What is drawn to, where that is not the target itself.
+    pub(crate) drawn: Option<wgpu::TextureView>,
+    pub(crate) size: UVec2,
+}
+
+impl Radiance {
+    /// As an attachment; what is drawn is averaged into the target after each pass.
+    pub(crate) fn color(&self, load: wgpu::LoadOp<wgpu::Color>) -> wgpu::RenderPassColorAttachment<'_> {
+        wgpu::RenderPassColorAttachment {
+            view: self.drawn.as_ref().unwrap_or(&self.target),
+            depth_slice: None,
+            resolve_target: self.drawn.as_ref().map(|_| &self.target),
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        }
+    }
+}
+
 /// A texture that is drawn to and read by later passes.
 pub(crate) fn target(
     device: &wgpu::Device,

@@ -14,8 +14,7 @@ use crate::{
     prepass::Surface,
     settings::{Culling, DebugView, Occlusion as OcclusionSetting, Settings},
     shaders::SHADERS,
-    shading::Radiance,
-    texture::target,
+    texture::{Radiance, target},
     view::ViewBuffer,
 };
 

@@ -11,7 +11,7 @@ pub(super) const SIDE: u32 = 32;
 /// Directions that an entry is the mean of.
 const COUNT: u32 = 512;
 
-/// As `shading/brdf.wesl` has it.
+/// As `materials/brdf.wesl` has it.
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// With m = (1 − v·h)⁵: the integrals over the hemisphere of the specular BRDF without Fresnel's term times n·l (1 − m), and times
@@ -22,7 +22,7 @@ pub(super) fn shares(n_dot_v: f64, perceptual_roughness: f64) -> [f64; 2] {
     let n_dot_v = n_dot_v.max(1e-4);
     let v = DVec3::new((1.0 - n_dot_v * n_dot_v).sqrt(), 0.0, n_dot_v);
     let fifth = |v_dot_h: f64| (1.0 - v_dot_h).clamp(0.0, 1.0).powi(5);
-    // Smith's term of each side: `visibility_term` of `shading/brdf.wesl` times 4 (n·l) (n·v).
+    // Smith's term of each side: `visibility_term` of `materials/brdf.wesl` times 4 (n·l) (n·v).
     let k = 0.5 * alpha;
     let smith = |cosine: f64| cosine / (cosine * (1.0 - k) + k);
     let mut sums = [0.0; 2];

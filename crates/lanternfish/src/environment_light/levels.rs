@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct, uniform_buffer_of};
 
-use crate::{error::RenderError, shaders::SHADERS, sky::EnvironmentImage};
+use crate::{error::RenderError, gpu_scene::EnvironmentImage, shaders::SHADERS};
 
 /// Texels of a face's edge at the last level, which is of roughness 1: its lobe is wider than one.
 const LAST_FACE: u32 = 8;

@@ -18,7 +18,7 @@ mod tests;
 use std::sync::Arc;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
 
 use self::samples::{harmonics, samples_of, sun_of};
@@ -26,10 +26,7 @@ pub use self::{
     levels::LevelParameters,
     samples::{EnvironmentSample, cell_radiances},
 };
-use crate::{
-    error::RenderError, occlusion::Openness, prepass::Surface, shaders::SHADERS, sky::EnvironmentImage,
-    view::ViewBuffer,
-};
+use crate::{error::RenderError, gpu_scene::EnvironmentImage};
 
 gpu_struct! {
     /// What shaders know of the image of the surroundings.
@@ -111,37 +108,4 @@ pub(crate) fn sums_target(device: &wgpu::Device, size: UVec2) -> wgpu::TextureVi
         view_formats: &[],
     });
     texture.create_view(&Default::default())
-}
-
-/// Light by the normal alone, times the openness: for openness that knows no directions.
-#[derive(Debug)]
-pub struct LightByNormal {
-    kernel: ComputeKernel,
-}
-
-impl LightByNormal {
-    /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("environment_light/by_normal", &[])?;
-        Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "environment_light/by_normal") })
-    }
-
-    /// Fills the openness' `environment_sums`.
-    pub fn record(
-        &self,
-        frame: &mut Frame<'_>,
-        light: &EnvironmentLight,
-        view: &ViewBuffer,
-        surface: &Surface,
-        openness: &Openness,
-    ) {
-        let [width, height, _] = self.kernel.workgroup_size();
-        let groups = [surface.size.x.div_ceil(width), surface.size.y.div_ceil(height), 1];
-        let light_bindings = light.bindings();
-        let bindings = view.bindings().with(&surface.bindings()).with(&light_bindings);
-        let bindings = bindings
-            .texture("occlusion_texture", &openness.texture)
-            .texture("environment_sums_target", &openness.environment_sums);
-        frame.dispatch(&self.kernel, &bindings, groups);
-    }
 }

@@ -9,7 +9,7 @@ use lanternfish_scene::{Bounds, Camera, Environment, Projection};
 
 use super::EnvironmentLight;
 use crate::{
-    sky::EnvironmentImage,
+    gpu_scene::EnvironmentImage,
     testing::{Random, ask_about},
     view::View,
 };

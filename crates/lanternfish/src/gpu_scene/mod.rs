@@ -14,6 +14,7 @@
 mod bvh;
 mod cost;
 mod emissive;
+mod environment;
 mod geometry;
 mod hits;
 mod materials;
@@ -30,17 +31,18 @@ mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
+pub use environment::{EnvironmentImage, EnvironmentParameters};
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
-pub(crate) use needs::Needs;
+pub(crate) use needs::{Needs, Traced};
 pub(crate) use raster::{PassState, SceneRaster};
 pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 
 use glam::Vec3;
-use lanternfish_gpu::{Bindings, storage_buffer_of, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, gpu_struct, storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
@@ -52,9 +54,15 @@ use crate::{
     error::RenderError,
     lights::{Light, tree::SceneLightTrees},
     settings::{DebugView, Settings},
-    shadows::SoftShadows,
-    sky::EnvironmentImage,
 };
+
+gpu_struct! {
+    /// What shadows of lights that have a size need to know.
+    pub struct SoftShadows {
+        /// To each light of a pixel.
+        rays: u32,
+    }
+}
 
 /// A scene on the device, ready to be rendered any number of times under the settings it was uploaded with.
 #[derive(Debug)]

@@ -9,12 +9,19 @@ use lanternfish_gpu::is_same_device;
 
 use crate::{
     error::RenderError,
-    occlusion::Occlusion as FindOcclusion,
-    rays::Tracer,
     settings::{Attenuation, Indirect, Occlusion, Settings},
 };
 
 use super::{GpuScene, Shading};
+
+/// The exact structures that rays are traced through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Traced {
+    /// The BVH.
+    pub bvh: bool,
+    /// The adapter's own.
+    pub ray_query: bool,
+}
 
 /// What of the settings goes into a scene on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,8 +47,8 @@ pub(crate) struct Needs {
 }
 
 impl Needs {
-    /// What a renderer with these settings needs, whose shadow rays go through `tracer`.
-    pub fn new(settings: &Settings, tracer: Tracer, texture_arrays: bool, anisotropy: u16) -> Self {
+    /// What a renderer with these settings needs, whose rays go through `traced`.
+    pub fn new(settings: &Settings, traced: Traced, texture_arrays: bool, anisotropy: u16) -> Self {
         // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
         let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
         let Settings { attenuation, range_threshold, light_radius, shadow_rays, .. } = *settings;
@@ -52,10 +59,10 @@ impl Needs {
             texture_arrays,
             anisotropy,
             lights: (attenuation, range_threshold, light_radius, shadow_rays),
-            bvh: tracer.exact() == Tracer::Bvh || settings.indirect != Indirect::None || has_images,
-            ray_query: tracer == Tracer::RayQuery || settings.indirect.tracer() == Tracer::RayQuery,
+            bvh: traced.bvh || settings.indirect != Indirect::None || has_images,
+            ray_query: traced.ray_query,
             hits: settings.indirect.shades_hits(),
-            open_surroundings: FindOcclusion::is_found(settings),
+            open_surroundings: settings.finds_openness(),
         }
     }
 

@@ -21,7 +21,7 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     prepass::Surface,
-    settings::{DebugView, Indirect, Occlusion as OcclusionSetting, Settings},
+    settings::{Occlusion as OcclusionSetting, Settings},
     texture::target,
     view::ViewBuffer,
 };
@@ -73,7 +73,7 @@ impl Occlusion {
                 needed: "metres above 0",
             });
         }
-        if !Self::is_found(settings) {
+        if !settings.finds_openness() {
             return Ok(None);
         }
         Ok(Some(match settings.occlusion {
@@ -83,12 +83,6 @@ impl Occlusion {
             }
             OcclusionSetting::Hbao { radius } => Self::Hbao(Box::new(Hbao::new(device, radius)?)),
         }))
-    }
-
-    /// Whether these settings ask for it.
-    pub(crate) fn is_found(settings: &Settings) -> bool {
-        let is_used = settings.indirect == Indirect::None || settings.debug_view == Some(DebugView::Occlusion);
-        settings.occlusion != OcclusionSetting::None && is_used
     }
 
     /// The feature of shaders that read [`Openness`].

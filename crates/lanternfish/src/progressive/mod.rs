@@ -2,7 +2,6 @@
 //!
 //! The mean of radiance is kept on the device while views and scene stay the same ([`crate::Renderer::refine`]).
 
-mod jitter;
 #[cfg(test)]
 mod tests;
 
@@ -14,12 +13,9 @@ use crate::{
     gpu_scene::GpuScene,
     output::cover,
     shaders::SHADERS,
-    shading::Radiance,
-    texture::target,
+    texture::{Radiance, target},
     view::{View, ViewBuffer},
 };
-
-pub use jitter::jitter_of_frame;
 
 /// Linear radiance, nits; 32 bits, so that the share of the thousandth frame is not lost.
 pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;

@@ -9,6 +9,7 @@ use crate::{
     Picture, Renderer, Settings,
     settings::{DebugView, DeepImageSettings, Indirect, IndirectTracer, Sampled, Samples},
     testing::{quad, scene_of},
+    view::jitter_of_frame,
 };
 
 const SIZE: (u32, u32) = (60, 44);

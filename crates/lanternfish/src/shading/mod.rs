@@ -17,15 +17,12 @@ use crate::{
     rays::Tracer,
     settings::{Indirect, Settings},
     shadows::Visibility,
-    texture::samples_target,
+    texture::{RADIANCE_FORMAT, Radiance, samples_target},
     view::ViewBuffer,
 };
 
 pub use self::arriving::Arriving;
 pub(crate) use self::nearest_blended::NearestBlended;
-
-/// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
-pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// The passes.
 #[derive(Debug)]
@@ -37,28 +34,6 @@ pub struct Forward {
     samples: u32,
     /// Targets of every view of a frame.
     radiances: Vec<Radiance>,
-}
-
-/// The picture so far: linear, scene-referred.
-#[derive(Clone, Debug)]
-pub struct Radiance {
-    /// RGB: nits; A: 1 where a surface is. One sample a pixel: the mean, where more are drawn.
-    pub target: wgpu::TextureView,
-    /// What is drawn to, where that is not the target itself.
-    drawn: Option<wgpu::TextureView>,
-    size: UVec2,
-}
-
-impl Radiance {
-    /// As an attachment; what is drawn is averaged into the target after each pass.
-    pub(crate) fn color(&self, load: wgpu::LoadOp<wgpu::Color>) -> wgpu::RenderPassColorAttachment<'_> {
-        wgpu::RenderPassColorAttachment {
-            view: self.drawn.as_ref().unwrap_or(&self.target),
-            depth_slice: None,
-            resolve_target: self.drawn.as_ref().map(|_| &self.target),
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-        }
-    }
 }
 
 impl Forward {

@@ -255,6 +255,6 @@ fn the_brdf_is_reciprocal() {
 
 #[test]
 fn constants_are_the_shaders() {
-    let file = "shading/brdf";
+    let file = "materials/brdf";
     assert_eq!(crate::shaders::constant(file, "LEAST_ROUGHNESS"), brdf::LEAST_ROUGHNESS);
 }

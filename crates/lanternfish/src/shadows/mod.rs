@@ -47,14 +47,6 @@ gpu_struct! {
     }
 }
 
-gpu_struct! {
-    /// What shadows of lights that have a size need to know.
-    pub struct SoftShadows {
-        /// To each light of a pixel.
-        rays: u32,
-    }
-}
-
 /// Edge of a block of pixels; `BLOCK_EDGE` in `visibility_bits.wesl`.
 pub const BLOCK_EDGE: u32 = 8;
 /// Words before those of the blocks' starts, of which there is one more than blocks: `FIRST_START`.

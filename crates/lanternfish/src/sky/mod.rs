@@ -3,91 +3,16 @@
 #[cfg(test)]
 mod tests;
 
-use lanternfish_gpu::{Bindings, Frame, GpuError, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
-use lanternfish_scene::Environment;
+use lanternfish_gpu::{Frame, RasterPipeline, RasterState};
 
 use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     prepass::{DEPTH_FORMAT, Surface},
     shaders::SHADERS,
-    shading::{RADIANCE_FORMAT, Radiance},
+    texture::{RADIANCE_FORMAT, Radiance},
     view::ViewBuffer,
 };
-
-/// Most bytes that wait to be copied at a time.
-const BATCH_BYTES: usize = 64 << 20;
-
-gpu_struct! {
-    /// How the image of the surroundings hangs.
-    pub struct EnvironmentParameters {
-        /// Whole turns about +y, counter-clockwise seen from above, −0.5..0.5.
-        turn: f32,
-    }
-}
-
-/// A scene's [`Environment`] on the device.
-#[derive(Debug)]
-pub struct EnvironmentImage {
-    /// Bytes of its texels: 16 each, 32-bit floats.
-    pub bytes: u64,
-    texture: wgpu::TextureView,
-    parameters: wgpu::Buffer,
-}
-
-impl EnvironmentImage {
-    /// Uploads it. The device's limit of a texture's sides is the only one.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, environment: &Environment) -> Result<Self, GpuError> {
-        let limit = device.limits().max_texture_dimension_2d;
-        let [width, height] = [environment.width, environment.height].map(|s| u32::try_from(s).unwrap_or(u32::MAX));
-        if width.max(height) > limit {
-            return Err(GpuError::TextureSize { name: "environment".to_owned(), width, height, limit });
-        }
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("environment"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        let rows = (BATCH_BYTES / (16 * environment.width)).max(1);
-        for (i, pixels) in environment.pixels.chunks(rows * environment.width).enumerate() {
-            let texels: Vec<[f32; 4]> = pixels.iter().map(|pixel| pixel.extend(1.0).to_array()).collect();
-            let (first, count) = ((i * rows) as u32, (pixels.len() / environment.width) as u32);
-            queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
-                    ..texture.as_image_copy()
-                },
-                bytemuck::cast_slice(&texels),
-                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * width), rows_per_image: None },
-                wgpu::Extent3d { width, height: count, depth_or_array_layers: 1 },
-            );
-            // Copies that wait are handed over, so that their staging memory can go.
-            queue.submit([]);
-        }
-        let turns = f64::from(environment.rotation) / std::f64::consts::TAU;
-        let parameters = EnvironmentParameters { turn: (turns - turns.round()) as f32 };
-        Ok(Self {
-            bytes: 16 * u64::from(width) * u64::from(height),
-            texture: texture.create_view(&Default::default()),
-            parameters: uniform_buffer_of(device, "environment", &parameters),
-        })
-    }
-
-    /// Pixels across.
-    pub fn width(&self) -> u32 {
-        self.texture.texture().width()
-    }
-
-    /// What shaders call it.
-    pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().buffer("environment_parameters", &self.parameters).texture("environment_texture", &self.texture)
-    }
-}
 
 /// The pass.
 #[derive(Debug, Default)]

@@ -1,10 +1,14 @@
 //! The view: a camera and an image size, as shaders read them. `view.wesl` states every space once.
 
+pub mod frustum;
+mod jitter;
+
 use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::{Bounds, Camera, Projection};
 
-use crate::{light_culling::clustered::grid::ViewFrustum, progressive::jitter_of_frame};
+use self::frustum::ViewFrustum;
+pub use self::jitter::jitter_of_frame;
 
 gpu_struct! {
     /// A view as shaders read it.

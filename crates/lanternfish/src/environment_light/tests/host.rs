@@ -98,7 +98,7 @@ fn nine_numbers_are_the_irradiance() {
 #[test]
 fn gpu_shares_are_the_brdfs_under_even_light() {
     let Some(gpu) = testing::gpu("gpu_shares_are_the_brdfs_under_even_light") else { return };
-    assert_eq!(constant("shading/brdf", "LEAST_ROUGHNESS"), LEAST_ROUGHNESS);
+    assert_eq!(constant("materials/brdf", "LEAST_ROUGHNESS"), LEAST_ROUGHNESS);
     let n = Vec3::Y;
     // A grazing lobe is 0.03 rad wide around, and 0.3 up.
     const AROUND: u32 = 1024;

@@ -2,14 +2,12 @@
 //!
 //! Computed once a frame in double precision, from what the cameras see; `cluster_grid.wesl` consumes it.
 
-mod frustum;
 #[cfg(test)]
 mod tests;
 
 use glam::{Affine3A, DAffine3, DVec2, DVec3, UVec2, UVec3, Vec3};
 
-pub use frustum::{ViewFrustum, enclosing};
-use frustum::{corners_of, mean_origin, world_from_head};
+use crate::view::frustum::{ViewFrustum, corners_of, enclosing, mean_origin, world_from_head};
 
 /// The shape of the clusters [VanGelderen2020, table 5.1].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -18,7 +18,7 @@ use lanternfish_gpu::{
 };
 
 use self::{
-    grid::{GridError, GridGeometry, MOST_CLUSTERS, ViewFrustum},
+    grid::{GridError, GridGeometry, MOST_CLUSTERS},
     tree::TreeBuilder,
 };
 use super::{LightLists, Seen};
@@ -28,6 +28,7 @@ use crate::{
     prepass::DEPTH_FORMAT,
     settings::{Assignment, ClusterTest, Clustered, Grouping, Samples},
     shaders::SHADERS,
+    view::frustum::ViewFrustum,
 };
 
 gpu_struct! {

@@ -1,14 +1,13 @@
 //! Ambient obscurance by horizons in the depth of the view [Bavoil2008; Jimenez2016]: what screen space can do, for comparison.
 
+mod by_normal;
+
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
 
+use self::by_normal::LightByNormal;
 use super::{Openness, TILE, openness_target};
 use crate::{
-    environment_light::{LightByNormal, sums_target},
-    error::RenderError,
-    gpu_scene::GpuScene,
-    prepass::Surface,
-    shaders::SHADERS,
+    environment_light::sums_target, error::RenderError, gpu_scene::GpuScene, prepass::Surface, shaders::SHADERS,
     view::ViewBuffer,
 };
 

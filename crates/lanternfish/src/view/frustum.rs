@@ -28,7 +28,7 @@ impl ViewFrustum {
         self.exact_corners().map(|p_world| p_world.as_vec3())
     }
 
-    pub(super) fn exact_corners(&self) -> [DVec3; 8] {
+    pub(crate) fn exact_corners(&self) -> [DVec3; 8] {
         let world_from_view = self.world_from_view.as_daffine3();
         array::from_fn(|corner| {
             let distance = f64::from(if corner < 4 { self.near } else { self.far });
@@ -41,7 +41,7 @@ impl ViewFrustum {
     /// The least frustum of a camera that holds all points, and is rounded outwards.
     ///
     /// Perspective: every point lies ahead of the camera by more than what f32 rounds its position by.
-    pub(super) fn around(world_from_view: DAffine3, p_worlds: &[DVec3], parallel: bool, size: UVec2) -> Self {
+    pub(crate) fn around(world_from_view: DAffine3, p_worlds: &[DVec3], parallel: bool, size: UVec2) -> Self {
         // Of the camera as it is stored, so that its rounding takes no point out.
         let world_from_view = world_from_view.as_affine3a();
         let view_from_world = world_from_view.as_daffine3().inverse();
@@ -69,7 +69,7 @@ impl ViewFrustum {
     /// The thesis says both "along the central Z axis" and that asymmetric frusta turn into skewed cubes, which only
     /// happens along the central ray; along the axis, a frustum that lies beside it would also lose near corners.
     /// At most [`FARTHEST_DISPLACEMENT`] times the far plane's distance. Parallel rays stay as they are.
-    pub(super) fn displaced(&self, distance: f32) -> Self {
+    pub(crate) fn displaced(&self, distance: f32) -> Self {
         // f32::max takes the number of a number and a NaN.
         let distance = f64::from(distance.max(0.0).min(FARTHEST_DISPLACEMENT * self.far));
         if self.parallel || distance == 0.0 {
@@ -132,17 +132,17 @@ pub fn enclosing(views: &[ViewFrustum]) -> Option<ViewFrustum> {
     Some(ViewFrustum::around(world_from_view, &corners_of(views), parallel, size))
 }
 
-pub(super) fn corners_of(views: &[ViewFrustum]) -> Vec<DVec3> {
+pub(crate) fn corners_of(views: &[ViewFrustum]) -> Vec<DVec3> {
     views.iter().flat_map(ViewFrustum::exact_corners).collect()
 }
 
 /// Mean of the cameras' origins, world space, m.
-pub(super) fn mean_origin(views: &[ViewFrustum]) -> DVec3 {
+pub(crate) fn mean_origin(views: &[ViewFrustum]) -> DVec3 {
     views.iter().map(|view| view.world_from_view.as_daffine3().translation).sum::<DVec3>() / views.len() as f64
 }
 
 /// Head space: mean origin and orientation. None: some view does not look that way.
-pub(super) fn world_from_head(views: &[ViewFrustum]) -> Option<DAffine3> {
+pub(crate) fn world_from_head(views: &[ViewFrustum]) -> Option<DAffine3> {
     let rotations = || views.iter().map(|view| view.world_from_view.as_daffine3().matrix3);
     let back = rotations().map(|rotation| rotation.z_axis).sum::<DVec3>().try_normalize()?;
     let up = rotations().map(|rotation| rotation.y_axis).sum::<DVec3>().reject_from_normalized(back);

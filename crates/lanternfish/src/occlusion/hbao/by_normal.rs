@@ -1,0 +1,41 @@
+//! What arrives from the surroundings where openness is a number.
+
+use lanternfish_gpu::{ComputeKernel, Frame};
+
+use crate::{
+    environment_light::EnvironmentLight, error::RenderError, occlusion::Openness, prepass::Surface, shaders::SHADERS,
+    view::ViewBuffer,
+};
+
+/// Light by the normal alone, times the openness: for openness that knows no directions.
+#[derive(Debug)]
+pub struct LightByNormal {
+    kernel: ComputeKernel,
+}
+
+impl LightByNormal {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("occlusion/hbao/by_normal", &[])?;
+        Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "occlusion/hbao/by_normal") })
+    }
+
+    /// Fills the openness' `environment_sums`.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        light: &EnvironmentLight,
+        view: &ViewBuffer,
+        surface: &Surface,
+        openness: &Openness,
+    ) {
+        let [width, height, _] = self.kernel.workgroup_size();
+        let groups = [surface.size.x.div_ceil(width), surface.size.y.div_ceil(height), 1];
+        let light_bindings = light.bindings();
+        let bindings = view.bindings().with(&surface.bindings()).with(&light_bindings);
+        let bindings = bindings
+            .texture("occlusion_texture", &openness.texture)
+            .texture("environment_sums_target", &openness.environment_sums);
+        frame.dispatch(&self.kernel, &bindings, groups);
+    }
+}
