@@ -5,9 +5,9 @@
 //! pass, without a row.
 
 use lanternfish::settings::{
-    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, Indirect, IndirectClamp,
-    IndirectResolution, IndirectTracer, Materials, Occlusion, Quality, RayCulling, Sampled, Samples, Settings, Shadows,
-    TextureBinding, TileSize, Tiled,
+    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet, Indirect,
+    IndirectClamp, IndirectResolution, IndirectTracer, Materials, Occlusion, Quality, RayCulling, Sampled, Samples,
+    Settings, Shadows, TextureBinding, TileSize, Tiled,
 };
 
 use super::truths::{SOFT_RADIUS, Truth};
@@ -164,6 +164,9 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
     ]
 }
 
+/// Directions of a row beside those of the default: four times as many.
+const MANY_DIRECTIONS: u32 = 676;
+
 /// Both ways to find occlusion, near, far and without an end; by deep images of three resolutions.
 fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let mut rows = Vec::new();
@@ -173,15 +176,21 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
         // Horizons have an end in any case: the scene's.
         let hbao = Occlusion::Hbao { radius: max_distance.unwrap_or(diagonal) };
         let deep = Occlusion::Deep { max_distance };
-        let mut row = |name: String, occlusion, resolution| {
-            let deep_images = DeepImageSettings { resolution, ..default.deep_images };
+        let mut row = |name: String, occlusion, deep_images| {
             let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
             rows.push(Technique { name, settings, truth });
         };
-        row(format!("{kind} none"), Occlusion::None, default.deep_images.resolution);
-        row(format!("{kind} hbao"), hbao, default.deep_images.resolution);
+        row(format!("{kind} none"), Occlusion::None, default.deep_images);
+        row(format!("{kind} hbao"), hbao, default.deep_images);
         for resolution in [64, 128, 256] {
-            row(format!("{kind} deep {resolution}"), deep, resolution);
+            let images = DeepImageSettings { resolution, ..default.deep_images };
+            row(format!("{kind} deep {resolution}"), deep, images);
+        }
+        if max_distance.is_none() {
+            // What is left at this resolution is directions.
+            let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
+            let images = DeepImageSettings { resolution: 128, directions, ..default.deep_images };
+            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), deep, images);
         }
     }
     rows
