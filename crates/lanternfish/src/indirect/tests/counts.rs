@@ -1,0 +1,82 @@
+//! How many rays are traced.
+
+use super::*;
+
+/// Every pixel traces its rays; those that leave the scene meet nothing, and what is met in the dark asks for no light.
+#[test]
+fn gpu_rays_are_counted() {
+    let Some(gpu) = testing::gpu("gpu_rays_are_counted") else { return };
+    let rays = Sampled { diffuse_rays: 3, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) };
+    let counted = |scene: &Scene, camera: &Camera| {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(rays)).unwrap();
+        let uploaded = renderer.upload(scene).unwrap();
+        let report = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().report;
+        let count = |name: &str| report.counters.iter().find(|(known, _)| known == name).expect(name).1;
+        ["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"].map(count)
+    };
+    let pixels = u64::from(SIZE.x * SIZE.y);
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    let mut room = closed_box(matt(0.5));
+    assert_eq!(counted(&room, &camera), [3 * pixels, 3 * pixels, 0, 0]);
+    room.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
+    let [rays, hits, shadow_rays, emitter_rays] = counted(&room, &camera);
+    // Those to the light that would bring little are left out, some of them.
+    assert_eq!([rays, hits, emitter_rays], [3 * pixels, 3 * pixels, 0]);
+    assert!(shadow_rays > 3 * pixels / 2 && shadow_rays < 3 * pixels, "{shadow_rays} of {hits}");
+    // From a pane before the eye as many again, and one a pixel about the mirror direction.
+    let mut paned = room.clone();
+    let pane = Material { alpha_mode: AlphaMode::Blend, base_color: Vec4::new(0.5, 0.5, 0.5, 0.5), ..matt(0.5) };
+    paned.materials.push(pane);
+    paned.meshes[0].primitives.push(quad(1, Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y));
+    let [rays, hits, shadow_rays, emitter_rays] = counted(&paned, &camera);
+    // Those about the mirror direction may start into the pane.
+    assert!((6 * pixels..=7 * pixels).contains(&rays), "{rays} of {pixels} pixels");
+    assert_eq!([hits, emitter_rays], [rays, 0]);
+    assert!(shadow_rays > rays / 2 && shadow_rays < rays, "{shadow_rays} of {rays}");
+    // One side shines, dimly beside the light: of three diffuse rays' pixels two look for it, and one of 16 of these rays is traced at least.
+    let shining = Material { emissive: Vec3::ONE, ..matt(0.5) };
+    room.materials.push(shining);
+    room.meshes[0].primitives[2].material = 1;
+    let behind = looking([0.0, 0.5, 0.0], [0.0, -1.0, 0.1]);
+    let looked = counted(&room, &behind)[3];
+    assert!(looked > pixels / 10 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
+    let down = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+    let [rays, hits, shadow_rays, _] = counted(&floor(matt(0.5)), &down);
+    // Of rays over a floor those count that go up, all but a few that leave it at the very edge of the hemisphere.
+    assert!(
+        rays > 29 * pixels / 10 && rays <= 3 * pixels && (hits, shadow_rays) == (0, 0),
+        "{rays} {hits} {shadow_rays}"
+    );
+}
+
+/// Of segments that would bring little some are traced, and count for those that are not; of closed ones none counts.
+#[test]
+fn gpu_rays_left_out_change_no_mean() {
+    let Some(gpu) = testing::gpu("gpu_rays_left_out_change_no_mean") else { return };
+    let renderer = Renderer::new(&gpu.device, &gpu.queue, settings(sampled(IndirectTracer::Bvh))).unwrap();
+    let uploaded = renderer.upload(&floor(matt(0.5))).unwrap();
+    let mut random = Random::new(8);
+    let mut queries = Vec::new();
+    for i in 0..64 * 400 {
+        // Every fourth passes through the floor; few would bring most.
+        let start = Vec3::new(0.1, if i % 4 == 0 { -1.0 } else { 0.5 }, 0.2);
+        queries.push(start.extend(random.unit().powi(6)));
+        queries.push(Vec3::Y.extend(random.unit()));
+    }
+    let answers = ask_module(gpu, "testing/roulette", "shares", &uploaded.bindings(), &queries, 2);
+    let (mut brought, mut of_all, mut traced, mut open) = (0.0, 0.0, 0, 0);
+    for (group, answers) in queries.chunks(2 * 64).zip(answers.chunks(64)) {
+        let mean = group.iter().step_by(2).map(|query| query.w).sum::<f32>() / 64.0;
+        for (segment, answer) in group.chunks(2).zip(answers) {
+            let (weight, is_open) = (segment[0].w, segment[0].y > 0.0);
+            assert!(is_open || answer.x == 0.0, "a closed segment counts");
+            assert!(!is_open || weight < 1.001 * mean || answer.x == 1.0, "{weight} beside {mean}: {}", answer.x);
+            brought += f64::from(weight * answer.x);
+            of_all += if is_open { f64::from(weight) } else { 0.0 };
+            traced += usize::from(answer.x > 0.0);
+            open += usize::from(is_open);
+        }
+    }
+    println!("{traced} of {open} traced, which bring {:.4} of all", brought / of_all);
+    assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
+}

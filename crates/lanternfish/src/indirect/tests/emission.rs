@@ -1,0 +1,85 @@
+//! Triangles that shine.
+
+use super::*;
+
+/// A square lamp of this half edge above the middle of a floor, facing it.
+fn lamp_over_floor(half: f32, height: f32, radiance: f32, floor: Material) -> Scene {
+    let lamp = Material { emissive: Vec3::splat(radiance), double_sided: false, ..matt(0.0) };
+    let ground = quad(0, Vec3::ZERO, 4.0 * Vec3::X, -4.0 * Vec3::Z);
+    scene_of(vec![ground, quad(1, height * Vec3::Y, half * Vec3::X, half * Vec3::Z)], vec![floor, lamp])
+}
+
+/// A lamp that not one of a thousand rays runs into lights every pixel as it should.
+#[test]
+fn gpu_a_small_lamp_lights_every_pixel() {
+    let Some(gpu) = testing::gpu("gpu_a_small_lamp_lights_every_pixel") else { return };
+    let (half, height, radiance) = (0.01f32, 1.0f32, 1000.0f32);
+    let scene = lamp_over_floor(half, height, radiance, matt(0.5));
+    let camera = looking([0.0, 0.9, 0.1], [0.0, 0.0, 0.0]);
+    let few = Sampled { diffuse_rays: 2, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) };
+    let found = picture(gpu, settings(few), &scene, &camera);
+    // Straight below: L A / d² lux on a surface of albedo 0.5.
+    let below = 0.5 / std::f32::consts::PI * radiance * 4.0 * half * half / (height * height);
+    let middle = found[SIZE.x as usize * (SIZE.y as usize / 2) + SIZE.x as usize / 2].x;
+    assert!((middle / below - 1.0).abs() < 0.03, "{middle}, not {below}");
+    assert!(found.iter().all(|pixel| pixel.x > 0.3 * below), "a pixel is dark");
+}
+
+/// What is looked for and what is run into is counted once together, on matt and on glossy floors, for large and for small lamps.
+#[test]
+fn gpu_emission_is_neither_lost_nor_counted_twice() {
+    let Some(gpu) = testing::gpu("gpu_emission_is_neither_lost_nor_counted_twice") else { return };
+    let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
+    let metal = Material { metallic: 1.0, perceptual_roughness: 0.35, ..matt(0.8) };
+    for (name, floor) in [("matt", matt(0.5)), ("metal", metal)] {
+        for (half, height) in [(0.5, 1.0), (0.05, 0.6), (1.0, 0.3)] {
+            let scene = lamp_over_floor(half, height, 10.0, floor.clone());
+            let truth = traced(&scene, &camera, 2, 256);
+            for (diffuse_rays, glossy_rays) in [(16, 16), (32, 8)] {
+                let rays = Sampled { diffuse_rays, glossy_rays, ..sampled(IndirectTracer::Bvh) };
+                let energy = mean(&picture(gpu, settings(rays), &scene, &camera)) / mean(&truth);
+                println!("{name}, lamp of {half} at {height}, {diffuse_rays} and {glossy_rays}: energy {energy:.4}");
+                assert!((energy - 1.0).abs() < 0.03, "{name}, lamp of {half} at {height}: {energy}");
+            }
+        }
+    }
+}
+
+/// Areas and emission that products of 32 bits do not hold.
+#[test]
+fn gpu_the_largest_and_brightest_lamps_leave_numbers() {
+    let Some(gpu) = testing::gpu("gpu_the_largest_and_brightest_lamps_leave_numbers") else { return };
+    let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
+    let few = Sampled { diffuse_rays: 4, glossy_rays: 2, ..sampled(IndirectTracer::Bvh) };
+    for (half, radiance) in [(1e11, 1.0), (0.5, f32::MAX), (1e11, f32::MAX)] {
+        let mut scene = lamp_over_floor(half, 1.0, radiance, matt(0.5));
+        scene.meshes[0].primitives[1].normals = vec![Vec3::NEG_Y; 4];
+        // Another lamp, that the tree has to choose from.
+        scene.meshes[0].primitives.push(quad(1, Vec3::new(1.0, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
+        let found = picture(gpu, settings(few), &scene, &camera);
+        assert!(found.iter().all(|pixel| pixel.is_finite()), "lamp of {half} m and {radiance} nits");
+        // Rays pass by a triangle of which a float does not hold a metre; the lamp beside it is not lost over it.
+        assert!(mean(&found) > 1e-3, "lamp of {half} m and {radiance} nits: {}", mean(&found));
+    }
+}
+
+/// What a lamp sends to the walls around is seen on the floor, too.
+#[test]
+fn gpu_emission_is_reflected_once() {
+    let Some(gpu) = testing::gpu("gpu_emission_is_reflected_once") else { return };
+    let mut scene = closed_box(matt(0.5));
+    let lamp = Material { emissive: Vec3::new(30.0, 20.0, 10.0), double_sided: false, ..matt(0.0) };
+    scene.materials.push(lamp);
+    scene.meshes[0].primitives.push(quad(1, Vec3::new(0.2, 0.5, 0.0), 0.1 * Vec3::X, 0.1 * Vec3::Z));
+    let camera = looking([0.0, -0.2, 0.9], [0.0, -0.9, -1.0]);
+    let [direct, truth] = [2, 3].map(|depth| traced(&scene, &camera, depth, 256));
+    assert!(mean(&truth) > 1.05 * mean(&direct), "{} of {} is reflected", mean(&truth), mean(&direct));
+    for tracer in tracers(gpu) {
+        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
+        let found = picture(gpu, Settings { deep_images, ..settings(sampled(*tracer)) }, &scene, &camera);
+        let energy = mean(&found) / mean(&truth);
+        println!("{tracer}: energy {energy:.4}");
+        let most = if is_exact(*tracer) { 0.03 } else { 0.06 };
+        assert!((energy - 1.0).abs() < most, "{tracer}: {energy}");
+    }
+}

@@ -1,0 +1,150 @@
+//! What few rays leave, and what the clamp and the filter make of it.
+
+use super::*;
+
+/// Errors of pixels that are four apart, where the squares of pixels that share their rays would repeat, are not alike.
+#[test]
+fn gpu_noise_repeats_nowhere() {
+    let Some(gpu) = testing::gpu("gpu_noise_repeats_nowhere") else { return };
+    let mut scene = floor(matt(0.5));
+    let sky = Environment { width: 16, height: 8, pixels: vec![Vec3::ONE; 128], rotation: 0.0 };
+    let card = Material { base_color: Vec4::new(0.0, 0.0, 0.0, 1.0), ..matt(0.0) };
+    scene.materials.push(card);
+    scene.meshes[0].primitives.push(quad(1, Vec3::new(0.0, 3.0, 0.0), 2.0 * Vec3::X, 2.0 * Vec3::Z));
+    scene.environment = Some(sky);
+    let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+    let of = |diffuse_rays| {
+        let sampled = Sampled { diffuse_rays, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) };
+        picture(gpu, settings(sampled), &scene, &camera)
+    };
+    let (few, truth) = (of(5), of(1024));
+    let errors: Vec<f64> = few.iter().zip(&truth).map(|(few, truth)| f64::from(few.x / truth.x - 1.0)).collect();
+    let (width, height) = (SIZE.x as usize, SIZE.y as usize);
+    let power = errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
+    assert!(power > 1e-4, "{power}: there is no noise");
+    for lag in [4, 8, 4 * width, 8 * width] {
+        let kept = (0..height - 8).flat_map(|y| (0..width - 8).map(move |x| y * width + x));
+        let products: Vec<f64> = kept.map(|i| errors[i] * errors[i + lag]).collect();
+        let alike = products.iter().sum::<f64>() / products.len() as f64 / power;
+        println!("pixels {lag} apart: {alike:.3}");
+        assert!(alike < 0.5, "errors of pixels {lag} apart are alike: {alike}");
+    }
+}
+
+/// A pixel that is far above all like it is cut off; none gets more than it had, and what is even stays as it is.
+#[test]
+fn gpu_the_clamp_takes_single_bright_pixels_alone() {
+    let Some(gpu) = testing::gpu("gpu_the_clamp_takes_single_bright_pixels_alone") else { return };
+    // A bright card that is unlit, and so found by chance alone.
+    let mut scene = floor(matt(0.5));
+    scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
+    scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
+    scene.sky = Vec3::splat(5e-4);
+    let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
+    let of = |clamp, diffuse_rays| {
+        let rays = Sampled { clamp, diffuse_rays, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) };
+        picture(gpu, settings(rays), &scene, &camera)
+    };
+    let brightest = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.x).fold(0.0, f32::max);
+    let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| of(clamp, 4));
+    let kept = mean(&on) / mean(&off);
+    println!("brightest {} of {}, energy kept {kept:.4}", brightest(&on), brightest(&off));
+    // One ray of 300 finds the card: most of its light is what the clamp is there to take.
+    assert!(brightest(&on) < 0.8 * brightest(&off) && kept > 0.25 && kept < 1.0);
+    assert!(on.iter().zip(&off).all(|(on, off)| on.x <= off.x));
+    // A mean of frames loses less, the more there are; also where the pixels around a bright one are black.
+    for sky in [5e-4, 0.0] {
+        scene.sky = Vec3::splat(sky);
+        let kept = [1, 8, 16, 64].map(|accumulate| {
+            let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| {
+                let rays = Sampled { clamp, diffuse_rays: 4, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) };
+                picture(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera)
+            });
+            mean(&on) / mean(&off)
+        });
+        println!("sky of {sky}: energy kept of 1, 8, 16 and 64 frames {kept:.4?}");
+        assert!(kept.is_sorted() && kept[2] > kept[0] + 0.05 && kept[2] > 0.5 && kept[3] > 0.875, "{kept:?}");
+    }
+    let sky = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
+    let even = |clamp| picture(gpu, settings(Sampled { clamp, ..sampled(IndirectTracer::Bvh) }), &sky, &camera);
+    assert!(self::off(&even(IndirectClamp::On), &even(IndirectClamp::Off)) < 1e-3);
+}
+
+/// Light that few pixels find is spread by the filter, and neither lost nor doubled.
+#[test]
+fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
+    let Some(gpu) = testing::gpu("gpu_the_filter_keeps_the_light_of_lone_bright_pixels") else { return };
+    // A bright card that is unlit, and so found by chance alone.
+    let mut scene = floor(matt(0.5));
+    scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
+    scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
+    // All of the picture is floor.
+    let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
+    for sky in [0.0, 1e-4, 1e-2] {
+        scene.sky = Vec3::splat(sky);
+        let [without, with] = [0, 8].map(|filter_radius| {
+            let rays = Sampled { diffuse_rays: 4, glossy_rays: 0, filter_radius, ..sampled(IndirectTracer::Bvh) };
+            picture(gpu, settings(rays), &scene, &camera)
+        });
+        let floor = 0.5 * f64::from(sky);
+        let lone = without.iter().filter(|pixel| f64::from(pixel.x) > 2.0 * floor).count();
+        let kept = (mean(&with) - floor) / (mean(&without) - floor);
+        println!("sky of {sky}: {lone} lone bright pixels, of whose light {kept:.4} is kept");
+        // What of it falls beyond the picture's edge, or stays this side of it, is known to a tenth.
+        assert!(lone > 10 && (kept - 1.0).abs() < 0.1, "sky of {sky}: {kept} of {lone} pixels' light");
+    }
+}
+
+/// Neither a filter nor coarser starts change what is the same everywhere, and both are nearer to many rays than few rays alone.
+#[test]
+fn gpu_filter_and_half_resolution_keep_what_is_there() {
+    let Some(gpu) = testing::gpu("gpu_filter_and_half_resolution_keep_what_is_there") else { return };
+    let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
+    let scene = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
+    for resolution in IndirectResolution::ALL.iter().copied() {
+        let filtered = Sampled { resolution, filter_radius: 6, ..sampled(IndirectTracer::Bvh) };
+        let found = picture(gpu, settings(filtered), &scene, &camera);
+        assert!(found.iter().all(|pixel| (*pixel / 0.5 - 1.0).abs().max_element() < 2e-3), "{resolution}");
+    }
+    let cornell = cornell();
+    let camera = &cornell.cameras[0];
+    let few = Sampled { diffuse_rays: 4, glossy_rays: 4, filter_radius: 0, ..sampled(IndirectTracer::Bvh) };
+    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(IndirectTracer::Bvh) }), &cornell, camera);
+    let noisy = off(&picture(gpu, settings(few), &cornell, camera), &truth);
+    for resolution in IndirectResolution::ALL.iter().copied() {
+        let filtered = Sampled { resolution, filter_radius: 5, ..few };
+        let smooth = off(&picture(gpu, settings(filtered), &cornell, camera), &truth);
+        println!("{resolution}: {noisy:.4} unfiltered, {smooth:.4} filtered");
+        assert!(smooth < 0.75 * noisy, "{resolution}: {smooth} of {noisy}");
+    }
+}
+
+/// A mirror shows surfaces of which a few rays find few of the many lights: the filter takes most of that noise, and leaves edges
+/// where they are.
+#[test]
+fn gpu_a_mirror_of_many_lights_is_not_speckled() {
+    let Some(gpu) = testing::gpu("gpu_a_mirror_of_many_lights_is_not_speckled") else { return };
+    let mut scene = closed_box(matt(0.6));
+    scene.materials.push(Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(0.9) });
+    scene.materials.push(matt(0.05));
+    // The floor is a mirror; two walls are dark.
+    scene.meshes[0].primitives[2].material = 1;
+    scene.meshes[0].primitives[4].material = 2;
+    scene.meshes[0].primitives[0].material = 2;
+    // All of the picture is mirror.
+    let camera = looking([0.0, -0.2, 0.1], [0.0, -1.0, 0.0]);
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(IndirectTracer::Bvh) };
+    let many = Sampled { glossy_rays: 512, ..few };
+    let mut off_by = |lights: usize| {
+        let mut random = Random::new(4);
+        scene.lights = (0..lights).map(|_| Light::point(0.8 * random.point(), 0.01 * (random.point() + 1.5))).collect();
+        let of = |sampled| picture(gpu, settings(sampled), &scene, &camera);
+        let truth = of(many);
+        [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &truth))
+    };
+    let [noisy, smooth] = off_by(300);
+    let [without, edges] = off_by(1);
+    println!("300 lights: off by {noisy:.4}, filtered {smooth:.4}; one light: {without:.4}, {edges:.4}");
+    assert!(smooth < 0.6 * noisy, "{smooth} of {noisy}");
+    assert!(edges < 0.05, "{edges}");
+}

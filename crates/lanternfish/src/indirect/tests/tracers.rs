@@ -1,0 +1,89 @@
+//! What rays go through changes nothing but what it must.
+
+use super::*;
+
+/// The inside of a closed box is dark, however bright its outside: light leaks through walls that are thinner than what deep
+/// images pass over.
+#[test]
+fn gpu_light_leaks_are_small() {
+    let Some(gpu) = testing::gpu("gpu_light_leaks_are_small") else { return };
+    let mut scene = closed_box(matt(0.5));
+    // Outside, from above: 1000 lx on the roof.
+    scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    for tracer in tracers(gpu) {
+        let found = picture(gpu, settings(sampled(*tracer)), &scene, &camera);
+        // From radiance to irradiance of surfaces of albedo 0.5.
+        let inside = mean(&found) * std::f64::consts::PI / 0.5;
+        println!("{tracer}: {inside:.3} lx inside of 1000 outside");
+        assert!(inside <= 10.0, "{tracer}: {inside}");
+    }
+    // It can fail: without its roof.
+    scene.meshes[0].primitives.retain(|side| side.positions.iter().any(|corner| corner.y < 0.99));
+    assert_eq!(scene.meshes[0].primitives.len(), 5);
+    let found = picture(gpu, settings(sampled(IndirectTracer::Bvh)), &scene, &camera);
+    let truth = traced(&scene, &camera, 3, 192);
+    let inside = mean(&found) * std::f64::consts::PI / 0.5;
+    println!("{inside:.2} lx without a roof, energy {:.3}", mean(&found) / mean(&truth));
+    assert!(inside > 10.0 && (mean(&found) / mean(&truth) - 1.0).abs() < 0.05, "{inside}, {}", mean(&truth));
+}
+
+/// The adapter's own structure meets the triangles that the BVH does: pictures differ where rays graze an edge alone. Masked triangles
+/// and solid ones, and each without the other.
+#[test]
+fn gpu_ray_query_meets_the_triangles_of_the_bvh() {
+    let test = "gpu_ray_query_meets_the_triangles_of_the_bvh";
+    let Some(gpu) = testing::gpu(test) else { return };
+    if !gpu.description.ray_query {
+        return testing::left_out(test, "this adapter has no ray query");
+    }
+    let masked = |mut scene: Scene| {
+        scene.materials.iter_mut().for_each(|material| material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 });
+        scene
+    };
+    let half_masked = |mut scene: Scene| {
+        let odd = scene.materials.iter_mut().skip(1).step_by(2);
+        odd.for_each(|material| material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 });
+        scene
+    };
+    for (name, scene) in [("solid", cornell()), ("masked", masked(cornell())), ("both", half_masked(cornell()))] {
+        let of = |tracer| {
+            let sampled = Sampled { diffuse_rays: 8, glossy_rays: 4, ..sampled(tracer) };
+            picture(gpu, settings(sampled), &scene, &scene.cameras[0])
+        };
+        let [bvh, ray_query] = [IndirectTracer::Bvh, IndirectTracer::RayQuery].map(of);
+        let apart = off(&ray_query, &bvh);
+        println!("{name}: apart by {apart:.5} of the mean");
+        assert!(apart < 0.005 && mean(&bvh) > 0.0, "{name}: {apart}");
+    }
+}
+
+#[test]
+fn gpu_runs_are_the_same_to_the_bit() {
+    let Some(gpu) = testing::gpu("gpu_runs_are_the_same_to_the_bit") else { return };
+    let scene = demo("cornell").unwrap();
+    let settings = settings(Sampled { diffuse_rays: 4, glossy_rays: 2, ..Sampled::default() });
+    let [a, b] = [0, 1].map(|_| picture(gpu, settings.clone(), &scene, &scene.cameras[0]));
+    assert!(a == b);
+}
+
+#[test]
+fn gpu_every_store_gives_the_same_light() {
+    let Some(gpu) = testing::gpu("gpu_every_store_gives_the_same_light") else { return };
+    let scene = demo("cornell").unwrap();
+    let of = |store, depth| {
+        let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
+        let settings = Settings { deep_images, ..settings(sampled(IndirectTracer::WithinTexel)) };
+        picture(gpu, settings, &scene, &scene.cameras[0])
+    };
+    let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);
+    for (store, depth) in [
+        (DeepStore::LinearArray, DeepDepth::Bits16),
+        (DeepStore::LinkedList, DeepDepth::Bits32),
+        (DeepStore::SortedLinkedList, DeepDepth::Bits32),
+    ] {
+        // Of surfaces at one depth a linked list finds any.
+        let off = off(&of(store, depth), &expected);
+        assert!(off < 0.01, "{store}, {depth} bits: {off}");
+    }
+}
