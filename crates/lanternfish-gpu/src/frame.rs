@@ -154,3 +154,46 @@ impl<'a> Frame<'a> {
         self.profiler.inner.end_frame().expect("every query is closed");
     }
 }
+
+#[cfg(all(test, feature = "testing"))]
+mod tests {
+    use super::*;
+    use crate::{primitives::Scan, storage_buffer_of, testing};
+
+    /// Whether or not dispatches that share a pass can be timed, each sees what those before it wrote; and each is timed where any is.
+    #[test]
+    fn gpu_dispatches_share_a_pass_where_they_can_be_timed_in_it() {
+        let Some(gpu) = testing::gpu("gpu_dispatches_share_a_pass_where_they_can_be_timed_in_it") else { return };
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+        let adapter = adapters.iter().find(|adapter| adapter.get_info().name == gpu.description.name);
+        let adapter = adapter.expect("it is open already");
+        let timestamps = wgpu::Features::TIMESTAMP_QUERY;
+        let inside = timestamps.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
+        for required_features in [wgpu::Features::empty(), timestamps, inside] {
+            if !adapter.features().contains(required_features) {
+                println!("this adapter has no {required_features:?}");
+                continue;
+            }
+            let descriptor = wgpu::DeviceDescriptor { required_features, ..Default::default() };
+            let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("it has them");
+            let mut profiler = Profiler::new(&device, &queue);
+            let mut scan = Scan::new(&device, "test").unwrap();
+            let values = vec![3u32; 100_000];
+            let none = wgpu::BufferUsages::empty();
+            let buffer = storage_buffer_of(&device, "values", &values, none).unwrap();
+            let mut frame = Frame::new(&device, &queue, &mut profiler);
+            scan.record(&mut frame, &buffer, values.len() as u32).unwrap();
+            frame.submit();
+            let starts = read_back::<u32>(&device, &queue, &buffer, values.len()).unwrap();
+            assert!(starts.iter().zip(0..).all(|(start, i)| *start == 3 * i), "{required_features:?}");
+            let (passes, times) = (profiler.compute_passes(), profiler.finished());
+            println!("{required_features:?}: {passes} passes, {} times", times.len());
+            let dispatches = 3;
+            let shares = required_features != timestamps;
+            assert_eq!(passes, if shares { 1 } else { dispatches }, "{required_features:?}");
+            let timed = if required_features.is_empty() { 0 } else { dispatches as usize };
+            assert_eq!(times.len(), timed, "{required_features:?}: {times:?}");
+        }
+    }
+}
