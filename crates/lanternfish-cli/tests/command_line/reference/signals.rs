@@ -40,14 +40,16 @@ fn kill(child: &Child, signals: [&str; 2]) {
 
 #[test]
 fn a_signal_writes_what_there_is() {
-    // Twice at once, as `timeout` does.
-    for (signals, code) in [(["-INT", "-TERM"], 130), (["-TERM", "-TERM"], 143), (["-HUP", "-TERM"], 129)] {
+    // Twice at once, as `timeout` does. Of two that wait, threads may take either first.
+    let at_once = [(["-INT", "-TERM"], [130, 143]), (["-TERM", "-TERM"], [143, 143]), (["-HUP", "-TERM"], [129, 143])];
+    for (signals, codes) in at_once {
         let folder = tempfile::tempdir().unwrap();
         let (child, lines) = started(folder.path(), "");
         kill(&child, signals);
         let stderr = lines.map(|line| line.unwrap() + "\n").collect::<String>();
         let output = child.wait_with_output().unwrap();
-        assert_eq!((output.status.code(), text(&output.stdout)), (Some(code), "a.exr\n"), "{stderr}");
+        assert!(output.status.code().is_some_and(|code| codes.contains(&code)), "{:?}: {stderr}", output.status);
+        assert_eq!(text(&output.stdout), "a.exr\n", "{stderr}");
         let count = samples(&folder.path().join("a.exr"));
         let said =
             format!("note: stopped at {count} samples a pixel; the same command with --resume goes on from there\n");
