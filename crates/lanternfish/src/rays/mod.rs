@@ -4,7 +4,7 @@
 //! - `closest_hit.wesl`: which triangle does a ray from a surface meet first? Asked by indirect light.
 //!
 //! The host says through which structure when it links ([`Tracer::features`]), and runs a pass once for each chunk where that is deep
-//! images ([`dispatch`]). Lists of rays, for tests and benches, are traced by [`RayTracer`].
+//! images (`dispatch`). Lists of rays, for tests and benches, are traced by [`RayTracer`].
 
 mod list;
 
