@@ -1,4 +1,5 @@
-//! Which rooms of the library import which: arrows go one way.
+//! Which rooms of the library import which: arrows go one way. Rooms are folders; what they take of each other through files beside
+//! the folders, as `settings.rs`, is not seen.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

@@ -124,7 +124,10 @@ fn adapters() -> Result<String, CliError> {
         lines.add("adapter", &adapter.name);
         lines.add("  kind", format_args!("{}, through {}", adapter.device_type, adapter.backend));
         lines.add("  driver", &adapter.driver);
-        lines.add("  ray query", yes(adapter.ray_query, "--shadows ray-query works", "shadows use --shadows bvh"));
+        lines.add(
+            "  ray query",
+            yes(adapter.ray_query, "--shadows and --indirect-tracer ray-query work", "rays use the BVH"),
+        );
         lines.add("  arrays", yes(adapter.texture_arrays, "--textures array works", "textures are bound per material"));
         lines.add("  timestamps", yes(adapter.timestamps, "--timings times every pass", "--timings has counters only"));
         text += &lines.0;

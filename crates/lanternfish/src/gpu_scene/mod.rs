@@ -5,7 +5,7 @@
 //!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
 //!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
 //!        │                                                       └─ tlas.rs  the adapter's own structure
-//!        ├─ environment   as sky/mod.rs uploads it, and as environment_light/ makes it light
+//!        ├─ environment.rs the image of the surroundings, which environment_light/ makes light
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!

@@ -1,9 +1,10 @@
 //! The scene in the adapter's own acceleration structure, walked by `rays/ray_query/query.wesl`.
 //!
 //! One bottom level of world-space triangles in BVH leaf order (some drivers split in input order), under one instance.
-//! Opaque and masked triangles are two geometries: the first ends a query, the second asks the shader.
+//! Opaque and masked triangles are two geometries: the first is met without asking the shader, the second asks it.
 
 use glam::Vec3;
+use lanternfish_gpu::storage_buffer_of;
 
 use super::{geometry::buffer, tracing::TracedTriangle};
 use crate::error::RenderError;
@@ -31,7 +32,7 @@ impl Tlas {
                 list: "acceleration structure",
                 needed: triangles.len() as u64,
                 limit,
-                remedy: "use --shadows bvh",
+                remedy: "use --shadows bvh and --indirect-tracer bvh",
             });
         }
 
@@ -42,7 +43,7 @@ impl Tlas {
         let parts = [places(triangles, |t| t.source.record == 0), places(triangles, |t| t.source.record != 0)];
         let first = parts.iter().find(|part| !part.is_empty()).map_or(0, |part| part.len() as u32);
         let numbers: Vec<u32> = std::iter::once(first).chain(parts.iter().flatten().copied()).collect();
-        let numbers = buffer(device, "scene/tlas_triangles", &numbers, wgpu::BufferUsages::STORAGE)?;
+        let numbers = storage_buffer_of(device, "scene/tlas_triangles", &numbers, wgpu::BufferUsages::empty())?;
         let parts = parts.map(|places| places.iter().flat_map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<u32>>());
         let flags = [
             wgpu::AccelerationStructureGeometryFlags::OPAQUE,

@@ -43,8 +43,9 @@ pub enum Structure<'i> {
     AcrossTexels(&'i DeepImages),
     /// The BVH, for the closest hit: exact.
     Bvh,
-    /// The adapter's own acceleration structure, for the closest hit, which scenes are uploaded for under
-    /// [`Shadows::RayQuery`](crate::settings::Shadows::RayQuery).
+    /// The adapter's own acceleration structure, for the closest hit, which scenes are uploaded for where shadows or indirect light
+    /// go through it ([`Shadows::RayQuery`](crate::settings::Shadows::RayQuery),
+    /// [`IndirectTracer::RayQuery`](crate::settings::IndirectTracer::RayQuery)).
     RayQuery,
 }
 

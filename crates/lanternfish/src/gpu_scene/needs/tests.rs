@@ -48,13 +48,13 @@ fn coarse() -> DeepImageSettings {
 }
 
 /// Settings that need something of a scene each.
-fn choices() -> Vec<(&'static str, Settings)> {
+fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
     let direct = || Settings { shadows: Shadows::Bvh, deep_images: coarse(), ..Settings::direct_light() };
     let indirect = |tracer| {
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer, ..Sampled::default() };
         Settings { indirect: Indirect::Sampled(sampled), ..direct() }
     };
-    vec![
+    let mut choices = vec![
         ("no shadows", Settings { shadows: Shadows::None, ..direct() }),
         ("bvh", direct()),
         ("lambert", Settings { materials: Materials::Lambert, ..direct() }),
@@ -65,7 +65,11 @@ fn choices() -> Vec<(&'static str, Settings)> {
         ("hbao", Settings { occlusion: Occlusion::Hbao { radius: 1.0 }, shadows: Shadows::None, ..direct() }),
         ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(IndirectTracer::Bvh) }),
         ("indirect, deep images", indirect(IndirectTracer::WithinTexel)),
-    ]
+    ];
+    if has_ray_query {
+        choices.push(("indirect, ray query", indirect(IndirectTracer::RayQuery)));
+    }
+    choices
 }
 
 fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
@@ -76,7 +80,8 @@ fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
 fn gpu_a_shared_scene_is_the_same_picture_or_is_refused() {
     let Some(gpu) = testing::gpu("gpu_a_shared_scene_is_the_same_picture_or_is_refused") else { return };
     let (scene, camera) = (scene(), camera());
-    let mut renderers: Vec<_> = choices().into_iter().map(|(name, s)| (name, renderer(gpu, s))).collect();
+    let mut renderers: Vec<_> =
+        choices(gpu.description.ray_query).into_iter().map(|(name, s)| (name, renderer(gpu, s))).collect();
     let uploads: Vec<(&str, GpuScene)> = renderers.iter().map(|(name, r)| (*name, r.upload(&scene).unwrap())).collect();
     let (mut same, mut refused) = (0, 0);
     for (i, (name, renderer)) in renderers.iter_mut().enumerate() {
