@@ -9,7 +9,6 @@ use crate::{error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings
 /// Deep images of the scene as it is, asked for every frame.
 #[derive(Debug)]
 pub struct KeptDeepImages {
-    settings: DeepImageSettings,
     builder: DeepImageBuilder,
     kept: Option<Kept>,
     builds: u64,
@@ -26,15 +25,7 @@ struct Kept {
 impl KeptDeepImages {
     /// Compiles the builder's passes.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
-        Ok(Self { settings, builder: DeepImageBuilder::new(device, settings)?, kept: None, builds: 0 })
-    }
-
-    /// Takes other settings: the builder is compiled again, and the images go. Nothing happens where they are the same.
-    pub fn set_settings(&mut self, device: &wgpu::Device, settings: DeepImageSettings) -> Result<(), RenderError> {
-        if settings != self.settings {
-            *self = Self { builds: self.builds, ..Self::new(device, settings)? };
-        }
-        Ok(())
+        Ok(Self { builder: DeepImageBuilder::new(device, settings)?, kept: None, builds: 0 })
     }
 
     /// Images of the scene with the set of directions turned by `rotation` (unit; world space from the set's own): built in

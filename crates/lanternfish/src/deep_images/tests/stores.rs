@@ -43,12 +43,13 @@ fn gpu_linked_lists_refuse_depths_in_16_bits() {
 /// More fragments than a binding holds, in three images: one image at a time they fit.
 #[test]
 fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
-    let Some(gpu) = testing::gpu("gpu_images_that_are_too_full_for_one_chunk_are_split") else { return };
+    let test = "gpu_images_that_are_too_full_for_one_chunk_are_split";
+    let Some(gpu) = testing::gpu(test) else { return };
     let limit = gpu.device.limits().max_storage_buffer_binding_size / 4;
     let (sheets, resolution) = (150u32, 512u32);
     if limit > 1 << 25 {
         // The same would take a larger scene.
-        return println!("bindings of {limit} words: not filled");
+        return testing::left_out(test, "this adapter's bindings are too large to be filled");
     }
     let sheet = |axis: Vec3, i: u32| {
         let (right, up) = axis.any_orthonormal_pair();
