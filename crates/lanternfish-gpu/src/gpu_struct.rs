@@ -161,7 +161,7 @@ mod tests {
 
     fn linked(fields: &'static str) -> LinkedShader {
         let text = format!(
-            "struct Sphere {{ {fields} }}\n@group(0) @binding(0) var<storage, read_write> s: array<Sphere>;\n\
+            "struct Sphere {{ {fields} }}\n@group(0) var<storage, read_write> s: array<Sphere>;\n\
              @compute @workgroup_size(1) fn main() {{ s[0] = s[1]; }}"
         );
         let sources: &'static [crate::ShaderSource] = vec![("test", text.leak() as &'static str)].leak();

@@ -1,9 +1,12 @@
 //! WESL sources: linked into WGSL, validated and reflected without a GPU.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
-use wesl::{CompileOptions, Feature, Mangler, ModulePath, VirtualResolver, Wesl, syntax::PathOrigin};
+use wesl::{
+    CompileOptions, Feature, Mangler, ModulePath, VirtualResolver, Wesl,
+    syntax::{Attribute, Expression, GlobalDeclaration, LiteralExpression, PathOrigin, TranslationUnit},
+};
 
 use crate::GpuError;
 
@@ -40,7 +43,7 @@ impl ShaderLibrary {
         self.sources
     }
 
-    /// Links `module` with its imports, the named `@if` features on and all others off, and validates it.
+    /// Links `module` with its imports, the named `@if` features on and all others off, numbers its bindings, and validates it.
     pub fn link(&self, module: &str, features: &[&str]) -> Result<LinkedShader, GpuError> {
         let label = features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{feature}"));
         let fail = |what: String| GpuError::Shader { shader: label.clone(), what };
@@ -53,7 +56,9 @@ impl ShaderLibrary {
         linker.set_options(CompileOptions { validate: false, ..Default::default() });
         linker.set_custom_mangler(ItemFirst).use_sourcemap(true).set_missing_feature_behavior(Feature::Disable);
         linker.set_features(features.iter().map(|feature| (feature.to_string(), true)));
-        let source = linker.compile(&module_path(module)).map_err(|e| fail(e.to_string()))?.to_string();
+        let mut linked = linker.compile(&module_path(module)).map_err(|e| fail(e.to_string()))?;
+        number_bindings(&mut linked.syntax).map_err(fail)?;
+        let source = linked.to_string();
 
         let module = naga::front::wgsl::parse_str(&source).map_err(|e| fail(e.emit_to_string(&source)))?;
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
@@ -71,7 +76,6 @@ impl LinkedShader {
         self.module.entry_points[self.entry_index(entry)].workgroup_size
     }
 
-    /// Index of an entry point in naga's list.
     /// Whether it has an entry point of this name.
     pub fn has_entry(&self, entry: &str) -> bool {
         self.module.entry_points.iter().any(|e| e.name == entry)
@@ -94,6 +98,7 @@ impl LinkedShader {
         locations
     }
 
+    /// Index of an entry point in naga's list.
     pub(crate) fn entry_index(&self, entry: &str) -> usize {
         let index = self.module.entry_points.iter().position(|e| e.name == entry);
         index.unwrap_or_else(|| panic!("{}: no entry point {entry}", self.label))
@@ -106,6 +111,33 @@ impl LinkedShader {
             source: wgpu::ShaderSource::Naga(Cow::Owned(self.module.clone())),
         })
     }
+}
+
+/// Gives every variable that has a group its `@binding`: from 0 up in each group, in the order of the linked declarations. An error
+/// where a shader writes a number itself: the host binds by name, and two numbers of different files might meet.
+fn number_bindings(linked: &mut TranslationUnit) -> Result<(), String> {
+    let mut next: BTreeMap<String, i64> = BTreeMap::new();
+    for declaration in &mut linked.global_declarations {
+        let GlobalDeclaration::Declaration(variable) = declaration.node_mut() else { continue };
+        let mut group = None;
+        for attribute in &variable.attributes {
+            match attribute.node() {
+                Attribute::Group(number) => group = Some(number.to_string()),
+                Attribute::Binding(_) => {
+                    let name = variable.ident.to_string();
+                    return Err(format!("{}: leave its @binding out, the linker numbers bindings", item_name(&name)));
+                }
+                _ => {}
+            }
+        }
+        if let Some(group) = group {
+            let number = next.entry(group).or_default();
+            let written = Expression::Literal(LiteralExpression::AbstractInt(*number));
+            variable.attributes.push(Attribute::Binding(written.into()).into());
+            *number += 1;
+        }
+    }
+    Ok(())
 }
 
 /// What an item was called in its own file.
@@ -134,9 +166,20 @@ mod tests {
         ("common/math", "const PI = 3.14159;\nfn unused() -> f32 { return 1.0; }"),
         (
             "room/kernel",
-            "import package::common::math::PI;\n@group(2) @binding(0) var<storage, read_write> out: array<f32>;\n\
+            "import package::common::math::PI;\n@group(2) var<storage, read_write> out: array<f32>;\n\
              @if(double) const SCALE = 2.0;\n@else const SCALE = 1.0;\nconst SIZE = 64u;\n\
              @compute @workgroup_size(SIZE) fn main() { out[0] = SCALE * PI; }",
+        ),
+        ("door/lists", "@group(2) var<storage, read> lists: array<u32>;\n@group(1) var<storage, read> lights: array<u32>;"),
+        (
+            "room/bound",
+            "import package::door::lists::{lists, lights};\n@group(2) var<storage, read_write> out: array<u32>;\n\
+             @compute @workgroup_size(1) fn main() { out[0] = lists[0] + lights[0]; }",
+        ),
+        (
+            "room/numbered",
+            "@group(2) @binding(0) var<storage, read_write> out: array<u32>;\n\
+             @compute @workgroup_size(1) fn main() { out[0] = 1u; }",
         ),
         ("room/broken", "@compute @workgroup_size(1) fn main() { let x: u32 = 1.0; }"),
     ]);
@@ -149,6 +192,21 @@ mod tests {
         assert!(!plain.source.contains("unused"));
         assert_eq!(plain.workgroup_size("main"), [64, 1, 1]);
         assert_eq!(double.label, "room/kernel+double");
+    }
+
+    #[test]
+    fn bindings_are_numbered_in_each_group_over_all_files() {
+        let linked = LIBRARY.link("room/bound", &[]).unwrap();
+        let mut numbers: Vec<_> = linked.module.global_variables.iter().filter_map(|(_, v)| v.binding).collect();
+        numbers.sort_by_key(|b| (b.group, b.binding));
+        let numbers: Vec<_> = numbers.iter().map(|b| (b.group, b.binding)).collect();
+        assert_eq!(numbers, [(1, 0), (2, 0), (2, 1)], "{}", linked.source);
+    }
+
+    #[test]
+    fn a_binding_with_a_number_of_its_own_is_refused() {
+        let error = LIBRARY.link("room/numbered", &[]).unwrap_err().to_string();
+        assert!(error.contains("out") && error.contains("linker"), "{error}");
     }
 
     #[test]
