@@ -88,6 +88,22 @@ pub struct LayoutError {
     shader_has: String,
 }
 
+/// A [`GpuStruct`] as one of a list: its name, and what compares it with a shader's.
+#[derive(Clone, Copy, Debug)]
+pub struct SharedStruct {
+    /// The struct's name, the same on both sides.
+    pub name: &'static str,
+    /// [`check_layout`] of it.
+    pub check: fn(&LinkedShader) -> Result<(), LayoutError>,
+}
+
+impl SharedStruct {
+    /// The entry of `T`.
+    pub const fn of<T: GpuStruct>() -> Self {
+        Self { name: T::NAME, check: check_layout::<T> }
+    }
+}
+
 /// Compares names, types, offsets and size of `T` with the struct of the same name in a linked shader.
 pub fn check_layout<T: GpuStruct>(shader: &LinkedShader) -> Result<(), LayoutError> {
     let fail = |host: String, shader_has: String| {

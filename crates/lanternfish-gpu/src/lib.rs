@@ -35,9 +35,9 @@ pub use compute::ComputeKernel;
 pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler};
-pub use gpu_struct::{Field, GpuStruct, LayoutError, WgslType, check_layout};
+pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
 pub use raster::{RasterPipeline, RasterState};
-pub use shader::{LinkedShader, ShaderLibrary, ShaderSource};
+pub use shader::{Feature, LinkedShader, ShaderLibrary, ShaderSource};
 
 #[doc(hidden)]
 pub use bytemuck;

@@ -4,11 +4,15 @@ use std::{borrow::Cow, collections::BTreeMap};
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use wesl::{
-    CompileOptions, Feature, Mangler, ModulePath, VirtualResolver, Wesl,
+    CompileOptions, Feature as Switch, Mangler, ModulePath, VirtualResolver, Wesl,
     syntax::{Attribute, Expression, GlobalDeclaration, LiteralExpression, PathOrigin, TranslationUnit},
 };
 
 use crate::GpuError;
+
+/// A choice that a shader makes when it is linked: the name of an `@if`. A constant where what it means is declared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Feature(pub &'static str);
 
 /// One WESL file: its module path below the package (`"light_culling/tiled/assign"`), and its text.
 pub type ShaderSource = (&'static str, &'static str);
@@ -43,9 +47,9 @@ impl ShaderLibrary {
         self.sources
     }
 
-    /// Links `module` with its imports, the named `@if` features on and all others off, numbers its bindings, and validates it.
-    pub fn link(&self, module: &str, features: &[&str]) -> Result<LinkedShader, GpuError> {
-        let label = features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{feature}"));
+    /// Links `module` with its imports, these `@if` features on and all others off, numbers its bindings, and validates it.
+    pub fn link(&self, module: &str, features: &[Feature]) -> Result<LinkedShader, GpuError> {
+        let label = features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{}", feature.0));
         let fail = |what: String| GpuError::Shader { shader: label.clone(), what };
 
         let mut resolver = VirtualResolver::new();
@@ -54,8 +58,8 @@ impl ShaderLibrary {
         }
         let mut linker = Wesl::new_barebones().set_custom_resolver(resolver);
         linker.set_options(CompileOptions { validate: false, ..Default::default() });
-        linker.set_custom_mangler(ItemFirst).use_sourcemap(true).set_missing_feature_behavior(Feature::Disable);
-        linker.set_features(features.iter().map(|feature| (feature.to_string(), true)));
+        linker.set_custom_mangler(ItemFirst).use_sourcemap(true).set_missing_feature_behavior(Switch::Disable);
+        linker.set_features(features.iter().map(|feature| (feature.0.to_owned(), true)));
         let mut linked = linker.compile(&module_path(module)).map_err(|e| fail(e.to_string()))?;
         number_bindings(&mut linked.syntax).map_err(fail)?;
         let source = linked.to_string();
@@ -170,7 +174,10 @@ mod tests {
              @if(double) const SCALE = 2.0;\n@else const SCALE = 1.0;\nconst SIZE = 64u;\n\
              @compute @workgroup_size(SIZE) fn main() { out[0] = SCALE * PI; }",
         ),
-        ("door/lists", "@group(2) var<storage, read> lists: array<u32>;\n@group(1) var<storage, read> lights: array<u32>;"),
+        (
+            "door/lists",
+            "@group(2) var<storage, read> lists: array<u32>;\n@group(1) var<storage, read> lights: array<u32>;",
+        ),
         (
             "room/bound",
             "import package::door::lists::{lists, lights};\n@group(2) var<storage, read_write> out: array<u32>;\n\
@@ -187,7 +194,7 @@ mod tests {
     #[test]
     fn imports_features_and_stripping() {
         let plain = LIBRARY.link("room/kernel", &[]).unwrap();
-        let double = LIBRARY.link("room/kernel", &["double"]).unwrap();
+        let double = LIBRARY.link("room/kernel", &[Feature("double")]).unwrap();
         assert!(plain.source.contains("SCALE = 1.0") && double.source.contains("SCALE = 2.0"));
         assert!(!plain.source.contains("unused"));
         assert_eq!(plain.workgroup_size("main"), [64, 1, 1]);

@@ -1,9 +1,109 @@
 //! The library's shaders, and every variant of them that a room can ask for.
 
-use lanternfish_gpu::ShaderLibrary;
+use lanternfish_gpu::{Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, SharedStruct};
 
 /// Every `.wesl` file of this crate; a module's path is its file's.
-pub const SHADERS: ShaderLibrary = ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs")));
+pub const SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs"))));
+
+/// Shaders that are linked as their folders declare, and in no other way.
+#[derive(Clone, Copy, Debug)]
+pub struct Package(ShaderLibrary);
+
+/// What a folder declares of its shaders.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shaders {
+    /// Its files with entry points.
+    pub roots: &'static [Root],
+    /// The structs of its files that the host declares too; a test compares them.
+    #[cfg_attr(not(test), expect(dead_code, reason = "a test reads it"))]
+    pub structs: &'static [SharedStruct],
+}
+
+/// A file with entry points, and the features that a room may link it with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Root {
+    /// Its path below `src/`, without an ending.
+    pub module: &'static str,
+    /// None: a function of the settings says which, and a test asks it under all of them.
+    choices: Option<&'static [&'static [&'static [Feature]]]>,
+}
+
+/// Every folder with shaders.
+const FOLDERS: &[Shaders] = &[
+    crate::view::DECLARED,
+    crate::gpu_scene::DECLARED,
+    crate::lights::DECLARED,
+    crate::prepass::DECLARED,
+    crate::light_culling::DECLARED,
+    crate::light_culling::tiled::DECLARED,
+    crate::light_culling::clustered::DECLARED,
+    crate::deep_images::DECLARED,
+    crate::rays::DECLARED,
+    crate::indirect::sampled::DECLARED,
+    crate::environment_light::DECLARED,
+    crate::occlusion::deep::DECLARED,
+    crate::occlusion::hbao::DECLARED,
+    crate::shadows::DECLARED,
+    crate::shading::DECLARED,
+    crate::sky::DECLARED,
+    crate::progressive::DECLARED,
+    crate::output::DECLARED,
+    crate::debug_views::DECLARED,
+];
+
+/// Every file with entry points.
+fn roots() -> impl Iterator<Item = &'static Root> {
+    FOLDERS.iter().flat_map(|folder| folder.roots)
+}
+
+impl Root {
+    /// A file that is linked in one way.
+    pub const fn new(module: &'static str) -> Self {
+        Self::of(module, &[])
+    }
+
+    /// A file that is linked with one choice of each list: the features of that choice.
+    pub const fn of(module: &'static str, choices: &'static [&'static [&'static [Feature]]]) -> Self {
+        Self { module, choices: Some(choices) }
+    }
+
+    /// A file whose room has a function that gives its features for settings.
+    pub const fn by_settings(module: &'static str) -> Self {
+        Self { module, choices: None }
+    }
+
+    /// Every combination of choices, where the file declares them.
+    fn variants(&self) -> Option<Vec<Vec<Feature>>> {
+        self.choices.map(|lists| {
+            lists.iter().fold(vec![Vec::new()], |variants, choices| {
+                let extended = |variant: &Vec<Feature>, choice: &[Feature]| [variant, choice].concat();
+                variants.iter().flat_map(|v| choices.iter().map(move |choice| extended(v, choice))).collect()
+            })
+        })
+    }
+}
+
+impl Package {
+    /// The files.
+    pub fn sources(&self) -> &'static [ShaderSource] {
+        self.0.sources()
+    }
+
+    /// Links a file with entry points, these features on and all others off.
+    ///
+    /// Panics where no folder declares the file, or its folder does not declare these features for it: a bug.
+    pub fn link(&self, module: &str, features: &[Feature]) -> Result<LinkedShader, GpuError> {
+        let root = roots().find(|root| root.module == module);
+        let root = root.unwrap_or_else(|| panic!("{module}: no folder declares this shader"));
+        if let Some(variants) = root.variants() {
+            let same = |variant: &Vec<Feature>| {
+                variant.len() == features.len() && features.iter().all(|feature| variant.contains(feature))
+            };
+            assert!(variants.iter().any(same), "{module}: its folder does not declare {features:?}");
+        }
+        self.0.link(module, features)
+    }
+}
 
 /// What a constant of a shader is written as, without its suffix; for tests that compare it with the host's.
 ///

@@ -3,17 +3,17 @@
 mod scale;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct, uniform_buffer_of};
 
 use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
-    light_culling::{LightCulling, LightLists},
-    occlusion::{Occlusion, Openness},
+    light_culling::{LightCulling, LightLists, SCHEMES},
+    occlusion::{OCCLUSION, Occlusion, Openness},
     output::{DISPLAY_FORMAT, fullscreen},
     prepass::Surface,
     settings::{Culling, DebugView, Occlusion as OcclusionSetting, Settings},
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     texture::{Radiance, target},
     view::ViewBuffer,
 };
@@ -29,6 +29,12 @@ gpu_struct! {
         hottest: f32,
     }
 }
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::of("debug_views/debug", &[SCHEMES, &[&[], &[OCCLUSION]]])],
+    structs: &[SharedStruct::of::<DebugParameters>()],
+};
 
 /// What the hottest colour of a heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
 const HOTTEST: f32 = 10.0;

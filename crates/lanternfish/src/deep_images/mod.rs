@@ -22,7 +22,7 @@ mod validate;
 pub mod view;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, gpu_struct};
+use lanternfish_gpu::{Bindings, Feature, SharedStruct, gpu_struct};
 
 use self::directions::Directions;
 pub use self::{
@@ -31,7 +31,59 @@ pub use self::{
     kept::KeptDeepImages,
     validate::{Fragment, ListFault},
 };
-use crate::settings::{DeepDepth, DeepImageSettings, DeepStore};
+use crate::{
+    settings::{DeepDepth, DeepImageSettings, DeepStore},
+    shaders::{Root, Shaders},
+};
+
+/// Stores, and whether fragments know their triangles.
+const STORES: &[&[Feature]] = &[
+    &[APPEND],
+    &[APPEND, PAYLOAD],
+    &[LINKED_LIST],
+    &[LINKED_LIST, PAYLOAD],
+    &[SORTED_LINKED_LIST],
+    &[SORTED_LINKED_LIST, PAYLOAD],
+];
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::new("deep_images/build/single_pass"),
+        Root::of("deep_images/build/distribute", &[STORES]),
+        Root::of("deep_images/build/per_triangle", &[STORES]),
+        Root::of("deep_images/build/per_direction", &[STORES]),
+        Root::new("deep_images/build/depth_peeling"),
+        Root::of("deep_images/build/peeled", &[STORES]),
+        Root::of("deep_images/store/fill", &[&[&[], &[PAYLOAD]]]),
+        Root::of("deep_images/store/sort", &[&[&[], &[PAYLOAD]]]),
+        Root::new("deep_images/store/pack"),
+        Root::of("deep_images/store/link", &[&[&[], &[PAYLOAD]]]),
+        Root::of("deep_images/view/points", &[&[&[PAYLOAD]], &[&[], &[DEPTH_16]]]),
+        Root::of("deep_images/view/texels", &[&[&[], &[PAYLOAD]], &[&[], &[DEPTH_16]]]),
+        Root::new("deep_images/view/paint"),
+    ],
+    structs: &[
+        SharedStruct::of::<DeepGrid>(),
+        SharedStruct::of::<DeepFrame>(),
+        SharedStruct::of::<PeeledFragment>(),
+        SharedStruct::of::<SurfaceSample>(),
+        SharedStruct::of::<view::PointRange>(),
+        SharedStruct::of::<view::TexelQuery>(),
+        SharedStruct::of::<view::TexelScale>(),
+    ],
+};
+
+/// Fragments are put into linear arrays.
+pub(crate) const APPEND: Feature = Feature("append");
+/// Fragments are in linked lists, in no order.
+pub(crate) const LINKED_LIST: Feature = Feature("linked_list");
+/// Fragments are in linked lists, the nearest first.
+pub(crate) const SORTED_LINKED_LIST: Feature = Feature("sorted_linked_list");
+/// Fragments know their triangles.
+pub(crate) const PAYLOAD: Feature = Feature("payload");
+/// Depths of fragments have 16 bits.
+pub(crate) const DEPTH_16: Feature = Feature("depth_16");
 
 gpu_struct! {
     /// Where deep images lie.
@@ -140,14 +192,14 @@ pub struct DeepCounts {
 
 impl DeepImageSettings {
     /// Features with which a shader that imports `deep_images/fragments` is linked, so that it reads images of these settings.
-    pub fn fragment_features(&self) -> Vec<&'static str> {
+    pub fn fragment_features(&self) -> Vec<Feature> {
         let store = match self.store {
             DeepStore::LinearArray => None,
-            DeepStore::LinkedList => Some("linked_list"),
-            DeepStore::SortedLinkedList => Some("sorted_linked_list"),
+            DeepStore::LinkedList => Some(LINKED_LIST),
+            DeepStore::SortedLinkedList => Some(SORTED_LINKED_LIST),
         };
-        let depth = (self.depth == DeepDepth::Bits16).then_some("depth_16");
-        store.into_iter().chain(depth).chain(self.payload.then_some("payload")).collect()
+        let depth = (self.depth == DeepDepth::Bits16).then_some(DEPTH_16);
+        store.into_iter().chain(depth).chain(self.payload.then_some(PAYLOAD)).collect()
     }
 }
 

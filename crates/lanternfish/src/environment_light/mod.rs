@@ -18,7 +18,7 @@ mod tests;
 use std::sync::Arc;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Feature, SharedStruct, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
 
 use self::samples::{harmonics, samples_of, sun_of};
@@ -26,7 +26,20 @@ pub use self::{
     levels::LevelParameters,
     samples::{EnvironmentSample, cell_radiances},
 };
-use crate::{error::RenderError, gpu_scene::EnvironmentImage};
+use crate::{
+    error::RenderError,
+    gpu_scene::EnvironmentImage,
+    shaders::{Root, Shaders},
+};
+
+/// The surroundings are an image.
+pub(crate) const ENVIRONMENT: Feature = Feature("environment");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::new("environment_light/levels")],
+    structs: &[SharedStruct::of::<EnvironmentLightParameters>(), SharedStruct::of::<LevelParameters>()],
+};
 
 gpu_struct! {
     /// What shaders know of the image of the surroundings.

@@ -36,13 +36,13 @@ pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
 pub(crate) use needs::{Needs, Traced};
-pub(crate) use raster::{PassState, SceneRaster};
+pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 
 use glam::Vec3;
-use lanternfish_gpu::{Bindings, gpu_struct, storage_buffer_of, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, storage_buffer_of, uniform_buffer_of};
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
@@ -54,6 +54,24 @@ use crate::{
     error::RenderError,
     lights::{Light, tree::SceneLightTrees},
     settings::{DebugView, Settings},
+    shaders::Shaders,
+};
+
+/// The shaders of this folder: files of functions, and what they read.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[],
+    structs: &[
+        SharedStruct::of::<SoftShadows>(),
+        SharedStruct::of::<EnvironmentParameters>(),
+        SharedStruct::of::<DrawInstance>(),
+        SharedStruct::of::<Material>(),
+        SharedStruct::of::<TextureSlot>(),
+        SharedStruct::of::<BvhTriangle>(),
+        SharedStruct::of::<HitTriangle>(),
+        SharedStruct::of::<HitMaterial>(),
+        SharedStruct::of::<MaskRecord>(),
+        SharedStruct::of::<MaskHeader>(),
+    ],
 };
 
 gpu_struct! {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use lanternfish_gpu::{Bindings, LinkedShader, RasterPipeline, RasterState};
+use lanternfish_gpu::{Bindings, Feature, LinkedShader, RasterPipeline, RasterState};
 
 use super::{
     GpuScene,
@@ -10,17 +10,25 @@ use super::{
 };
 use crate::{error::RenderError, shaders::SHADERS};
 
+/// What a mask closes is discarded.
+pub(crate) const MASKED: Feature = Feature("masked");
+/// Textures are an array of all, chosen by index.
+pub(crate) const BINDING_ARRAYS: Feature = Feature("binding_arrays");
+
+/// How textures reach a shader.
+pub(crate) const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
+
 /// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`, in the variants that the draws
 /// ask for: `masked` where the room wants it, winding, texture arrays.
 #[derive(Debug)]
 pub(crate) struct SceneRaster {
     label: &'static str,
     module: &'static str,
-    features: Vec<&'static str>,
+    features: Vec<Feature>,
     /// Whether masked draws get the `masked` variant.
     distinguish_masked: bool,
     state: PassState,
-    shaders: HashMap<Vec<&'static str>, LinkedShader>,
+    shaders: HashMap<Vec<Feature>, LinkedShader>,
     pipelines: HashMap<Key, RasterPipeline>,
 }
 
@@ -36,7 +44,7 @@ pub(crate) struct PassState {
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Key {
-    features: Vec<&'static str>,
+    features: Vec<Feature>,
     facing: Facing,
     array_lengths: [u32; 2],
 }
@@ -48,7 +56,7 @@ impl SceneRaster {
     pub fn new(
         label: &'static str,
         module: &'static str,
-        features: &[&'static str],
+        features: &[Feature],
         distinguish_masked: bool,
         state: PassState,
     ) -> Self {
@@ -87,11 +95,11 @@ impl SceneRaster {
     fn key(&self, scene: &GpuScene, draw: &Draw) -> Key {
         let mut features = self.features.clone();
         if self.distinguish_masked && draw.alpha == DrawAlpha::Masked {
-            features.push("masked");
+            features.push(MASKED);
         }
         let mut array_lengths = [0; 2];
         if scene.textures.arrays {
-            features.push("binding_arrays");
+            features.push(BINDING_ARRAYS);
             array_lengths = scene.textures.array_lengths().map(|(_, length)| length);
         }
         Key { features, facing: draw.facing, array_lengths }

@@ -6,7 +6,7 @@ pub mod sampled;
 #[cfg(test)]
 mod tests;
 
-use lanternfish_gpu::{Bindings, Frame};
+use lanternfish_gpu::{Bindings, Feature, Frame};
 use lanternfish_scene::named_enum;
 
 use crate::{
@@ -20,6 +20,9 @@ use crate::{
 };
 
 use self::sampled::{RayCounters, SampledLight};
+
+/// Shading adds what arrives from other surfaces.
+pub(crate) const INDIRECT: Feature = Feature("indirect");
 
 /// Where light comes from that is not straight from the listed lights.
 #[derive(Clone, Copy, Debug, PartialEq)]

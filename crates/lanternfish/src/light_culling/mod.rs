@@ -11,13 +11,14 @@ mod tests;
 pub mod tiled;
 
 use glam::Vec4;
-use lanternfish_gpu::{Bindings, FAULTY_LOOP_STEPS, Frame, faulty_software, gpu_struct};
+use lanternfish_gpu::{Bindings, FAULTY_LOOP_STEPS, Feature, Frame, SharedStruct, faulty_software, gpu_struct};
 
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::Surface,
     settings::{Assignment, Culling, Samples},
+    shaders::Shaders,
     view::{View, ViewBuffer},
 };
 
@@ -36,6 +37,12 @@ gpu_struct! {
         _pad: u32,
     }
 }
+
+/// Schemes behind `light_list`, each with the feature that chooses it.
+pub(crate) const SCHEMES: &[&[Feature]] = &[&[], &[all::CULLING_ALL], &[clustered::CULLING_CLUSTERED]];
+
+/// The shaders of this folder, but for those of its rooms.
+pub(crate) const DECLARED: Shaders = Shaders { roots: &[], structs: &[SharedStruct::of::<Volume>()] };
 
 /// The lists of one view.
 #[derive(Clone, Debug)]
@@ -119,11 +126,11 @@ impl LightCulling {
     }
 
     /// The feature that makes `light_list.wesl` use this room; none for the default.
-    pub fn feature(culling: Culling) -> Option<&'static str> {
+    pub fn feature(culling: Culling) -> Option<Feature> {
         match culling {
-            Culling::All => Some("culling_all"),
+            Culling::All => Some(all::CULLING_ALL),
             Culling::Tiled(_) => None,
-            Culling::Clustered(_) => Some("culling_clustered"),
+            Culling::Clustered(_) => Some(clustered::CULLING_CLUSTERED),
         }
     }
 

@@ -70,7 +70,7 @@ impl<'g> Bench<'g> {
             prepass: Prepass::new(true, 1),
             rooms,
             tiled_pixels: probe(gpu, "testing/pixels", &[], "pixels"),
-            clustered_pixels: probe(gpu, "testing/pixels", &["culling_clustered"], "pixels"),
+            clustered_pixels: probe(gpu, "testing/pixels", &[super::clustered::CULLING_CLUSTERED], "pixels"),
         }
     }
 

@@ -7,10 +7,20 @@ pub mod tree;
 mod twin;
 
 use glam::Vec3;
-use lanternfish_gpu::gpu_struct;
+use lanternfish_gpu::{SharedStruct, gpu_struct};
 use lanternfish_scene::LightKind;
 
-use crate::settings::Settings;
+use crate::{settings::Settings, shaders::Shaders};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[],
+    structs: &[
+        SharedStruct::of::<Light>(),
+        SharedStruct::of::<tree::LightNode>(),
+        SharedStruct::of::<tree::LightTrees>(),
+    ],
+};
 
 gpu_struct! {
     /// A punctual light. World space, linear Rec. 709.

@@ -4,13 +4,13 @@
 //! The rooms are `deep` (by the directions of deep images) and `hbao` (in screen space, for comparison); what asks for the
 //! answer imports `openness.wesl`.
 
-mod deep;
-mod hbao;
+pub(crate) mod deep;
+pub(crate) mod hbao;
 #[cfg(test)]
 mod tests;
 
 use glam::{Quat, UVec2};
-use lanternfish_gpu::{Bindings, Frame};
+use lanternfish_gpu::{Bindings, Feature, Frame};
 
 pub use self::{
     deep::{DeepOcclusion, DirectionRun},
@@ -25,6 +25,9 @@ use crate::{
     texture::target,
     view::ViewBuffer,
 };
+
+/// [`Openness`] is read.
+pub(crate) const OCCLUSION: Feature = Feature("occlusion");
 
 /// Pixels a side of a workgroup: the shaders' `TILE`.
 const TILE: u32 = 8;
@@ -86,8 +89,8 @@ impl Occlusion {
     }
 
     /// The feature of shaders that read [`Openness`].
-    pub fn feature(setting: OcclusionSetting) -> Option<&'static str> {
-        (setting != OcclusionSetting::None).then_some("occlusion")
+    pub fn feature(setting: OcclusionSetting) -> Option<Feature> {
+        (setting != OcclusionSetting::None).then_some(OCCLUSION)
     }
 
     /// Finds it for what the prepass left, which has normals. `rotation` turns the set of directions of deep images.

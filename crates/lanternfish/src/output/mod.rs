@@ -7,14 +7,15 @@ mod twin;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, Frame, GpuError, RasterPipeline, RasterState, gpu_struct, read_back, storage_buffer_of, uniform_buffer_of,
+    Bindings, Frame, GpuError, RasterPipeline, RasterState, SharedStruct, gpu_struct, read_back, storage_buffer_of,
+    uniform_buffer_of,
 };
 
 use self::meter::Meter;
 use crate::{
     error::RenderError,
     settings::{Exposure, ToneMap},
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     texture::target,
 };
 
@@ -27,6 +28,12 @@ gpu_struct! {
         curve: u32,
     }
 }
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::new("output/meter"), Root::new("output/output")],
+    structs: &[SharedStruct::of::<OutputParameters>()],
+};
 
 /// sRGB-encoded by the shader.
 pub const DISPLAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;

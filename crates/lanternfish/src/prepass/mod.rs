@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Frame};
+use lanternfish_gpu::{Bindings, Feature, Frame};
 
 use crate::{
     error::RenderError,
-    gpu_scene::{Draw, GpuScene, PassState, SceneRaster, VisibleDraws},
+    gpu_scene::{Draw, GpuScene, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
+    shaders::{Root, Shaders},
     texture::samples_target,
     view::ViewBuffer,
 };
@@ -16,6 +17,20 @@ use crate::{
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Packed as `surface_target.wesl` says.
 pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
+
+/// Blended surfaces are drawn.
+const BLENDED: Feature = Feature("blended");
+/// A pixel has several samples.
+pub(crate) const MULTISAMPLED: Feature = Feature("multisampled");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::of("prepass/prepass", &[&[&[], &[MASKED], &[BLENDED]], TEXTURES]),
+        Root::of("prepass/depth", &[&[&[], &[MASKED]], TEXTURES]),
+    ],
+    structs: &[],
+};
 
 /// The pass.
 #[derive(Debug)]
@@ -70,7 +85,7 @@ impl Prepass {
 
     /// Of blended surfaces, with normals and roughness, one sample a pixel.
     pub fn of_blended() -> Self {
-        let raster = SceneRaster::new("prepass/blended", "prepass/prepass", &["blended"], false, state(true, 1));
+        let raster = SceneRaster::new("prepass/blended", "prepass/prepass", &[BLENDED], false, state(true, 1));
         Self { raster, with_target: true, samples: 1, surfaces: HashMap::new() }
     }
 

@@ -12,10 +12,13 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     output::cover,
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     texture::{Radiance, target},
     view::{View, ViewBuffer},
 };
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders { roots: &[Root::new("progressive/mean")], structs: &[] };
 
 /// Linear radiance, nits; 32 bits, so that the share of the thousandth frame is not lost.
 pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;

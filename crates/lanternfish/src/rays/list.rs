@@ -1,9 +1,9 @@
 //! Rays through deep images, and beside them the same rays through the BVH and the adapter's own acceleration structure.
 
 use glam::Vec3;
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, storage_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
-use super::{Tracer, dispatch, has_ray_query};
+use super::{TRACER_RAY_QUERY, Tracer, dispatch, has_ray_query};
 use crate::{
     deep_images::{DeepImages, workgroups},
     error::RenderError,
@@ -70,7 +70,7 @@ struct DeepTracers {
 impl RayTracer {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let kernel = |features: &[&str], label: &str| {
+        let kernel = |features: &[Feature], label: &str| {
             let shader = SHADERS.link("rays/list", features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "trace", label))
         };
@@ -89,7 +89,7 @@ impl RayTracer {
                 });
             }
         }
-        let ray_query = has_ray_query(device).then(|| kernel(&["tracer_ray_query"], "ray_query/closest_hit"));
+        let ray_query = has_ray_query(device).then(|| kernel(&[TRACER_RAY_QUERY], "ray_query/closest_hit"));
         Ok(Self { deep, bvh: kernel(&[], "bvh/closest_hit")?, ray_query: ray_query.transpose()? })
     }
 

@@ -8,10 +8,45 @@
 
 mod list;
 
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
+use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, SharedStruct};
 
 pub use self::list::{RayTracer, Structure, TracedRay};
-use crate::{deep_images::DeepImages, error::RenderError, settings::DeepImageSettings};
+use crate::{
+    deep_images::{DEPTH_16, DeepImages, LINKED_LIST, SORTED_LINKED_LIST},
+    error::RenderError,
+    settings::DeepImageSettings,
+    shaders::{Root, Shaders},
+};
+
+/// The adapter's own structure answers.
+pub(crate) const TRACER_RAY_QUERY: Feature = Feature("tracer_ray_query");
+/// The texel of a deep image that a ray starts in answers.
+pub(crate) const TRACER_WITHIN_TEXEL: Feature = Feature("tracer_within_texel");
+/// The texels of a deep image that a ray crosses answer.
+pub(crate) const TRACER_ACROSS_TEXELS: Feature = Feature("tracer_across_texels");
+
+/// The exact structures: the BVH, and the adapter's own.
+pub(crate) const EXACT_TRACERS: &[&[Feature]] = &[&[], &[TRACER_RAY_QUERY]];
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::of(
+        "rays/list",
+        &[&[
+            &[],
+            &[TRACER_RAY_QUERY],
+            &[TRACER_WITHIN_TEXEL],
+            &[TRACER_ACROSS_TEXELS],
+            &[LINKED_LIST, TRACER_WITHIN_TEXEL],
+            &[LINKED_LIST, TRACER_ACROSS_TEXELS],
+            &[SORTED_LINKED_LIST, TRACER_WITHIN_TEXEL],
+            &[SORTED_LINKED_LIST, TRACER_ACROSS_TEXELS],
+            &[DEPTH_16, TRACER_WITHIN_TEXEL],
+            &[DEPTH_16, TRACER_ACROSS_TEXELS],
+        ]],
+    )],
+    structs: &[SharedStruct::of::<TracedRay>()],
+};
 
 /// What answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,17 +65,17 @@ pub enum Tracer {
 
 impl Tracer {
     /// The feature that makes the shaders of this room use it; none for the BVH.
-    pub fn feature(self) -> Option<&'static str> {
+    pub fn feature(self) -> Option<Feature> {
         match self {
             Self::None | Self::Bvh => None,
-            Self::RayQuery => Some("tracer_ray_query"),
-            Self::WithinTexel => Some("tracer_within_texel"),
-            Self::AcrossTexels => Some("tracer_across_texels"),
+            Self::RayQuery => Some(TRACER_RAY_QUERY),
+            Self::WithinTexel => Some(TRACER_WITHIN_TEXEL),
+            Self::AcrossTexels => Some(TRACER_ACROSS_TEXELS),
         }
     }
 
     /// The same, and what reads deep images of these settings, where it goes through those.
-    pub fn features(self, images: &DeepImageSettings) -> Vec<&'static str> {
+    pub fn features(self, images: &DeepImageSettings) -> Vec<Feature> {
         let mut features = if self.uses_deep_images() { images.fragment_features() } else { Vec::new() };
         features.extend(self.feature());
         features

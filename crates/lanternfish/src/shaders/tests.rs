@@ -1,64 +1,27 @@
 //! Every variant of every shader that settings can ask for links, is valid, and fits WebGPU's least limits.
 
-mod roots;
-
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::LazyLock,
 };
 
-use lanternfish_gpu::{GpuStruct, LinkedShader, check_layout};
 use wgpu::naga::{AddressSpace, Module, TypeInner, proc::Layouter};
 
-use self::roots::{ROOTS, Root, TEXTURES};
 use super::*;
 use crate::{
-    debug_views::DebugParameters,
-    deep_images::{
-        DeepFrame, DeepGrid, PeeledFragment, SurfaceSample,
-        view::{PointRange, TexelQuery, TexelScale},
-    },
-    environment_light::{EnvironmentLightParameters, LevelParameters},
-    gpu_scene::{BvhTriangle, DrawInstance, HitMaterial, HitTriangle, MaskHeader, MaskRecord, Material, TextureSlot},
-    indirect::sampled::{LightRay, SampledHit, SampledParameters},
-    light_culling::{
-        Volume,
-        clustered::{
-            ClusterGrid,
-            tree::{LevelToJoin, LightTree},
-        },
-        tiled::TileGrid,
-    },
-    lights::{
-        Light,
-        tree::{LightNode, LightTrees},
-    },
-    occlusion::{DirectionRun, HbaoParameters},
-    output::OutputParameters,
-    rays::{TracedRay, Tracer},
+    gpu_scene::{MASKED, TEXTURES},
+    rays::Tracer,
     settings::{
         Attenuation, Culling, DebugView, DeepDepth, Indirect, Occlusion, RayCulling, Sampled, Samples, Settings, Tiled,
         ToneMap,
     },
-    shading,
-    shadows::{self, VisibilityGrid},
-    view::View,
+    shading, shadows,
 };
 
-impl Root {
-    /// Every combination of choices.
-    fn variants(&self) -> Vec<Vec<&'static str>> {
-        static ASKED: LazyLock<BTreeMap<&str, BTreeSet<Vec<&str>>>> = LazyLock::new(asked_by_settings);
-        if let Some(asked) = ASKED.get(self.module) {
-            return asked.iter().cloned().collect();
-        }
-        self.choices.iter().fold(vec![Vec::new()], |variants, choices| {
-            let extended = |v: &Vec<&'static str>, c: &'static str| {
-                v.iter().copied().chain(c.split('+').filter(|feature| !feature.is_empty())).collect()
-            };
-            variants.iter().flat_map(|v| choices.iter().map(move |c| extended(v, c))).collect()
-        })
-    }
+/// Every variant of a file that can be asked for.
+fn variants(root: &Root) -> Vec<Vec<Feature>> {
+    static ASKED: LazyLock<BTreeMap<&str, BTreeSet<Vec<Feature>>>> = LazyLock::new(asked_by_settings);
+    root.variants().unwrap_or_else(|| ASKED[root.module].iter().cloned().collect())
 }
 
 /// `settings`, each with each of the values.
@@ -85,19 +48,16 @@ fn all_settings() -> Vec<Settings> {
 }
 
 /// Features by module, of rooms that say which they are; what they refuse is no variant.
-fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<&'static str>>> {
+fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
     let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for settings in all_settings() {
         for tracer in [Tracer::None, Tracer::Bvh, Tracer::RayQuery, Tracer::AcrossTexels] {
             // What each draw asks for beside.
             let [opaque, blended] = shading::features(&settings, tracer);
-            for (features, draws) in [(opaque, &["", "masked"][..]), (blended, &[""])] {
+            for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (blended, &[&[]])] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
-                let added = drawn.map(|more| [&features[..], &more].concat());
-                asked
-                    .entry("shading/forward")
-                    .or_default()
-                    .extend(added.map(|all| all.into_iter().filter(|feature| !feature.is_empty()).collect::<Vec<_>>()));
+                let added = drawn.map(|[draw, textures]| [&features[..], draw, textures].concat());
+                asked.entry("shading/forward").or_default().extend(added);
             }
             if tracer == Tracer::None {
                 continue;
@@ -113,10 +73,10 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<&'static str>>> {
 
 fn all_variants() -> Vec<LinkedShader> {
     let link = |root: &'static Root| {
-        let linked = root.variants().into_iter().map(|features| SHADERS.link(root.module, &features));
+        let linked = variants(root).into_iter().map(|features| SHADERS.link(root.module, &features));
         linked.map(|shader| shader.unwrap_or_else(|error| panic!("{error}")))
     };
-    ROOTS.iter().flat_map(link).collect()
+    roots().flat_map(link).collect()
 }
 
 /// What an item was called in its own file.
@@ -137,16 +97,18 @@ fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
 fn check_entry_points(shaders: &[LinkedShader]) {
     for (path, text) in SHADERS.sources() {
         let declares_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
-        assert_eq!(declares_entry, ROOTS.iter().any(|root| root.module == *path), "{path} and the table differ");
+        let roots = roots().filter(|root| root.module == *path).count();
+        assert_eq!(usize::from(declares_entry), roots, "{path}: its folder's `DECLARED` names it so many times");
     }
-    for root in ROOTS {
-        let any = shaders.iter().find(|shader| shader.label.split('+').next() == Some(root.module));
-        let any = any.expect("linked above");
-        let entries: Vec<_> = any.module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
-        assert_eq!(entries, root.entries, "{}", root.module);
-    }
+    assert!(shaders.iter().all(|shader| !shader.module.entry_points.is_empty()));
     let labels: BTreeSet<_> = shaders.iter().map(|shader| &shader.label).collect();
     assert_eq!(labels.len(), shaders.len(), "a variant twice");
+}
+
+#[test]
+#[should_panic(expected = "light_culling/tiled/bounds: its folder does not declare [Feature(\"payload\")]")]
+fn a_variant_that_is_not_declared_is_never_linked() {
+    let _ = SHADERS.link("light_culling/tiled/bounds", &[crate::deep_images::PAYLOAD]);
 }
 
 /// Rows of workgroups are as wide wherever `deep_images::workgroups` dispatches them.
@@ -161,8 +123,8 @@ fn rows_of_workgroups_are_the_hosts() {
 }
 
 #[test]
-fn every_feature_that_a_shader_asks_for_is_in_the_table() {
-    let known: BTreeSet<&str> = ROOTS.iter().flat_map(Root::variants).flatten().collect();
+fn every_feature_that_a_shader_asks_for_is_declared_and_no_other() {
+    let known: BTreeSet<&str> = roots().flat_map(variants).flatten().map(|feature| feature.0).collect();
     let mut asked = BTreeSet::new();
     for (_, text) in SHADERS.sources() {
         for condition in text.split("@if(").skip(1).filter_map(|rest| rest.split(')').next()) {
@@ -242,57 +204,20 @@ fn check_floor(shaders: &[LinkedShader]) {
 }
 
 fn check_shared_structs(shaders: &[LinkedShader]) {
-    let mut checked: BTreeMap<&str, usize> = BTreeMap::new();
-    fn check<T: GpuStruct>(shaders: &[LinkedShader], checked: &mut BTreeMap<&str, usize>) {
+    let mut checked = BTreeSet::new();
+    for SharedStruct { name, check } in FOLDERS.iter().flat_map(|folder| folder.structs) {
         let has_it =
-            |shader: &&LinkedShader| shader.module.types.iter().any(|(_, ty)| item_name(ty.name.as_deref()) == T::NAME);
+            |shader: &&LinkedShader| shader.module.types.iter().any(|(_, ty)| item_name(ty.name.as_deref()) == *name);
         for shader in shaders.iter().filter(has_it) {
-            check_layout::<T>(shader).unwrap_or_else(|error| panic!("{error}"));
-            *checked.entry(T::NAME).or_default() += 1;
+            check(shader).unwrap_or_else(|error| panic!("{error}"));
+            checked.insert(name.to_string());
         }
     }
-    check::<View>(shaders, &mut checked);
-    check::<Light>(shaders, &mut checked);
-    check::<DrawInstance>(shaders, &mut checked);
-    check::<Material>(shaders, &mut checked);
-    check::<TextureSlot>(shaders, &mut checked);
-    check::<BvhTriangle>(shaders, &mut checked);
-    check::<MaskRecord>(shaders, &mut checked);
-    check::<MaskHeader>(shaders, &mut checked);
-    check::<TileGrid>(shaders, &mut checked);
-    check::<DeepGrid>(shaders, &mut checked);
-    check::<DeepFrame>(shaders, &mut checked);
-    check::<PeeledFragment>(shaders, &mut checked);
-    check::<SurfaceSample>(shaders, &mut checked);
-    check::<TracedRay>(shaders, &mut checked);
-    check::<HitTriangle>(shaders, &mut checked);
-    check::<HitMaterial>(shaders, &mut checked);
-    check::<SampledParameters>(shaders, &mut checked);
-    check::<LightRay>(shaders, &mut checked);
-    check::<LightNode>(shaders, &mut checked);
-    check::<LightTrees>(shaders, &mut checked);
-    check::<SampledHit>(shaders, &mut checked);
-    check::<PointRange>(shaders, &mut checked);
-    check::<TexelQuery>(shaders, &mut checked);
-    check::<TexelScale>(shaders, &mut checked);
-    check::<Volume>(shaders, &mut checked);
-    check::<ClusterGrid>(shaders, &mut checked);
-    check::<LightTree>(shaders, &mut checked);
-    check::<LevelToJoin>(shaders, &mut checked);
-    check::<VisibilityGrid>(shaders, &mut checked);
-    check::<crate::gpu_scene::SoftShadows>(shaders, &mut checked);
-    check::<crate::gpu_scene::EnvironmentParameters>(shaders, &mut checked);
-    check::<EnvironmentLightParameters>(shaders, &mut checked);
-    check::<LevelParameters>(shaders, &mut checked);
-    check::<DirectionRun>(shaders, &mut checked);
-    check::<HbaoParameters>(shaders, &mut checked);
-    check::<OutputParameters>(shaders, &mut checked);
-    check::<DebugParameters>(shaders, &mut checked);
 
     // None is missing above, and each is in some shader.
     let mut declared = BTreeSet::new();
     declared_structs(std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src")), &mut declared);
-    assert_eq!(declared, checked.keys().map(|name| name.to_string()).collect());
+    assert_eq!(declared, checked);
 }
 
 /// Names declared with `gpu_struct!` below a folder.

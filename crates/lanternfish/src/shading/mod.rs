@@ -6,23 +6,36 @@ mod nearest_blended;
 mod tests;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::Frame;
+use lanternfish_gpu::{Feature, Frame};
 
 use crate::{
     error::RenderError,
-    gpu_scene::{Draw, GpuScene, PassState, SceneRaster, VisibleDraws},
+    gpu_scene::{Draw, GpuScene, PassState, SceneRaster, TEXTURES, VisibleDraws},
+    indirect::INDIRECT,
     light_culling::{LightCulling, LightLists},
     occlusion::Occlusion,
-    prepass::{DEPTH_FORMAT, Surface},
+    prepass::{DEPTH_FORMAT, MULTISAMPLED, Surface},
     rays::Tracer,
     settings::{Indirect, Settings},
-    shadows::Visibility,
+    shaders::{Root, Shaders},
+    shadows::{SOFT, Visibility},
     texture::{RADIANCE_FORMAT, Radiance, samples_target},
     view::ViewBuffer,
 };
 
 pub use self::arriving::Arriving;
 pub(crate) use self::nearest_blended::NearestBlended;
+
+/// Blended surfaces: the colour is premultiplied.
+const TRANSPARENT: Feature = Feature("transparent");
+/// Visibility bits are read.
+const SHADOW_BITS: Feature = Feature("shadow_bits");
+/// Shadow rays are traced where a surface is shaded.
+const SHADOW_RAYS: Feature = Feature("shadow_rays");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders =
+    Shaders { roots: &[Root::by_settings("shading/forward"), Root::of("shading/dim", &[TEXTURES])], structs: &[] };
 
 /// The passes.
 #[derive(Debug)]
@@ -180,33 +193,33 @@ impl Forward {
 }
 
 /// Of the opaque and of the blended pass, before those that draws ask for.
-pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<&'static str>; 2] {
+pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<Feature>; 2] {
     let tracer = tracer.exact();
     let culling = LightCulling::feature(settings.culling);
     let samples = settings.samples.count();
     let mut opaque: Vec<_> = culling.into_iter().collect();
-    let mut blended: Vec<_> = culling.into_iter().chain(["transparent"]).collect();
+    let mut blended: Vec<_> = culling.into_iter().chain([TRANSPARENT]).collect();
     // Rays of indirect light see the surroundings themselves.
     let arriving = match settings.indirect {
         Indirect::None => Occlusion::feature(settings.occlusion),
-        Indirect::Sampled(_) => Some("indirect"),
+        Indirect::Sampled(_) => Some(INDIRECT),
     };
     for features in [&mut opaque, &mut blended] {
         features.extend(arriving);
-        features.extend((samples > 1).then_some("multisampled"));
+        features.extend((samples > 1).then_some(MULTISAMPLED));
     }
     if tracer != Tracer::None {
         // Bits are of the surface at a pixel's middle: where a pixel has others, they trace their own rays.
-        opaque.push("shadow_bits");
+        opaque.push(SHADOW_BITS);
         if samples > 1 {
-            opaque.push("shadow_rays");
+            opaque.push(SHADOW_RAYS);
             opaque.extend(tracer.feature());
         }
-        blended.push("shadow_rays");
+        blended.push(SHADOW_RAYS);
         blended.extend(tracer.feature());
         if settings.casts_soft_shadows() {
-            opaque.push("soft");
-            blended.push("soft");
+            opaque.push(SOFT);
+            blended.push(SOFT);
         }
     }
     [opaque, blended]

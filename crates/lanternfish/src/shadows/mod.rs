@@ -11,18 +11,19 @@ use std::ops::Range;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, faulty_software, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of,
+    Bindings, ComputeKernel, Feature, Frame, SharedStruct, faulty_software, gpu_struct, primitives::Scan,
+    storage_buffer, uniform_buffer_of,
 };
 
 use crate::{
-    deep_images::DeepImages,
+    deep_images::{DEPTH_16, DeepImages},
     error::RenderError,
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
     prepass::Surface,
     rays::{self, Tracer},
     settings::{DebugView, DeepDepth, DeepStore, RayCulling, Settings},
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     texture::target,
     view::ViewBuffer,
 };
@@ -46,6 +47,25 @@ gpu_struct! {
         _pad2: UVec2,
     }
 }
+
+/// Lights have a size: several rays go to each.
+pub(crate) const SOFT: Feature = Feature("soft");
+/// Visibility bits are written, not read.
+const VISIBILITY_WRITTEN: Feature = Feature("visibility_written");
+/// Normals from two samples of depth an axis decide which rays are not traced.
+const CULL_NAIVE: Feature = Feature("cull_naive");
+/// Normals from five samples of depth an axis decide it.
+const CULL_IMPROVED: Feature = Feature("cull_improved");
+/// The surface's own normals decide it.
+const CULL_SURFACE: Feature = Feature("cull_surface");
+/// The rays of each pixel are counted.
+const RAY_COUNTS: Feature = Feature("ray_counts");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::by_settings("shadows/plan"), Root::by_settings("shadows/trace")],
+    structs: &[SharedStruct::of::<VisibilityGrid>()],
+};
 
 /// Edge of a block of pixels; `BLOCK_EDGE` in `visibility_bits.wesl`.
 pub const BLOCK_EDGE: u32 = 8;
@@ -240,11 +260,11 @@ fn counts_rays(settings: &Settings) -> bool {
 }
 
 /// Of `plan` and of `trace`; an error where the tracer cannot do what is asked of it.
-pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<&'static str>; 2], RenderError> {
+pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<Feature>; 2], RenderError> {
     let culling = LightCulling::feature(settings.culling);
-    let plan: Vec<_> = culling.into_iter().chain(settings.casts_soft_shadows().then_some("soft")).collect();
+    let plan: Vec<_> = culling.into_iter().chain(settings.casts_soft_shadows().then_some(SOFT)).collect();
     let mut trace = plan.clone();
-    trace.push("visibility_written");
+    trace.push(VISIBILITY_WRITTEN);
     trace.extend(tracer.feature());
     if tracer == Tracer::AcrossTexels {
         if settings.deep_images.store != DeepStore::LinearArray {
@@ -253,15 +273,15 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<&'sta
         if counts_rays(settings) {
             return Err(RenderError::Together { setting: "--debug-view of shadow rays", needed: "--shadows bvh" });
         }
-        trace.extend((settings.deep_images.depth == DeepDepth::Bits16).then_some("depth_16"));
+        trace.extend((settings.deep_images.depth == DeepDepth::Bits16).then_some(DEPTH_16));
     }
     trace.extend(match settings.ray_culling {
         RayCulling::None => None,
-        RayCulling::Naive => Some("cull_naive"),
-        RayCulling::Improved => Some("cull_improved"),
-        RayCulling::Surface => Some("cull_surface"),
+        RayCulling::Naive => Some(CULL_NAIVE),
+        RayCulling::Improved => Some(CULL_IMPROVED),
+        RayCulling::Surface => Some(CULL_SURFACE),
     });
-    trace.extend(counts_rays(settings).then_some("ray_counts"));
+    trace.extend(counts_rays(settings).then_some(RAY_COUNTS));
     Ok([plan, trace])
 }
 

@@ -9,10 +9,13 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     prepass::{DEPTH_FORMAT, Surface},
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     texture::{RADIANCE_FORMAT, Radiance},
     view::ViewBuffer,
 };
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders { roots: &[Root::new("sky/sky")], structs: &[] };
 
 /// The pass.
 #[derive(Debug, Default)]

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
+    Bindings, ComputeKernel, Feature, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
     storage_buffer_of,
 };
 use lanternfish_scene::{Bounds, Instance, Material, Mesh, Primitive, Scene};
@@ -37,7 +37,7 @@ pub(crate) fn library() -> ShaderLibrary {
 }
 
 /// One entry point of a probe.
-pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[&str], entry: &str) -> ComputeKernel {
+pub(crate) fn probe(gpu: &Gpu, module: &str, features: &[Feature], entry: &str) -> ComputeKernel {
     let shader = library().link(module, features).unwrap_or_else(|error| panic!("{error}"));
     ComputeKernel::new(&gpu.device, &shader, entry, module)
 }
@@ -165,7 +165,7 @@ fn every_probe_validates() {
     for (module, _) in PROBES {
         library().link(module, &[]).unwrap_or_else(|error| panic!("{error}"));
     }
-    library().link("testing/segments", &["tracer_ray_query"]).unwrap_or_else(|error| panic!("{error}"));
+    library().link("testing/segments", &[crate::rays::TRACER_RAY_QUERY]).unwrap_or_else(|error| panic!("{error}"));
     // They are no part of what the library carries.
     assert!(SHADERS.sources().iter().all(|(module, _)| !module.starts_with("testing")));
 }

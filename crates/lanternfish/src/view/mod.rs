@@ -4,11 +4,12 @@ pub mod frustum;
 mod jitter;
 
 use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::{Bounds, Camera, Projection};
 
 use self::frustum::ViewFrustum;
 pub use self::jitter::jitter_of_frame;
+use crate::shaders::Shaders;
 
 gpu_struct! {
     /// A view as shaders read it.
@@ -35,6 +36,9 @@ gpu_struct! {
         frame_index: u32,
     }
 }
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders { roots: &[], structs: &[SharedStruct::of::<View>()] };
 
 impl View {
     /// What `camera` sees of a scene within `bounds` and under `sky` (nits), in an image of `size` pixels.

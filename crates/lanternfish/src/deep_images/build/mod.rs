@@ -6,7 +6,7 @@ mod per_triangle;
 mod single_pass;
 
 use glam::{Quat, UVec2};
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, faulty_software, storage_buffer_of};
+use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState, faulty_software, storage_buffer_of};
 
 pub use self::depth_peeling::PeeledFragment;
 #[cfg(test)]
@@ -227,7 +227,12 @@ fn images_that_fit(entries: u64, resolution: u32, fragments_a_texel: u64) -> u32
 const NO_TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 /// Compiles a pass that draws triangles into nothing.
-fn raster(device: &wgpu::Device, module: &str, features: &[&str], label: &str) -> Result<RasterPipeline, RenderError> {
+fn raster(
+    device: &wgpu::Device,
+    module: &str,
+    features: &[Feature],
+    label: &str,
+) -> Result<RasterPipeline, RenderError> {
     let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
     let targets = [Some(nothing)];
     let state = RasterState { targets: &targets, ..Default::default() };

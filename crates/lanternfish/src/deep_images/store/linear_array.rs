@@ -1,10 +1,10 @@
 //! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
 
-use lanternfish_gpu::{ComputeKernel, Frame, primitives::Scan, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, primitives::Scan, storage_buffer, uniform_buffer_of};
 
 use super::{Slots, Source, first_guess, grown, with_capacity};
 use crate::{
-    deep_images::{Chunk, DeepGrid, workgroups},
+    deep_images::{Chunk, DeepGrid, PAYLOAD, workgroups},
     error::RenderError,
     settings::{DeepDepth, DeepImageSettings},
     shaders::SHADERS,
@@ -25,7 +25,7 @@ pub(crate) struct LinearArray {
 
 impl LinearArray {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let features: &[&str] = if settings.payload { &["payload"] } else { &[] };
+        let features: &[Feature] = if settings.payload { &[PAYLOAD] } else { &[] };
         let fill = SHADERS.link("deep_images/store/fill", features)?;
         let sort = SHADERS.link("deep_images/store/sort", features)?;
         let pack = || {

@@ -2,11 +2,11 @@
 //! then; sorted, a pass over all fragments puts each where it belongs. Nothing is merged, since lists are never walked as a whole
 //! while they are built.
 
-use lanternfish_gpu::{ComputeKernel, Frame, storage_buffer};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 
 use super::{Slots, Source, first_guess, grown, with_capacity};
 use crate::{
-    deep_images::{Chunk, DeepGrid, workgroups},
+    deep_images::{Chunk, DeepGrid, PAYLOAD, workgroups},
     error::RenderError,
     settings::{DeepImageSettings, DeepStore},
     shaders::SHADERS,
@@ -23,7 +23,7 @@ pub(crate) struct LinkedLists {
 
 impl LinkedLists {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let features: &[&str] = if settings.payload { &["payload"] } else { &[] };
+        let features: &[Feature] = if settings.payload { &[PAYLOAD] } else { &[] };
         let link = || {
             let link = SHADERS.link("deep_images/store/link", features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &link, "link", "deep_images/link"))

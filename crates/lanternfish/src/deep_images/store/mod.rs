@@ -3,23 +3,23 @@
 mod linear_array;
 mod linked_list;
 
-use lanternfish_gpu::{Bindings, Frame, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Feature, Frame, storage_buffer, uniform_buffer_of};
 
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
-use super::{Chunk, DeepGrid};
+use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
 use crate::{
     error::RenderError,
     settings::{DeepImageSettings, DeepStore},
 };
 
 /// Features of `store/put_fragment.wesl`, in which every builder's pass ends.
-pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<&'static str> {
+pub(crate) fn put_features(settings: &DeepImageSettings) -> Vec<Feature> {
     let mut features = vec![match settings.store {
-        DeepStore::LinearArray => "append",
-        DeepStore::LinkedList => "linked_list",
-        DeepStore::SortedLinkedList => "sorted_linked_list",
+        DeepStore::LinearArray => APPEND,
+        DeepStore::LinkedList => LINKED_LIST,
+        DeepStore::SortedLinkedList => SORTED_LINKED_LIST,
     }];
-    features.extend(settings.payload.then_some("payload"));
+    features.extend(settings.payload.then_some(PAYLOAD));
     features
 }
 

@@ -12,20 +12,52 @@ mod targets;
 use std::collections::HashMap;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 
 pub use self::targets::RayCounters;
 use self::targets::Targets;
 use super::{IndirectClamp, IndirectResolution, IndirectSums, Sampled};
 use crate::{
-    deep_images::DeepImages,
+    deep_images::{DEPTH_16, DeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST},
+    environment_light::ENVIRONMENT,
     error::RenderError,
     gpu_scene::GpuScene,
     prepass::Surface,
-    rays::{self, Tracer},
+    rays::{self, EXACT_TRACERS, TRACER_ACROSS_TEXELS, TRACER_RAY_QUERY, TRACER_WITHIN_TEXEL, Tracer},
     settings::DeepImageSettings,
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     view::ViewBuffer,
+};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::of(
+            "indirect/sampled/trace",
+            &[&[
+                &[],
+                &[TRACER_RAY_QUERY],
+                &[PAYLOAD, TRACER_WITHIN_TEXEL],
+                &[PAYLOAD, TRACER_ACROSS_TEXELS],
+                &[PAYLOAD, DEPTH_16, TRACER_WITHIN_TEXEL],
+                &[PAYLOAD, DEPTH_16, TRACER_ACROSS_TEXELS],
+                &[PAYLOAD, LINKED_LIST, TRACER_WITHIN_TEXEL],
+                &[PAYLOAD, LINKED_LIST, TRACER_ACROSS_TEXELS],
+                &[PAYLOAD, SORTED_LINKED_LIST, TRACER_WITHIN_TEXEL],
+                &[PAYLOAD, SORTED_LINKED_LIST, TRACER_ACROSS_TEXELS],
+            ]],
+        ),
+        Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
+        Root::of("indirect/sampled/shadow", &[EXACT_TRACERS]),
+        Root::of("indirect/sampled/emitters", &[EXACT_TRACERS]),
+        Root::new("indirect/sampled/bound"),
+        Root::new("indirect/sampled/filter"),
+    ],
+    structs: &[
+        SharedStruct::of::<SampledParameters>(),
+        SharedStruct::of::<SampledHit>(),
+        SharedStruct::of::<LightRay>(),
+    ],
 };
 
 gpu_struct! {
@@ -120,18 +152,18 @@ impl SampledLight {
     ) -> Result<Self, RenderError> {
         check(&settings, &deep_images)?;
         settings.tracer.tracer().check(device, "--indirect-tracer ray-query", "--indirect-tracer bvh")?;
-        let kernel = |module: &str, features: &[&str], entry: &str, label: &str| {
+        let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
             let shader = SHADERS.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
         let tracing = settings.tracer.tracer().features(&deep_images);
-        let exact: Vec<&str> = tracer.exact().feature().into_iter().collect();
+        let exact: Vec<Feature> = tracer.exact().feature().into_iter().collect();
         Ok(Self {
             settings,
             frames,
             trace: kernel("indirect/sampled/trace", &tracing, "trace", "indirect/trace")?,
             shade: kernel("indirect/sampled/shade", &[], "shade", "indirect/shade")?,
-            shade_environment: kernel("indirect/sampled/shade", &["environment"], "shade", "indirect/shade")?,
+            shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
             shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
             emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
             bound: kernel("indirect/sampled/bound", &[], "bound", "indirect/bound")?,

@@ -1,9 +1,12 @@
 //! Every light for every point: slow and right, what the other rooms are tested against.
 
-use lanternfish_gpu::{Frame, storage_buffer_of};
+use lanternfish_gpu::{Feature, Frame, storage_buffer_of};
 
 use super::LightLists;
 use crate::{error::RenderError, gpu_scene::GpuScene};
+
+/// This room is behind `light_list`.
+pub(crate) const CULLING_ALL: Feature = Feature("culling_all");
 
 /// One cell with all lights.
 pub fn record(frame: &mut Frame<'_>, scene: &GpuScene) -> Result<LightLists, RenderError> {

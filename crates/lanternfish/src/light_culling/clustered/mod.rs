@@ -14,7 +14,8 @@ pub mod tree;
 pub use contents::{GridContents, VisibleCluster};
 use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{
-    ComputeKernel, Frame, gpu_struct, indirect_buffer, primitives::Scan, storage_buffer, uniform_buffer_of,
+    ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, indirect_buffer, primitives::Scan, storage_buffer,
+    uniform_buffer_of,
 };
 
 use self::{
@@ -25,9 +26,9 @@ use super::{LightLists, Seen};
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster},
-    prepass::DEPTH_FORMAT,
+    prepass::{DEPTH_FORMAT, MULTISAMPLED},
     settings::{Assignment, ClusterTest, Clustered, Grouping, Samples},
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     view::frustum::ViewFrustum,
 };
 
@@ -52,6 +53,27 @@ gpu_struct! {
         box_test: u32,
     }
 }
+
+/// This room is behind `light_list`.
+pub(crate) const CULLING_CLUSTERED: Feature = Feature("culling_clustered");
+/// A tree over the lights is walked.
+const HIERARCHY: Feature = Feature("hierarchy");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::new("light_culling/clustered/mark"),
+        Root::of("light_culling/clustered/mark_drawn", &[&[&[], &[MULTISAMPLED]]]),
+        Root::new("light_culling/clustered/compact"),
+        Root::new("light_culling/clustered/build_tree"),
+        Root::of("light_culling/clustered/assign", &[&[&[], &[HIERARCHY]]]),
+    ],
+    structs: &[
+        SharedStruct::of::<ClusterGrid>(),
+        SharedStruct::of::<tree::LightTree>(),
+        SharedStruct::of::<tree::LevelToJoin>(),
+    ],
+};
 
 /// Workgroups along x of the passes over all clusters: the shader's `WIDTH`.
 const WIDTH: u32 = 1024;
@@ -90,7 +112,7 @@ impl ClusteredCulling {
         let label = |entry: &str| format!("light_culling/clustered/{entry}");
         let mark = SHADERS.link("light_culling/clustered/mark", &[])?;
         let compact = SHADERS.link("light_culling/clustered/compact", &[])?;
-        let hierarchy: &[&str] = if settings.assignment == Assignment::Hierarchy { &["hierarchy"] } else { &[] };
+        let hierarchy: &[Feature] = if settings.assignment == Assignment::Hierarchy { &[HIERARCHY] } else { &[] };
         let assign = SHADERS.link("light_culling/clustered/assign", hierarchy)?;
         let seen = wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
@@ -106,7 +128,7 @@ impl ClusteredCulling {
             mark_drawn: SceneRaster::new(
                 "light_culling/clustered/mark_drawn",
                 "light_culling/clustered/mark_drawn",
-                if samples == Samples::One { &[] } else { &["multisampled"] },
+                if samples == Samples::One { &[] } else { &[MULTISAMPLED] },
                 false,
                 state,
             ),

@@ -1,7 +1,9 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
 use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{
+    ComputeKernel, Frame, SharedStruct, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of,
+};
 
 use super::{LightLists, Reach, Volume};
 use crate::{
@@ -9,7 +11,7 @@ use crate::{
     gpu_scene::GpuScene,
     prepass::{DEPTH_FORMAT, Surface},
     settings::Tiled,
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     texture::target,
     view::ViewBuffer,
 };
@@ -35,6 +37,12 @@ gpu_struct! {
         _pad: u32,
     }
 }
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::new("light_culling/tiled/bounds"), Root::new("light_culling/tiled/assign")],
+    structs: &[SharedStruct::of::<TileGrid>()],
+};
 
 /// Lights a tile that the list has room for at first; it grows.
 const FIRST_LIGHTS_PER_TILE: u32 = 64;

@@ -3,18 +3,18 @@
 mod cells;
 
 use glam::{Quat, UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, storage_buffer, uniform_buffer_of};
 
 use self::cells::CellRadiances;
 use super::{Openness, TILE, openness_target};
 use crate::{
-    deep_images::{KeptDeepImages, directions::Directions},
-    environment_light::sums_target,
+    deep_images::{DEPTH_16, KeptDeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions},
+    environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
     gpu_scene::GpuScene,
     prepass::Surface,
     settings::DeepImageSettings,
-    shaders::SHADERS,
+    shaders::{Root, SHADERS, Shaders},
     view::ViewBuffer,
 };
 
@@ -33,6 +33,15 @@ gpu_struct! {
         least_roughness: f32,
     }
 }
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::of(
+        "occlusion/deep/accumulate",
+        &[&[&[PAYLOAD]], &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[DEPTH_16]], &[&[], &[ENVIRONMENT]]],
+    )],
+    structs: &[SharedStruct::of::<DirectionRun>()],
+};
 
 /// Images that one pass looks into. A pass for each would spend its time on reading pixels; one for all keeps a slow device
 /// busy for longer than a driver may allow.
@@ -63,7 +72,7 @@ struct Kernels {
 }
 
 impl Kernels {
-    fn new(device: &wgpu::Device, features: &[&str]) -> Result<Self, RenderError> {
+    fn new(device: &wgpu::Device, features: &[Feature]) -> Result<Self, RenderError> {
         let shader = SHADERS.link("occlusion/deep/accumulate", features)?;
         Ok(Self {
             accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
@@ -90,7 +99,7 @@ impl DeepOcclusion {
         // Near fragments are asked for their triangles.
         let settings = DeepImageSettings { payload: true, ..settings };
         let features = settings.fragment_features();
-        let with_image: Vec<&str> = features.iter().copied().chain(["environment"]).collect();
+        let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();
         Ok(Self {
             directions: Directions::new(settings.directions)
                 .map_err(|error| RenderError::Directions { what: error.to_string() })?,

@@ -2,12 +2,16 @@
 
 mod by_normal;
 
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 
 use self::by_normal::LightByNormal;
 use super::{Openness, TILE, openness_target};
 use crate::{
-    environment_light::sums_target, error::RenderError, gpu_scene::GpuScene, prepass::Surface, shaders::SHADERS,
+    environment_light::sums_target,
+    error::RenderError,
+    gpu_scene::GpuScene,
+    prepass::Surface,
+    shaders::{Root, SHADERS, Shaders},
     view::ViewBuffer,
 };
 
@@ -18,6 +22,16 @@ gpu_struct! {
         radius: f32,
     }
 }
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::new("occlusion/hbao/horizon"),
+        Root::new("occlusion/hbao/blur"),
+        Root::new("occlusion/hbao/by_normal"),
+    ],
+    structs: &[SharedStruct::of::<HbaoParameters>()],
+};
 
 /// The passes.
 #[derive(Debug)]
