@@ -4,21 +4,21 @@ use glam::Quat;
 use lanternfish_gpu::Frame;
 
 use crate::{
+    context::{FrameContext, ViewContext},
     debug_views::DebugViews,
     deep_images::{KeptDeepImages, directions::rotation_of_turn},
     error::RenderError,
-    gpu_scene::{GpuScene, VisibleDraws},
     indirect::{IndirectLight, IndirectSums},
-    light_culling::{LightCulling, LightLists, Reach, Seen},
+    light_culling::{LightCulling, LightLists, Reach},
     occlusion::{Occlusion, Openness},
     output::Output,
-    prepass::{Prepass, Surface},
+    prepass::Prepass,
     progressive::Progressive,
     shading::{Arriving, Forward, NearestBlended},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
-    view::{View, ViewBuffer},
+    view::View,
 };
 
 /// The passes of a frame, compiled for one choice of settings.
@@ -41,13 +41,19 @@ pub(crate) struct Passes {
     pub debug_views: Option<DebugViews>,
 }
 
-/// What a frame leaves behind.
+/// What a frame leaves behind of a view.
 #[derive(Debug)]
 pub(crate) struct FrameResult {
-    pub radiance: Radiance,
-    /// Of this and the frames before it, where it was asked for.
-    pub mean: Option<wgpu::TextureView>,
+    pub shaded: Shaded,
     pub display: wgpu::TextureView,
+}
+
+/// A view after shading.
+#[derive(Debug)]
+pub(crate) struct Shaded {
+    pub radiance: Radiance,
+    /// Of this and the frames before it, where frames are averaged.
+    pub mean: Option<wgpu::TextureView>,
     pub visibility: Option<VisibilityPlan>,
     pub openness: Option<Openness>,
     pub indirect: Option<IndirectSums>,
@@ -57,72 +63,59 @@ pub(crate) struct FrameResult {
     pub lights: LightLists,
 }
 
+impl Shaded {
+    /// Linear radiance, nits.
+    fn picture(&self) -> &wgpu::TextureView {
+        self.mean.as_ref().unwrap_or(&self.radiance.target)
+    }
+}
+
 impl Passes {
-    /// Records a frame of views of one scene; with `accumulates`, what is shown is the mean of it and the frames before.
+    /// Records a frame of views of one scene.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        views: &[View],
-        accumulates: bool,
+        context: &FrameContext<'_>,
     ) -> Result<Vec<FrameResult>, RenderError> {
         // What every view shows, then which lights reach it: views may share the work of finding them.
-        let shown = views.iter().enumerate().map(|(slot, view)| self.show(frame, scene, view, slot));
-        let shown = shown.collect::<Result<Vec<Shown<'_>>, _>>()?;
-        let seen: Vec<Seen<'_>> = shown.iter().map(Shown::seen).collect();
-        let lights = self.light_culling.record(frame, scene, &seen, Reach::Surface)?;
-        let blended = match shown.iter().any(|shown| !shown.draws.blended.is_empty()) {
-            true => self.light_culling.record(frame, scene, &seen, Reach::Anywhere)?,
+        let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
+        let views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
+        let lights = self.light_culling.record(frame, &views, Reach::Surface)?;
+        let blended_lights = match views.iter().any(|view| !view.draws.blended.is_empty()) {
+            true => self.light_culling.record(frame, &views, Reach::Anywhere)?,
             false => Vec::new(),
         };
-        let arriving = self.arriving(frame, scene, &shown, accumulates)?;
-        let mut shaded = Vec::with_capacity(views.len());
-        for (i, ((shown, lights), arriving)) in shown.iter().zip(lights).zip(&arriving).enumerate() {
-            shaded.push(self.shade(frame, scene, shown, lights, blended.get(i), arriving, accumulates)?);
+        let arriving = self.arriving(frame, &views)?;
+        // Then each view by itself.
+        let mut results = Vec::with_capacity(views.len());
+        for (slot, ((view, lights), arriving)) in views.iter().zip(lights).zip(arriving).enumerate() {
+            let (radiance, visibility) = self.shade(frame, view, &lights, &arriving)?;
+            self.sky.record(frame, view, &radiance)?;
+            let indirect_of_blended = match blended_lights.get(slot) {
+                Some(lights) => self.blend(frame, view, lights, &radiance)?,
+                None => None,
+            };
+            let mean = context.is_averaged.then(|| self.progressive.record(frame, view, &radiance));
+            let Arriving { openness, indirect, .. } = arriving;
+            results.push(Shaded { radiance, mean, visibility, openness, indirect, indirect_of_blended, lights });
         }
         // One exposure for all views: two eyes see one world.
         if self.debug_views.is_none() {
-            let pictures: Vec<_> = shaded.iter().map(Shaded::picture).collect();
+            let pictures: Vec<_> = results.iter().map(Shaded::picture).collect();
             self.output.meter(frame, &pictures)?;
         }
-        let finished = shaded.into_iter().zip(&shown).zip(arriving).map(|((shaded, shown), arriving)| {
-            let display = self.display(frame, scene, shown, &shaded, &arriving);
-            let Shaded { radiance, mean, visibility, indirect_of_blended, lights } = shaded;
-            let Arriving { openness, indirect, .. } = arriving;
-            FrameResult { radiance, mean, display, visibility, openness, indirect, indirect_of_blended, lights }
-        });
-        Ok(finished.collect())
+        let results = views.iter().zip(results);
+        Ok(results.map(|(view, shaded)| FrameResult { display: self.display(frame, view, &shaded), shaded }).collect())
     }
 
-    /// What arrives from other surfaces and the surroundings in every view, as far as it is asked for.
-    fn arriving(
+    /// The prepass of one view.
+    fn show<'a>(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        shown: &[Shown<'_>],
-        accumulates: bool,
-    ) -> Result<Vec<Arriving>, RenderError> {
-        let Self { occlusion, deep_images, indirect, .. } = self;
-        let rotation = shown.first().map_or(Quat::IDENTITY, |shown| rotation_of(shown.view, accumulates));
-        let images = deep_images.as_mut().map(|images| images.get(frame, scene, rotation)).transpose()?;
-        let mut of_view = |Shown { view, buffer, middle, .. }: &Shown<'_>| {
-            let occlusion = occlusion.as_mut();
-            let openness = occlusion.map(|occlusion| occlusion.record(frame, scene, buffer, middle, rotation));
-            let indirect = indirect.as_mut();
-            let indirect =
-                indirect.map(|indirect| indirect.record(frame, scene, images, buffer, middle, view.frame_index));
-            Ok(Arriving { surface: middle.clone(), openness: openness.transpose()?, indirect: indirect.transpose()? })
-        };
-        shown.iter().map(&mut of_view).collect()
-    }
-
-    fn show<'s>(
-        &mut self,
-        frame: &mut Frame<'_>,
-        scene: &'s GpuScene,
-        view: &'s View,
+        FrameContext { scene, views, is_averaged }: &FrameContext<'a>,
         slot: usize,
-    ) -> Result<Shown<'s>, RenderError> {
+    ) -> Result<ViewContext<'a>, RenderError> {
+        let view = &views[slot];
         let buffer = view.upload(frame.device);
         let draws = scene.visible_draws(view);
         let surface = self.prepass.record(frame, scene, &draws, &buffer, view.size, slot)?;
@@ -130,77 +123,69 @@ impl Passes {
             None => surface.clone(),
             Some(prepass) => prepass.record(frame, scene, &draws, &buffer, view.size, slot)?,
         };
-        Ok(Shown { view, buffer, draws, surface, middle })
+        Ok(ViewContext { scene, view, buffer, draws, surface, middle, rotation: rotation_of(view, *is_averaged) })
     }
 
-    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
+    /// What arrives from other surfaces and the surroundings in every view, for the surface at each pixel's middle, as far as it is
+    /// asked for.
+    fn arriving(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<Arriving>, RenderError> {
+        let mut of_view = |view: &ViewContext<'_>| {
+            let surface = view.middle.clone();
+            let images = self.deep_images.as_mut();
+            let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
+            let occlusion = self.occlusion.as_mut();
+            let openness = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
+            let indirect = self.indirect.as_mut();
+            let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface, images)).transpose()?;
+            Ok(Arriving { surface, openness, indirect })
+        };
+        views.iter().map(&mut of_view).collect()
+    }
+
+    /// Opaque surfaces, shadowed and lit. Where the visibility of all pixels does not fit one buffer, in bands of rows.
     fn shade(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        Shown { view, buffer, draws, surface, middle }: &Shown<'_>,
-        lights: LightLists,
-        blended_lights: Option<&LightLists>,
+        view: &ViewContext<'_>,
+        lights: &LightLists,
         arriving: &Arriving,
-        accumulates: bool,
-    ) -> Result<Shaded, RenderError> {
-        let mut plan = None;
-        let radiance = match &mut self.shadows {
-            None => self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, None)?,
-            Some(shadows) => {
-                let plan = plan.insert(shadows.plan(frame, scene, buffer, middle, &lights)?);
-                let images = self.deep_images.as_mut().filter(|_| shadows.uses_deep_images());
-                let rotation = rotation_of(view, accumulates);
-                let images = images.map(|images| images.get(frame, scene, rotation)).transpose()?;
-                // Where the visibility of all pixels does not fit one buffer, the frame is made in bands of rows.
-                for band in plan.bands() {
-                    let visibility = &shadows.record(frame, scene, buffer, middle, &lights, images, plan, band);
-                    self.forward.record(frame, scene, draws, buffer, surface, &lights, arriving, Some(visibility))?;
-                }
-                self.forward.radiance(frame.device, view.size, surface.slot)
-            }
+    ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
+        let Some(shadows) = &mut self.shadows else {
+            return Ok((self.forward.record(frame, view, lights, arriving, None)?, None));
         };
-
-        self.sky.record(frame, scene, buffer, surface, &radiance)?;
-        let mut indirect_of_blended = None;
-        if let Some(lights) = blended_lights.filter(|_| !draws.blended.is_empty()) {
-            let rotation = rotation_of(view, accumulates);
-            let nearest = self.nearest_blended.as_mut().map(|nearest| {
-                nearest.record(frame, scene, draws, buffer, &arriving.surface, view.frame_index, rotation)
-            });
-            let nearest = nearest.transpose()?;
-            self.forward.record_transparent(
-                frame,
-                scene,
-                draws,
-                buffer,
-                surface,
-                lights,
-                nearest.as_ref(),
-                &radiance,
-            )?;
-            indirect_of_blended = nearest.and_then(|nearest| nearest.indirect);
+        let plan = shadows.plan(frame, view, lights)?;
+        let images = self.deep_images.as_mut().filter(|_| shadows.uses_deep_images());
+        let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
+        for band in plan.bands() {
+            let visibility = shadows.record(frame, view, lights, images, &plan, band);
+            self.forward.record(frame, view, lights, arriving, Some(&visibility))?;
         }
+        Ok((self.forward.radiance(frame.device, view.view.size, view.surface.slot), Some(plan)))
+    }
 
-        let mean = accumulates.then(|| self.progressive.record(frame, buffer, &radiance, view.size, surface.slot));
-        Ok(Shaded { radiance, mean, visibility: plan, indirect_of_blended, lights })
+    /// Blended surfaces, over the picture so far; gives the indirect light at the nearest of them.
+    fn blend(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        lights: &LightLists,
+        radiance: &Radiance,
+    ) -> Result<Option<IndirectSums>, RenderError> {
+        if view.draws.blended.is_empty() {
+            return Ok(None);
+        }
+        let nearest = self.nearest_blended.as_mut().map(|nearest| nearest.record(frame, view)).transpose()?;
+        self.forward.record_transparent(frame, view, lights, nearest.as_ref(), radiance)?;
+        Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 
     /// What a display shows of a view: its picture, exposed, or the debug view.
-    fn display(
-        &self,
-        frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        Shown { view, buffer, surface, .. }: &Shown<'_>,
-        shaded: &Shaded,
-        arriving: &Arriving,
-    ) -> wgpu::TextureView {
+    fn display(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, shaded: &Shaded) -> wgpu::TextureView {
         let Some(debug_views) = &self.debug_views else {
-            return self.output.record(frame, shaded.picture(), view.size);
+            return self.output.record(frame, shaded.picture(), view.view.size);
         };
         let ray_counts = shaded.visibility.as_ref().and_then(VisibilityPlan::ray_counts);
-        let (lights, openness) = (&shaded.lights, arriving.openness.as_ref());
-        debug_views.record(frame, scene, buffer, surface, lights, openness, &shaded.radiance, ray_counts, view.size)
+        debug_views.record(frame, view, &shaded.lights, shaded.openness.as_ref(), &shaded.radiance, ray_counts)
     }
 }
 
@@ -209,40 +194,6 @@ impl Passes {
 pub(crate) const FRAMES_A_TURN: u32 = 4;
 
 /// How deep images are turned: some frames of one mean after another look in other directions.
-fn rotation_of(view: &View, accumulates: bool) -> Quat {
-    if accumulates { rotation_of_turn(view.frame_index / FRAMES_A_TURN) } else { Quat::IDENTITY }
-}
-
-/// A view after the prepass.
-struct Shown<'s> {
-    view: &'s View,
-    buffer: ViewBuffer,
-    draws: VisibleDraws<'s>,
-    surface: Surface,
-    /// With one sample a pixel.
-    middle: Surface,
-}
-
-/// A view after shading.
-struct Shaded {
-    radiance: Radiance,
-    mean: Option<wgpu::TextureView>,
-    visibility: Option<VisibilityPlan>,
-    /// At the nearest blended surfaces.
-    indirect_of_blended: Option<IndirectSums>,
-    /// The opaque surfaces' light lists.
-    lights: LightLists,
-}
-
-impl Shaded {
-    /// Linear radiance, nits.
-    fn picture(&self) -> &wgpu::TextureView {
-        self.mean.as_ref().unwrap_or(&self.radiance.target)
-    }
-}
-
-impl Shown<'_> {
-    fn seen(&self) -> Seen<'_> {
-        Seen { view: self.view, buffer: &self.buffer, surface: &self.surface, middle: &self.middle, draws: &self.draws }
-    }
+fn rotation_of(view: &View, is_averaged: bool) -> Quat {
+    if is_averaged { rotation_of_turn(view.frame_index / FRAMES_A_TURN) } else { Quat::IDENTITY }
 }

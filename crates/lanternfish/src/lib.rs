@@ -60,6 +60,7 @@
 struct Readme;
 
 pub mod common;
+mod context;
 pub mod debug_views;
 pub mod deep_images;
 pub mod environment_light;

@@ -13,6 +13,7 @@ use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, checked, read_back, read_t
 use lanternfish_scene::{Camera, Scene};
 
 use crate::{
+    context::FrameContext,
     debug_views::DebugViews,
     deep_images::KeptDeepImages,
     error::RenderError,
@@ -222,15 +223,10 @@ impl Renderer {
         views.iter().map(view).collect()
     }
 
-    /// Hands a frame of these views to the device.
-    pub(crate) fn frame(
-        &mut self,
-        scene: &GpuScene,
-        views: &[View],
-        accumulates: bool,
-    ) -> Result<Vec<FrameResult>, RenderError> {
+    /// Hands a frame to the device.
+    pub(crate) fn frame(&mut self, context: &FrameContext<'_>) -> Result<Vec<FrameResult>, RenderError> {
         let mut frame = Frame::new(&self.device, &self.queue, &mut self.profiler);
-        let results = self.passes.record(&mut frame, scene, views, accumulates)?;
+        let results = self.passes.record(&mut frame, context)?;
         frame.submit();
         Ok(results)
     }
@@ -250,7 +246,7 @@ impl Renderer {
         let mut pictures = pictures.collect::<Result<Vec<_>, _>>()?;
         if let Some(first) = pictures.first_mut() {
             first.report.passes = self.profiler.finished();
-            if results[0].mean.is_some() {
+            if results[0].shaded.mean.is_some() {
                 let frames = self.passes.progressive.frames();
                 first.report.counters.push(("progressive/frames".to_owned(), u64::from(frames)));
             }
@@ -265,11 +261,12 @@ impl Renderer {
         result: &FrameResult,
         exposure: Option<f32>,
     ) -> Result<Picture, RenderError> {
-        let display = read_texture::<[u8; 4]>(&self.device, &self.queue, result.display.texture())?;
-        let radiance = match &result.mean {
+        let FrameResult { shaded, display } = result;
+        let display = read_texture::<[u8; 4]>(&self.device, &self.queue, display.texture())?;
+        let radiance = match &shaded.mean {
             Some(mean) => read_texture(&self.device, &self.queue, mean.texture())?,
             None => {
-                let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, result.radiance.target.texture())?;
+                let halves = read_texture::<[u16; 4]>(&self.device, &self.queue, shaded.radiance.target.texture())?;
                 let mut radiance = vec![[0.0; 4]; halves.len()];
                 halves.as_flattened().reinterpret_cast::<f16>().convert_to_f32_slice(radiance.as_flattened_mut());
                 radiance
@@ -277,29 +274,29 @@ impl Renderer {
         };
 
         let mut counters = scene.counters().to_vec();
-        counters.push(("light_culling/light_tests".to_owned(), result.lights.tests));
-        counters.push(("light_culling/listed_lights".to_owned(), result.lights.listed));
-        if let Some(clusters) = &result.lights.clusters {
+        counters.push(("light_culling/light_tests".to_owned(), shaded.lights.tests));
+        counters.push(("light_culling/listed_lights".to_owned(), shaded.lights.listed));
+        if let Some(clusters) = &shaded.lights.clusters {
             counters.push(("light_culling/clusters".to_owned(), clusters.clusters));
             counters.push(("light_culling/visible_clusters".to_owned(), clusters.visible));
             counters.push(("light_culling/cluster_bytes".to_owned(), clusters.bytes));
         }
-        if let Some(plan) = &result.visibility {
+        if let Some(plan) = &shaded.visibility {
             let (totals, bands) = plan.ray_totals();
             let rays = read_back::<u32>(&self.device, &self.queue, totals, bands)?;
             counters.push(("shadows/rays".to_owned(), rays.iter().map(|r| u64::from(*r)).sum()));
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
-        if let Some(indirect) = &result.indirect {
+        if let Some(indirect) = &shaded.indirect {
             let mut counted = indirect.counters.read(&self.device, &self.queue)?;
-            if let Some(of_blended) = &result.indirect_of_blended {
+            if let Some(of_blended) = &shaded.indirect_of_blended {
                 let more = of_blended.counters.read(&self.device, &self.queue)?;
                 counted.iter_mut().zip(more).for_each(|((_, count), (_, more))| *count += more);
             }
             counters.extend(counted.map(|(name, count)| (name.to_owned(), count)));
         }
-        if let Some(images) = result.openness.as_ref().and_then(|openness| openness.images) {
+        if let Some(images) = shaded.openness.as_ref().and_then(|openness| openness.images) {
             counters.push(("deep_images/fragments".to_owned(), images.kept));
             counters.push(("deep_images/bytes".to_owned(), images.bytes));
         }

@@ -6,16 +6,14 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct, uniform_buffer_of};
 
 use crate::{
+    context::ViewContext,
     error::RenderError,
-    gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists, SCHEMES},
     occlusion::{OCCLUSION, Occlusion, Openness},
     output::{DISPLAY_FORMAT, fullscreen},
-    prepass::Surface,
     settings::{Culling, DebugView, Occlusion as OcclusionSetting, Settings},
     shaders::{Root, SHADERS, Shaders},
     texture::{Radiance, target},
-    view::ViewBuffer,
 };
 
 pub use scale::Scale;
@@ -114,18 +112,14 @@ impl DebugViews {
     }
 
     /// Makes the picture. `ray_counts`: where shadows were traced.
-    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        view: &ViewBuffer,
-        surface: &Surface,
+        ViewContext { scene, buffer, surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         openness: Option<&Openness>,
         radiance: &Radiance,
         ray_counts: Option<&wgpu::TextureView>,
-        size: UVec2,
     ) -> wgpu::TextureView {
         let no_rays;
         let ray_counts = match ray_counts {
@@ -141,10 +135,10 @@ impl DebugViews {
             .texture("radiance_texture", &radiance.target)
             .texture("ray_count_texture", ray_counts);
         let scene_bindings = scene.bindings();
-        let shared = view.bindings().with(&scene_bindings);
+        let shared = buffer.bindings().with(&scene_bindings);
         let openness = openness.map(Openness::bindings).unwrap_or_default();
         let bindings = shared.with(&surface.bindings()).with(&lights.bindings()).with(&openness).with(&own);
-        fullscreen(frame, &self.pipeline, "debug_views", &bindings, size)
+        fullscreen(frame, &self.pipeline, "debug_views", &bindings, surface.size)
     }
 }
 

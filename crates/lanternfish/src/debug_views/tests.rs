@@ -8,13 +8,13 @@ use lanternfish_scene::{AlphaMode, Camera, Light, Material, Primitive, Projectio
 
 use super::*;
 use crate::{
-    Renderer,
-    light_culling::{Reach, Seen},
+    GpuScene, Renderer,
+    light_culling::Reach,
     prepass::Prepass,
     rays::Tracer,
     settings::{ClusterShape, Clustered, Samples, Shadows, Tiled},
     shading::Forward,
-    testing::{Random, probe, quad, scene_of},
+    testing::{Random, context, probe, quad, scene_of},
     view::View,
 };
 
@@ -158,7 +158,8 @@ impl<'g> Harness<'g> {
         let buffer = view.upload(&gpu.device);
         let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE, 1).unwrap();
         let radiance = forward.radiance(&gpu.device, SIZE, 0);
-        let picture = debug_views.record(&mut frame, scene, &buffer, &surface, &lists, None, &radiance, None, SIZE);
+        let view = context(scene, &view, &buffer, &surface);
+        let picture = debug_views.record(&mut frame, &view, &lists, None, &radiance, None);
         frame.submit();
         let colors: Vec<[u8; 4]> = read_texture(&gpu.device, &gpu.queue, picture.texture()).unwrap();
         // Black is where nothing is: one fragment is blue, and none magenta.
@@ -209,8 +210,7 @@ fn record(
     let buffer = view.upload(frame.device);
     let draws = scene.visible_draws(view);
     let surface = prepass.record(frame, scene, &draws, &buffer, SIZE, 0).unwrap();
-    let seen = Seen { view, buffer: &buffer, surface: &surface, middle: &surface, draws: &draws };
-    culling.record(frame, scene, &[seen], Reach::Surface).unwrap().remove(0)
+    culling.record(frame, &[context(scene, view, &buffer, &surface)], Reach::Surface).unwrap().remove(0)
 }
 
 /// Panes of every size at every distance; every third one blended.

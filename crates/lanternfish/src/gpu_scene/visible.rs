@@ -7,7 +7,7 @@ use super::{Draw, DrawAlpha, GpuScene};
 use crate::view::View;
 
 /// The draws whose box meets the view's frustum.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct VisibleDraws<'s> {
     /// Opaque and masked ones: by pipeline, then near to far, so that little is drawn to be covered.
     pub solid: Vec<&'s Draw>,

@@ -10,13 +10,12 @@ use lanternfish_gpu::{Bindings, Feature, Frame};
 use lanternfish_scene::named_enum;
 
 use crate::{
+    context::ViewContext,
     deep_images::DeepImages,
     error::RenderError,
-    gpu_scene::GpuScene,
     prepass::Surface,
     rays::Tracer,
     settings::{Materials, Samples, Settings},
-    view::ViewBuffer,
 };
 
 use self::sampled::{RayCounters, SampledLight};
@@ -209,17 +208,16 @@ impl IndirectLight {
         }
     }
 
-    /// Finds the indirect light of a view in this frame of a picture. `images` are of the scene as it stands, where the room uses them.
+    /// Finds the indirect light of a surface that a view shows, one sample a pixel. `images` are of the scene as it stands, where the
+    /// room uses them.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        images: Option<&DeepImages>,
-        view: &ViewBuffer,
+        view: &ViewContext<'_>,
         surface: &Surface,
-        frame_index: u32,
+        images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
         let Self::Sampled(sampled) = self;
-        sampled.record(frame, scene, images, view, surface, frame_index)
+        sampled.record(frame, view, surface, images)
     }
 }

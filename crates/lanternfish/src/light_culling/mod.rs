@@ -14,12 +14,10 @@ use glam::Vec4;
 use lanternfish_gpu::{Bindings, FAULTY_LOOP_STEPS, Feature, Frame, SharedStruct, faulty_software, gpu_struct};
 
 use crate::{
+    context::ViewContext,
     error::RenderError,
-    gpu_scene::{GpuScene, VisibleDraws},
-    prepass::Surface,
     settings::{Assignment, Culling, Samples},
     shaders::Shaders,
-    view::{View, ViewBuffer},
 };
 
 gpu_struct! {
@@ -78,21 +76,6 @@ impl LightLists {
     }
 }
 
-/// What one view shows, for the passes that fill its lists.
-#[derive(Clone, Copy, Debug)]
-pub struct Seen<'a> {
-    /// The view.
-    pub view: &'a View,
-    /// The view on the device.
-    pub buffer: &'a ViewBuffer,
-    /// The prepass's result.
-    pub surface: &'a Surface,
-    /// The same with one sample a pixel, where a pass asks for it.
-    pub middle: &'a Surface,
-    /// What it may show.
-    pub draws: &'a VisibleDraws<'a>,
-}
-
 /// Lights in reach of which points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
@@ -147,26 +130,26 @@ impl LightCulling {
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        seen: &[Seen<'_>],
+        views: &[ViewContext<'_>],
         reach: Reach,
     ) -> Result<Vec<LightLists>, RenderError> {
+        let Some(ViewContext { scene, .. }) = views.first() else { return Ok(Vec::new()) };
         if self.tests_every_light() {
             check_driver(&frame.device.adapter_info(), scene.light_count)?;
         }
         match self {
-            Self::All => seen.iter().map(|_| all::record(frame, scene)).collect(),
+            Self::All => views.iter().map(|_| all::record(frame, scene)).collect(),
             Self::Tiled(tiled) => {
-                let record = |s: &Seen<'_>| {
+                let record = |view: &ViewContext<'_>| {
                     // Shading looks at a pixel's centre, where there may be none of the samples' depths.
-                    let reach = if s.surface.samples > 1 { Reach::Anywhere } else { reach };
-                    tiled.record(frame, scene, s.buffer, s.surface, reach)
+                    let reach = if view.surface.samples > 1 { Reach::Anywhere } else { reach };
+                    tiled.record(frame, view, reach)
                 };
-                seen.iter().map(record).collect()
+                views.iter().map(record).collect()
             }
             // The clusters of blended fragments are among those of the surfaces.
             Self::Clustered(clustered) if reach == Reach::Anywhere => Ok(clustered.lists.clone()),
-            Self::Clustered(clustered) => clustered.record(frame, scene, seen),
+            Self::Clustered(clustered) => clustered.record(frame, views),
         }
     }
 }

@@ -10,12 +10,12 @@ use proptest::{
     test_runner::{RngAlgorithm, TestRng, TestRunner},
 };
 
-use super::{LightCulling, LightLists, Reach, Seen};
+use super::{LightCulling, LightLists, Reach};
 use crate::{
     Renderer, Settings,
     prepass::Prepass,
     settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Samples, Shadows, TileSize, Tiled},
-    testing::{Random, probe, quad, scene_of},
+    testing::{Random, context, probe, quad, scene_of},
     view::{View, tightened},
 };
 
@@ -95,8 +95,8 @@ impl<'g> Bench<'g> {
             let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
             let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE, 0).unwrap();
-            let seen = Seen { view: &seen, buffer: &view, surface: &surface, middle: &surface, draws: &draws };
-            let lights = room.record(&mut frame, &uploaded, &[seen], reach).unwrap().remove(0);
+            let seen = context(&uploaded, &seen, &view, &surface);
+            let lights = room.record(&mut frame, &[seen], reach).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
             let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);
             frame.dispatch(pixels, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);

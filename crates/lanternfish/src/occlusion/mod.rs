@@ -9,7 +9,7 @@ pub(crate) mod hbao;
 #[cfg(test)]
 mod tests;
 
-use glam::{Quat, UVec2};
+use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 
 pub use self::{
@@ -17,13 +17,12 @@ pub use self::{
     hbao::{Hbao, HbaoParameters},
 };
 use crate::{
+    context::ViewContext,
     deep_images::DeepCounts,
     error::RenderError,
-    gpu_scene::GpuScene,
     prepass::Surface,
     settings::{Occlusion as OcclusionSetting, Settings},
     texture::target,
-    view::ViewBuffer,
 };
 
 /// [`Openness`] is read.
@@ -93,18 +92,16 @@ impl Occlusion {
         (setting != OcclusionSetting::None).then_some(OCCLUSION)
     }
 
-    /// Finds it for what the prepass left, which has normals. `rotation` turns the set of directions of deep images.
+    /// Finds it for a surface that a view shows, one sample a pixel, with normals.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        view: &ViewBuffer,
+        view: &ViewContext<'_>,
         surface: &Surface,
-        rotation: Quat,
     ) -> Result<Openness, RenderError> {
         match self {
-            Self::Deep(deep) => deep.record(frame, scene, view, surface, rotation),
-            Self::Hbao(hbao) => Ok(hbao.record(frame, scene, view, surface)),
+            Self::Deep(deep) => deep.record(frame, view, surface),
+            Self::Hbao(hbao) => Ok(hbao.record(frame, view, surface)),
         }
     }
 }

@@ -9,6 +9,7 @@ use lanternfish_scene::{Camera, Material, Projection, Scene, generate::demo};
 use super::TILE;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
+    context::FrameContext,
     settings::{DebugView, DeepImageSettings, DirectionSet, Occlusion, Shadows},
     shaders::constant,
     testing::{quad, scene_of},
@@ -30,12 +31,13 @@ fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
 
 /// How open each pixel is; rows from the top.
 fn openness(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Vec<f32> {
-    let view = View::new(camera, SIZE, Vec3::ZERO, &scene.bounds);
+    let views = [View::new(camera, SIZE, Vec3::ZERO, &scene.bounds)];
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let result = renderer.passes.record(&mut frame, scene, &[view], false).unwrap().remove(0);
+    let context = FrameContext { scene, views: &views, is_averaged: false };
+    let result = renderer.passes.record(&mut frame, &context).unwrap().remove(0);
     frame.submit();
-    read_texture(&gpu.device, &gpu.queue, result.openness.unwrap().texture.texture()).unwrap()
+    read_texture(&gpu.device, &gpu.queue, result.shaded.openness.unwrap().texture.texture()).unwrap()
 }
 
 /// The same of a scene that is uploaded for this alone.

@@ -6,6 +6,7 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 
 use crate::{
+    context::ViewContext,
     error::RenderError,
     gpu_scene::{Draw, GpuScene, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
     shaders::{Root, Shaders},
@@ -103,17 +104,15 @@ impl Prepass {
         self.draw(frame, scene, &draws.solid, &bindings, size, slot)
     }
 
-    /// Draws the blended surfaces that are nearer than `solid`, of which the nearest is kept. For a prepass [`Self::of_blended`].
+    /// Draws a view's blended surfaces that are nearer than what is at its pixels' middles, and keeps the nearest. For a prepass
+    /// [`Self::of_blended`].
     pub fn record_blended(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        draws: &VisibleDraws<'_>,
-        view: &ViewBuffer,
-        solid: &Surface,
+        ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
     ) -> Result<Surface, RenderError> {
-        let bindings = view.bindings().with(&scene.bindings()).texture("depth_texture", &solid.depth);
-        self.draw(frame, scene, &draws.blended, &bindings, solid.size, solid.slot)
+        let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
+        self.draw(frame, scene, &draws.blended, &bindings, middle.size, middle.slot)
     }
 
     fn draw(

@@ -9,12 +9,13 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState};
 
 use crate::{
+    context::ViewContext,
     error::RenderError,
     gpu_scene::GpuScene,
     output::cover,
     shaders::{Root, SHADERS, Shaders},
     texture::{Radiance, target},
-    view::{View, ViewBuffer},
+    view::View,
 };
 
 /// The shaders of this folder.
@@ -83,11 +84,10 @@ impl Progressive {
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        view: &ViewBuffer,
+        ViewContext { buffer, surface, .. }: &ViewContext<'_>,
         radiance: &Radiance,
-        size: UVec2,
-        slot: usize,
     ) -> wgpu::TextureView {
+        let (size, slot) = (surface.size, surface.slot);
         if self.means.get(slot).is_none_or(|mean| mean.size != size) {
             let more = wgpu::TextureUsages::COPY_SRC;
             let texture = || target(frame.device, "progressive/mean", size, MEAN_FORMAT, more);
@@ -98,7 +98,7 @@ impl Progressive {
         std::mem::swap(&mut mean.now, &mut mean.before);
         let textures = Bindings::new().texture("mean_texture", &mean.before);
         let textures = textures.texture("radiance_texture", &radiance.target);
-        let bindings = view.bindings().with(&textures);
+        let bindings = buffer.bindings().with(&textures);
         cover(frame, &self.pipeline, "progressive/mean", &bindings, &mean.now);
         mean.now.clone()
     }

@@ -7,6 +7,7 @@ use lanternfish_scene::{Camera, Material, Projection, Scene, StereoRig, generate
 use super::*;
 use crate::{
     Picture, Renderer, Settings,
+    context::FrameContext,
     settings::{DebugView, DeepImageSettings, Indirect, IndirectTracer, Sampled, Samples},
     testing::{quad, scene_of},
     view::jitter_of_frame,
@@ -67,7 +68,7 @@ fn gpu_the_mean_is_that_of_its_frames() {
     let still = plain.views(&uploaded, &views).unwrap();
     let mut single = |index: u32| {
         let moved = [still[0].of_frame(index)];
-        let results = plain.frame(&uploaded, &moved, false).unwrap();
+        let results = plain.frame(&FrameContext { scene: &uploaded, views: &moved, is_averaged: false }).unwrap();
         plain.pictures(&uploaded, &moved, &results).unwrap().remove(0)
     };
     let singles: Vec<Picture> = (0..=COUNT).map(&mut single).collect();
@@ -124,9 +125,9 @@ fn gpu_a_moved_frame_is_that_of_a_moved_window() {
         renderer.render_views(&uploaded, &view(&camera)).unwrap().remove(0)
     };
     let (moved, still) = (window(jitter_of_frame(5)), window(Vec2::ZERO));
-    let views = renderer.views(&uploaded, &view(&scene.cameras[0])).unwrap()[0].of_frame(5);
-    let results = renderer.frame(&uploaded, &[views], false).unwrap();
-    let frame = renderer.pictures(&uploaded, &[views], &results).unwrap().remove(0);
+    let views = [renderer.views(&uploaded, &view(&scene.cameras[0])).unwrap()[0].of_frame(5)];
+    let results = renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged: false }).unwrap();
+    let frame = renderer.pictures(&uploaded, &views, &results).unwrap().remove(0);
     let different = |other: &Picture| {
         let pairs = frame.radiance.iter().zip(&other.radiance);
         pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 0.01 * a.max(*b) + 1e-4)).count()

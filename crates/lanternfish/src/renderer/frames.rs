@@ -5,6 +5,7 @@ use lanternfish_scene::Camera;
 
 use super::{Picture, Renderer};
 use crate::{
+    context::FrameContext,
     error::RenderError,
     frame::FrameResult,
     gpu_scene::GpuScene,
@@ -36,7 +37,7 @@ impl Renderer {
         let device = self.device.clone();
         checked(&device, "render", || {
             if self.settings.accumulate == 1 {
-                let results = self.frame(scene, &views, false)?;
+                let results = self.frame(&FrameContext { scene, views: &views, is_averaged: false })?;
                 return self.pictures(scene, &views, &results);
             }
             self.passes.progressive.reset();
@@ -81,7 +82,7 @@ impl Renderer {
     fn next_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<FrameResult>, RenderError> {
         let index = self.passes.progressive.begin(scene, views);
         let moved: Vec<View> = views.iter().map(|view| view.of_frame(index)).collect();
-        let results = self.frame(scene, &moved, true)?;
+        let results = self.frame(&FrameContext { scene, views: &moved, is_averaged: true })?;
         self.passes.progressive.finish(scene, views, index);
         Ok(results)
     }

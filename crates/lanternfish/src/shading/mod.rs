@@ -9,18 +9,18 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Feature, Frame};
 
 use crate::{
+    context::ViewContext,
     error::RenderError,
-    gpu_scene::{Draw, GpuScene, PassState, SceneRaster, TEXTURES, VisibleDraws},
+    gpu_scene::{Draw, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
     light_culling::{LightCulling, LightLists},
     occlusion::Occlusion,
-    prepass::{DEPTH_FORMAT, MULTISAMPLED, Surface},
+    prepass::{DEPTH_FORMAT, MULTISAMPLED},
     rays::Tracer,
     settings::{Indirect, Settings},
     shaders::{Root, Shaders},
     shadows::{SOFT, Visibility},
     texture::{RADIANCE_FORMAT, Radiance, samples_target},
-    view::ViewBuffer,
 };
 
 pub use self::arriving::Arriving;
@@ -126,14 +126,10 @@ impl Forward {
 
     /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows. The
     /// call for the first row clears the target to the sky.
-    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        draws: &VisibleDraws<'_>,
-        view: &ViewBuffer,
-        surface: &Surface,
+        ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         arriving: &Arriving,
         visibility: Option<&Visibility<'_>>,
@@ -141,7 +137,7 @@ impl Forward {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
         let radiance = self.radiance(frame.device, surface.size, surface.slot);
         let arriving_bindings = arriving.bindings();
-        let mut bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings()).with(&arriving_bindings);
+        let mut bindings = buffer.bindings().with(&scene.bindings()).with(&lights.bindings()).with(&arriving_bindings);
         let mut rows = 0..surface.size.y;
         let visibility_bindings = visibility.map(Visibility::bindings);
         if let (Some(visibility), Some(more)) = (visibility, &visibility_bindings) {
@@ -161,14 +157,10 @@ impl Forward {
 
     /// Blends the transparent surfaces over the picture, each lit and shadowed where it is. `arriving` is found for the nearest of
     /// them.
-    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record_transparent(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        draws: &VisibleDraws<'_>,
-        view: &ViewBuffer,
-        surface: &Surface,
+        ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         arriving: Option<&Arriving>,
         radiance: &Radiance,
@@ -176,7 +168,7 @@ impl Forward {
         let transmitting: Vec<&Draw> = draws.blended.iter().copied().filter(|draw| draw.transmits).collect();
         self.dim.prepare(frame.device, scene, &transmitting)?;
         self.blended.prepare(frame.device, scene, &draws.blended)?;
-        let bindings = view.bindings().with(&scene.bindings()).with(&lights.bindings());
+        let bindings = buffer.bindings().with(&scene.bindings()).with(&lights.bindings());
         let arriving_bindings = arriving.map(Arriving::bindings);
         let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
         let color = radiance.color(wgpu::LoadOp::Load);

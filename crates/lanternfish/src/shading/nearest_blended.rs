@@ -1,19 +1,17 @@
 //! What arrives at the nearest blended surface of every pixel: what is found for opaque surfaces, found once more. Those behind it take
 //! the same; at the rim of a vase, where both of its walls mirror most, both mirror the same.
 
-use glam::Quat;
 use lanternfish_gpu::Frame;
 
 use super::Arriving;
 use crate::{
+    context::ViewContext,
     error::RenderError,
-    gpu_scene::{GpuScene, VisibleDraws},
     indirect::{Indirect, IndirectLight, IndirectResolution, IndirectTracer, Sampled},
     occlusion::Occlusion,
-    prepass::{Prepass, Surface},
+    prepass::Prepass,
     rays::Tracer,
     settings::Settings,
-    view::ViewBuffer,
 };
 
 /// Compiled when the first blended surface is drawn.
@@ -46,19 +44,8 @@ impl NearestBlended {
         Self { settings, tracer, passes: None }
     }
 
-    /// Finds it for a view whose pixels show `solid` behind the blended surfaces, one sample a pixel. `rotation` turns the
-    /// directions of deep images.
-    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        draws: &VisibleDraws<'_>,
-        view: &ViewBuffer,
-        solid: &Surface,
-        frame_index: u32,
-        rotation: Quat,
-    ) -> Result<Arriving, RenderError> {
+    /// Finds it for the blended surfaces of a view.
+    pub fn record(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<Arriving, RenderError> {
         let Passes { prepass, occlusion, indirect } = match &mut self.passes {
             Some(passes) => passes,
             none => none.insert(Passes {
@@ -71,10 +58,9 @@ impl NearestBlended {
                 indirect: IndirectLight::new(frame.device, &self.settings, self.tracer)?,
             }),
         };
-        let surface = prepass.record_blended(frame, scene, draws, view, solid)?;
-        let openness =
-            occlusion.as_mut().map(|room| room.record(frame, scene, view, &surface, rotation)).transpose()?;
-        let indirect = indirect.as_mut().map(|room| room.record(frame, scene, None, view, &surface, frame_index));
+        let surface = prepass.record_blended(frame, view)?;
+        let openness = occlusion.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
+        let indirect = indirect.as_mut().map(|room| room.record(frame, view, &surface, None));
         Ok(Arriving { surface, openness, indirect: indirect.transpose()? })
     }
 }

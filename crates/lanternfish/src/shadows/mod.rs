@@ -16,16 +16,14 @@ use lanternfish_gpu::{
 };
 
 use crate::{
+    context::ViewContext,
     deep_images::{DEPTH_16, DeepImages},
     error::RenderError,
-    gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
-    prepass::Surface,
     rays::{self, Tracer},
     settings::{DebugView, DeepDepth, DeepStore, RayCulling, Settings},
     shaders::{Root, SHADERS, Shaders},
     texture::target,
-    view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -165,9 +163,7 @@ impl Shadows {
     pub fn plan(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        view: &ViewBuffer,
-        surface: &Surface,
+        ViewContext { scene, buffer, middle: surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
     ) -> Result<VisibilityPlan, RenderError> {
         let device = frame.device;
@@ -178,7 +174,7 @@ impl Shadows {
         let mut grid = VisibilityGrid { columns, rows, ..VisibilityGrid::default() };
         let starts = storage_buffer(device, "shadows/starts", 4 * (u64::from(blocks) + 1))?;
         let grid_buffer = uniform_buffer_of(device, "shadows/grid", &grid);
-        let bindings = view
+        let bindings = buffer
             .bindings()
             .with(&surface.bindings())
             .with(&lights.bindings())
@@ -217,13 +213,10 @@ impl Shadows {
     }
 
     /// Traces the rays of one band. `images` are of the scene as it stands, where rays go through them.
-    #[allow(clippy::too_many_arguments, reason = "the results of every pass before this one")]
     pub fn record<'p>(
         &self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        view: &ViewBuffer,
-        surface: &Surface,
+        ViewContext { scene, buffer, middle: surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         images: Option<&DeepImages>,
         plan: &'p VisibilityPlan,
@@ -232,7 +225,7 @@ impl Shadows {
         let grid = VisibilityGrid { first_row: band.start, end_row: band.end, ..plan.grid };
         let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(surface.size.y);
         let visibility = Visibility { plan, grid: uniform_buffer_of(frame.device, "shadows/grid", &grid), rows };
-        let mut bindings = view
+        let mut bindings = buffer
             .bindings()
             .with(&scene.bindings())
             .with(&surface.bindings())

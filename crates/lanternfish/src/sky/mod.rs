@@ -6,12 +6,11 @@ mod tests;
 use lanternfish_gpu::{Frame, RasterPipeline, RasterState};
 
 use crate::{
+    context::ViewContext,
     error::RenderError,
-    gpu_scene::GpuScene,
-    prepass::{DEPTH_FORMAT, Surface},
+    prepass::DEPTH_FORMAT,
     shaders::{Root, SHADERS, Shaders},
     texture::{RADIANCE_FORMAT, Radiance},
-    view::ViewBuffer,
 };
 
 /// The shaders of this folder.
@@ -34,9 +33,7 @@ impl Sky {
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        view: &ViewBuffer,
-        surface: &Surface,
+        ViewContext { scene, buffer, surface, .. }: &ViewContext<'_>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
         let Some(environment) = &scene.environment else { return Ok(()) };
@@ -46,7 +43,7 @@ impl Sky {
         };
         let color = radiance.color(wgpu::LoadOp::Load);
         let depth = surface.read_depth();
-        let bindings = view.bindings().with(&environment.bindings());
+        let bindings = buffer.bindings().with(&environment.bindings());
         frame.render("sky", &[Some(color)], Some(depth), |device, pass| {
             pipeline.set(pass);
             pipeline.bind(device, pass, &bindings, 4);

@@ -4,14 +4,20 @@
 
 use std::sync::OnceLock;
 
-use glam::{Affine3A, Vec2, Vec3, Vec4};
+use glam::{Affine3A, Quat, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Feature, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
     storage_buffer_of,
 };
 use lanternfish_scene::{Bounds, Instance, Material, Mesh, Primitive, Scene};
 
-use crate::shaders::SHADERS;
+use crate::{
+    GpuScene,
+    context::ViewContext,
+    prepass::Surface,
+    shaders::SHADERS,
+    view::{View, ViewBuffer},
+};
 
 const PROBES: [ShaderSource; 11] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
@@ -72,6 +78,17 @@ pub(crate) fn ask_module(
     frame.dispatch(&kernel, &bindings, [count.div_ceil(64) as u32, 1, 1]);
     frame.submit();
     read_back(&gpu.device, &gpu.queue, &answers, count).expect("answers can be read")
+}
+
+/// A view whose pixels have one sample, for passes after the prepass.
+pub(crate) fn context<'a>(
+    scene: &'a GpuScene,
+    view: &'a View,
+    buffer: &ViewBuffer,
+    surface: &Surface,
+) -> ViewContext<'a> {
+    let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
+    ViewContext { scene, view, buffer, draws: scene.visible_draws(view), middle: surface.clone(), surface, rotation }
 }
 
 /// A scene of one mesh, placed once.

@@ -18,15 +18,14 @@ pub use self::targets::RayCounters;
 use self::targets::Targets;
 use super::{IndirectClamp, IndirectResolution, IndirectSums, Sampled};
 use crate::{
+    context::ViewContext,
     deep_images::{DEPTH_16, DeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST},
     environment_light::ENVIRONMENT,
     error::RenderError,
-    gpu_scene::GpuScene,
     prepass::Surface,
     rays::{self, EXACT_TRACERS, TRACER_ACROSS_TEXELS, TRACER_RAY_QUERY, TRACER_WITHIN_TEXEL, Tracer},
     settings::DeepImageSettings,
     shaders::{Root, SHADERS, Shaders},
-    view::ViewBuffer,
 };
 
 /// The shaders of this folder.
@@ -177,11 +176,9 @@ impl SampledLight {
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        images: Option<&DeepImages>,
-        view: &ViewBuffer,
+        ViewContext { scene, view, buffer, .. }: &ViewContext<'_>,
         surface: &Surface,
-        frame_index: u32,
+        images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
         let device = frame.device;
         let scale = match self.settings.resolution {
@@ -192,7 +189,7 @@ impl SampledLight {
         Targets::fit(&mut self.targets, device, surface, scale)?;
         let counters = RayCounters::new(device, rounds)?;
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
-        let frames = self.frames.max(frame_index.saturating_add(1));
+        let frames = self.frames.max(view.frame_index.saturating_add(1));
         let radius = (self.settings.filter_radius as f32 / (frames as f32).sqrt()) as u32;
         let Self { settings, targets, .. } = self;
         let targets = &targets[&surface.slot];
@@ -216,7 +213,7 @@ impl SampledLight {
             glossy_blur: ((settings.glossy_rays.max(1) as f32) * frames as f32).powf(-0.25),
             ..Default::default()
         };
-        let shared = view.bindings().with(&surface.bindings());
+        let shared = buffer.bindings().with(&surface.bindings());
         let seen = scene.bindings().with(&shared);
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };

@@ -22,10 +22,11 @@ use self::{
     grid::{GridError, GridGeometry, MOST_CLUSTERS},
     tree::TreeBuilder,
 };
-use super::{LightLists, Seen};
+use super::LightLists;
 use crate::{
+    context::ViewContext,
     error::RenderError,
-    gpu_scene::{GpuScene, PassState, SceneRaster},
+    gpu_scene::{PassState, SceneRaster},
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
     settings::{Assignment, ClusterTest, Clustered, Grouping, Samples},
     shaders::{Root, SHADERS, Shaders},
@@ -144,19 +145,14 @@ impl ClusteredCulling {
     }
 
     /// Lists for these views, in their order. Where views share a grid they share its lists.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        seen: &[Seen<'_>],
-    ) -> Result<Vec<LightLists>, RenderError> {
-        let groups: Vec<&[Seen<'_>]> = match self.settings.grouping {
-            Grouping::Individual => seen.chunks(1).collect(),
-            Grouping::Enclosed => vec![seen],
+    pub fn record(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<LightLists>, RenderError> {
+        let groups: Vec<&[ViewContext<'_>]> = match self.settings.grouping {
+            Grouping::Individual => views.chunks(1).collect(),
+            Grouping::Enclosed => vec![views],
         };
         let mut lists = Vec::new();
         for group in groups {
-            lists.extend(self.record_group(frame, scene, group)?);
+            lists.extend(self.record_group(frame, group)?);
         }
         self.lists.clone_from(&lists);
         Ok(lists)
@@ -165,11 +161,11 @@ impl ClusteredCulling {
     fn record_group(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        seen: &[Seen<'_>],
+        views: &[ViewContext<'_>],
     ) -> Result<Vec<LightLists>, RenderError> {
         let device = frame.device;
-        let frusta: Vec<ViewFrustum> = seen.iter().map(|s| s.view.frustum(&scene.bounds)).collect();
+        let scene = views[0].scene;
+        let frusta: Vec<ViewFrustum> = views.iter().map(|view| view.view.frustum(&scene.bounds)).collect();
         let (geometry, larger) = GridGeometry::fitting(&frusta, self.settings.shape).map_err(refused)?;
         if let Some(pixels) = larger {
             tracing::info!(pixels, "clusters are larger than asked for: there would be too many");
@@ -181,8 +177,8 @@ impl ClusteredCulling {
 
         // Which clusters have visible fragments.
         let fragments = storage_buffer(device, "light_culling/fragments", 4 * u64::from(clusters))?;
-        for (seen, grid) in seen.iter().zip(&uploaded) {
-            self.mark(frame, scene, seen, grid, &fragments)?;
+        for (view, grid) in views.iter().zip(&uploaded) {
+            self.mark(frame, view, grid, &fragments)?;
         }
         let places = storage_buffer(device, "light_culling/places", 4 * (u64::from(clusters) + 1))?;
         let visible = storage_buffer(device, "light_culling/visible", 4 * (u64::from(clusters) + 1))?;
@@ -276,29 +272,28 @@ impl ClusteredCulling {
     fn mark(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        seen: &Seen<'_>,
+        ViewContext { scene, buffer, draws, surface, middle, .. }: &ViewContext<'_>,
         grid: &wgpu::Buffer,
         fragments: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
-        let view_bindings = seen.buffer.bindings();
+        let view_bindings = buffer.bindings();
         let bindings = view_bindings.buffer("cluster_grid", grid).buffer("cluster_fragments", fragments);
-        let size = seen.surface.size;
-        let mut drawn = seen.draws.blended.clone();
-        if seen.middle.samples == 1 {
-            let surface_bindings = seen.middle.bindings();
+        let size = surface.size;
+        let mut drawn = draws.blended.clone();
+        if middle.samples == 1 {
+            let surface_bindings = middle.bindings();
             let from_depth = bindings.clone().with(&surface_bindings);
             frame.dispatch(&self.mark, &from_depth, [size.x.div_ceil(8), size.y.div_ceil(8), 1]);
         }
-        if seen.surface.samples > 1 {
+        if surface.samples > 1 {
             // A fragment is lit at the depth of no sample: only drawing it again tells.
-            drawn.splice(0..0, seen.draws.solid.iter().copied());
+            drawn.splice(0..0, draws.solid.iter().copied());
         }
         if !drawn.is_empty() {
             self.mark_drawn.prepare(frame.device, scene, &drawn)?;
             let scene_bindings = scene.bindings();
             let bindings = bindings.with(&scene_bindings);
-            let depth = seen.surface.read_depth();
+            let depth = surface.read_depth();
             frame.render("light_culling/clustered/mark_drawn", &[], Some(depth), |device, pass| {
                 self.mark_drawn.draw(device, pass, scene, &bindings, &drawn);
             });

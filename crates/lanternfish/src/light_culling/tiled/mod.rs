@@ -7,13 +7,12 @@ use lanternfish_gpu::{
 
 use super::{LightLists, Reach, Volume};
 use crate::{
+    context::ViewContext,
     error::RenderError,
-    gpu_scene::GpuScene,
-    prepass::{DEPTH_FORMAT, Surface},
+    prepass::DEPTH_FORMAT,
     settings::Tiled,
     shaders::{Root, SHADERS, Shaders},
     texture::target,
-    view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -77,9 +76,7 @@ impl TiledCulling {
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        view: &ViewBuffer,
-        surface: &Surface,
+        ViewContext { scene, buffer: view, surface, .. }: &ViewContext<'_>,
         reach: Reach,
     ) -> Result<LightLists, RenderError> {
         let device = frame.device;

@@ -8,14 +8,13 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, s
 use self::cells::CellRadiances;
 use super::{Openness, TILE, openness_target};
 use crate::{
+    context::ViewContext,
     deep_images::{DEPTH_16, KeptDeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions},
     environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
-    gpu_scene::GpuScene,
     prepass::Surface,
     settings::DeepImageSettings,
     shaders::{Root, SHADERS, Shaders},
-    view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -112,18 +111,16 @@ impl DeepOcclusion {
     }
 
     /// How open every pixel's surface is, and what arrives from the surroundings, by images of the scene as it is now, whose set
-    /// of directions is turned by `rotation`; and, where there is a sun, a little more, so that one of them is towards it.
+    /// of directions is turned as the frame says; and, where there is a sun, a little more, so that one of them is towards it.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        view: &ViewBuffer,
+        ViewContext { scene, buffer, rotation, .. }: &ViewContext<'_>,
         surface: &Surface,
-        rotation: Quat,
     ) -> Result<Openness, RenderError> {
         let rotation = match scene.environment_light().sun {
-            Some(sun) => turned_towards(&self.directions.rotated(rotation), sun),
-            None => rotation,
+            Some(sun) => turned_towards(&self.directions.rotated(*rotation), sun),
+            None => *rotation,
         };
         let images = self.images.get(frame, scene, rotation)?;
         let cells = match &scene.environment_light().samples {
@@ -138,7 +135,7 @@ impl DeepOcclusion {
         let target = openness_target(frame.device, surface.size);
         let environment_sums = sums_target(frame.device, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
-        let view_bindings = view.bindings();
+        let view_bindings = buffer.bindings();
         let shared = view_bindings.with(&surface.bindings()).with(&scene.bindings());
         let mut shared = shared.buffer("openness_sums", &sums);
         if let Some(cells) = cells {

@@ -2,10 +2,7 @@
 
 use lanternfish_gpu::{ComputeKernel, Frame};
 
-use crate::{
-    environment_light::EnvironmentLight, error::RenderError, occlusion::Openness, prepass::Surface, shaders::SHADERS,
-    view::ViewBuffer,
-};
+use crate::{context::ViewContext, error::RenderError, occlusion::Openness, prepass::Surface, shaders::SHADERS};
 
 /// Light by the normal alone, times the openness: for openness that knows no directions.
 #[derive(Debug)]
@@ -24,15 +21,14 @@ impl LightByNormal {
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        light: &EnvironmentLight,
-        view: &ViewBuffer,
+        ViewContext { scene, buffer, .. }: &ViewContext<'_>,
         surface: &Surface,
         openness: &Openness,
     ) {
         let [width, height, _] = self.kernel.workgroup_size();
         let groups = [surface.size.x.div_ceil(width), surface.size.y.div_ceil(height), 1];
-        let light_bindings = light.bindings();
-        let bindings = view.bindings().with(&surface.bindings()).with(&light_bindings);
+        let light_bindings = scene.environment_light().bindings();
+        let bindings = buffer.bindings().with(&surface.bindings()).with(&light_bindings);
         let bindings = bindings
             .texture("occlusion_texture", &openness.texture)
             .texture("environment_sums_target", &openness.environment_sums);

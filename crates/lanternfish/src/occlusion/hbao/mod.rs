@@ -7,12 +7,11 @@ use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_bu
 use self::by_normal::LightByNormal;
 use super::{Openness, TILE, openness_target};
 use crate::{
+    context::ViewContext,
     environment_light::sums_target,
     error::RenderError,
-    gpu_scene::GpuScene,
     prepass::Surface,
     shaders::{Root, SHADERS, Shaders},
-    view::ViewBuffer,
 };
 
 gpu_struct! {
@@ -58,10 +57,10 @@ impl Hbao {
     }
 
     /// How open every pixel's surface is to what the view shows around it, and that share of the surroundings' light.
-    pub fn record(&self, frame: &mut Frame<'_>, scene: &GpuScene, view: &ViewBuffer, surface: &Surface) -> Openness {
+    pub fn record(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, surface: &Surface) -> Openness {
         let [found, across, down] = std::array::from_fn(|_| openness_target(frame.device, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
-        let view_bindings = view.bindings();
+        let view_bindings = view.buffer.bindings();
         let shared = view_bindings.with(&surface.bindings());
         let bindings = shared.clone().buffer("hbao_parameters", &self.parameters).texture("openness_target", &found);
         frame.dispatch(&self.horizons, &bindings, groups);
@@ -71,7 +70,7 @@ impl Hbao {
         }
         let environment_sums = sums_target(frame.device, surface.size);
         let openness = Openness { texture: down, environment_sums, images: None };
-        self.light.record(frame, scene.environment_light(), view, surface, &openness);
+        self.light.record(frame, view, surface, &openness);
         openness
     }
 }

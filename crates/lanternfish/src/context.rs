@@ -1,0 +1,40 @@
+//! The frame in hand, as its passes are given it.
+
+use glam::Quat;
+
+use crate::{
+    gpu_scene::{GpuScene, VisibleDraws},
+    prepass::Surface,
+    view::{View, ViewBuffer},
+};
+
+/// What a frame is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameContext<'a> {
+    /// The scene that all views are of.
+    pub scene: &'a GpuScene,
+    /// The views, in the order of their slots.
+    pub views: &'a [View],
+    /// Whether the frame is added to the mean of those before it. What is shown is that mean, and deep images are turned from frame to
+    /// frame.
+    pub is_averaged: bool,
+}
+
+/// One view of a frame once its depth is there: what every pass after the prepass may ask of it.
+#[derive(Debug)]
+pub struct ViewContext<'a> {
+    /// The scene.
+    pub scene: &'a GpuScene,
+    /// The view.
+    pub view: &'a View,
+    /// The view on the device.
+    pub buffer: ViewBuffer,
+    /// What it may show.
+    pub draws: VisibleDraws<'a>,
+    /// The prepass's result.
+    pub surface: Surface,
+    /// The same with one sample a pixel; where no pass asks for that, the prepass's result.
+    pub middle: Surface,
+    /// How this frame turns the directions of deep images.
+    pub rotation: Quat,
+}
