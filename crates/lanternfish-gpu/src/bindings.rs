@@ -1,6 +1,21 @@
 //! Resources by the name that shaders call them.
 
-use crate::reflect::Layouts;
+use crate::{pool::BindGroups, reflect::Layouts};
+
+/// Some bytes of a buffer, to be bound.
+#[derive(Clone, Debug)]
+pub struct BufferPart {
+    pub(crate) buffer: wgpu::Buffer,
+    pub(crate) offset: u64,
+    pub(crate) bytes: u64,
+}
+
+impl BufferPart {
+    /// All of a buffer.
+    pub fn whole(buffer: wgpu::Buffer) -> Self {
+        Self { offset: 0, bytes: buffer.size(), buffer }
+    }
+}
 
 /// Resources by the name that shaders call them. A pipeline takes from it what it uses; the rest is ignored.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +32,13 @@ impl<'a> Bindings<'a> {
     /// Adds a whole buffer.
     pub fn buffer(self, name: &'a str, buffer: &'a wgpu::Buffer) -> Self {
         self.resource(name, buffer.as_entire_binding())
+    }
+
+    /// Adds a part of a buffer.
+    pub fn part(self, name: &'a str, part: &'a BufferPart) -> Self {
+        let BufferPart { buffer, offset, bytes } = part;
+        let size = std::num::NonZeroU64::new(*bytes);
+        self.resource(name, wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: *offset, size }))
     }
 
     /// Adds a texture.
@@ -46,7 +68,7 @@ impl<'a> Bindings<'a> {
     /// Panics when the shader uses a name that is not there: a bug.
     pub(crate) fn bind_group(
         &self,
-        device: &wgpu::Device,
+        groups: &mut BindGroups,
         label: &str,
         layouts: &Layouts,
         group: usize,
@@ -62,10 +84,6 @@ impl<'a> Bindings<'a> {
                 wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() }
             })
             .collect();
-        device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(label),
-            layout: &layouts.groups[group],
-            entries: &entries,
-        })
+        groups.get(label, &layouts.groups[group], &entries)
     }
 }

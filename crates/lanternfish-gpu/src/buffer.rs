@@ -2,10 +2,10 @@
 
 use wgpu::util::DeviceExt;
 
-use crate::GpuError;
+use crate::{GpuError, made};
 
 /// Usages of every storage buffer: shaders, uploads, clears, copies.
-const STORAGE: wgpu::BufferUsages =
+pub(crate) const STORAGE: wgpu::BufferUsages =
     wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_DST).union(wgpu::BufferUsages::COPY_SRC);
 
 /// An uninitialised (zeroed) storage buffer of at least `bytes` (rounded up to 16, and never empty).
@@ -18,6 +18,7 @@ pub fn storage_buffer(device: &wgpu::Device, label: &str, bytes: u64) -> Result<
     if size > limit {
         return Err(GpuError::TooLarge { what: label.to_owned(), needed: size, limit });
     }
+    made::count(|made| made.buffers += 1);
     Ok(device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size,
@@ -40,6 +41,7 @@ pub fn storage_buffer_of<T: bytemuck::NoUninit>(
     if bytes.len() as u64 > limit {
         return Err(GpuError::TooLarge { what: label.to_owned(), needed: bytes.len() as u64, limit });
     }
+    made::count(|made| made.buffers += 1);
     let zeros = vec![0; size_of::<T>().max(16)];
     let contents = if bytes.is_empty() { &zeros } else { bytes };
     Ok(device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -51,12 +53,14 @@ pub fn storage_buffer_of<T: bytemuck::NoUninit>(
 
 /// A storage buffer of three u32, zero at first, that [`Frame::dispatch_indirect`](crate::Frame::dispatch_indirect) can read.
 pub fn indirect_buffer(device: &wgpu::Device, label: &str) -> wgpu::Buffer {
+    made::count(|made| made.buffers += 1);
     let usage = STORAGE | wgpu::BufferUsages::INDIRECT;
     device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size: 16, usage, mapped_at_creation: false })
 }
 
 /// A uniform buffer with this content.
 pub fn uniform_buffer_of<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &str, content: &T) -> wgpu::Buffer {
+    made::count(|made| made.buffers += 1);
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some(label),
         contents: bytemuck::bytes_of(content),
@@ -75,6 +79,7 @@ pub fn read_back<T: bytemuck::Pod>(
     if bytes == 0 {
         return Ok(Vec::new());
     }
+    made::count(|made| made.buffers += 1);
     let staging = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read_back"),
         size: bytes.next_multiple_of(4),
@@ -101,6 +106,7 @@ pub fn read_texture<T: bytemuck::Pod>(
     let size = texture.size();
     let row = size.width * size_of::<T>() as u32;
     let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    made::count(|made| made.buffers += 1);
     let chunk_rows = ((READ_BYTES / u64::from(padded)).max(1) as u32).min(size.height);
     let staging = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read_texture"),
@@ -168,7 +174,12 @@ pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
     pollster::block_on(of_a.pop()).is_none()
 }
 
-fn with_mapped<R>(device: &wgpu::Device, staging: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> R) -> Result<R, GpuError> {
+/// Waits for the device and gives what is in a buffer that may be mapped.
+pub(crate) fn with_mapped<R>(
+    device: &wgpu::Device,
+    staging: &wgpu::Buffer,
+    read: impl FnOnce(&[u8]) -> R,
+) -> Result<R, GpuError> {
     let fail = |source: Box<dyn std::error::Error + Send + Sync>| GpuError::ReadBack { what: "buffer".into(), source };
     let (sender, receiver) = std::sync::mpsc::channel();
     staging.map_async(wgpu::MapMode::Read, .., move |result| {

@@ -1,7 +1,8 @@
 //! A compute pipeline whose resources are bound by name.
 
 use crate::{
-    Bindings, LinkedShader,
+    Bindings, LinkedShader, made,
+    pool::BindGroups,
     reflect::{Layouts, layouts},
 };
 
@@ -26,6 +27,7 @@ impl ComputeKernel {
     /// Compiles `entry` of `shader`. The label, a path such as `light_culling/tiled/assign`, names the pass in reports.
     pub fn new(device: &wgpu::Device, shader: &LinkedShader, entry: &str, label: &str) -> Self {
         let layouts = layouts(device, shader, &[entry], &[]);
+        made::count(|made| made.pipelines += 1);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),
             layout: Some(&layouts.pipeline),
@@ -49,14 +51,14 @@ impl ComputeKernel {
 
     pub(crate) fn dispatch(
         &self,
-        device: &wgpu::Device,
+        groups: &mut BindGroups,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &Bindings<'_>,
         workgroups: Workgroups<'_>,
     ) {
         pass.set_pipeline(&self.pipeline);
         for group in 0..self.layouts.groups.len() {
-            let bind_group = bindings.bind_group(device, &self.label, &self.layouts, group);
+            let bind_group = bindings.bind_group(groups, &self.label, &self.layouts, group);
             pass.set_bind_group(group as u32, &bind_group, &[]);
         }
         match workgroups {

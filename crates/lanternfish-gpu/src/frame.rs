@@ -2,7 +2,10 @@
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
-use crate::{Bindings, ComputeKernel, GpuError, compute::Workgroups, read_back};
+use crate::{
+    BindGroups, Bindings, BufferPart, ComputeKernel, GpuError, Pool, buffer::with_mapped, compute::Workgroups,
+    pool::Use,
+};
 
 /// What a pass cost.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +57,7 @@ impl Profiler {
 /// One frame's commands while they are recorded.
 #[derive(Debug)]
 pub struct Frame<'a> {
-    /// Where bind groups come from.
+    /// Where pipelines and what frames do not share come from.
     pub device: &'a wgpu::Device,
     /// For small uploads before the frame runs.
     pub queue: &'a wgpu::Queue,
@@ -62,13 +65,101 @@ pub struct Frame<'a> {
     /// The compute pass in hand, which the next dispatch shares.
     pass: Option<wgpu::ComputePass<'static>>,
     profiler: &'a mut Profiler,
+    pool: FramePool<'a>,
+}
+
+/// Where a frame's buffers, textures and bind groups come from.
+#[derive(Debug)]
+enum FramePool<'a> {
+    /// Of this frame alone.
+    Own(Box<Pool>),
+    /// Of the frames before and after it too.
+    Shared(&'a mut Pool),
+}
+
+impl std::ops::Deref for FramePool<'_> {
+    type Target = Pool;
+
+    fn deref(&self) -> &Pool {
+        match self {
+            Self::Own(pool) => pool,
+            Self::Shared(pool) => pool,
+        }
+    }
+}
+
+impl std::ops::DerefMut for FramePool<'_> {
+    fn deref_mut(&mut self) -> &mut Pool {
+        match self {
+            Self::Own(pool) => pool,
+            Self::Shared(pool) => pool,
+        }
+    }
 }
 
 impl<'a> Frame<'a> {
-    /// An empty frame.
+    /// An empty frame that makes what it needs.
     pub fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
-        let encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        Self { device, queue, encoder, pass: None, profiler }
+        Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))))
+    }
+
+    /// An empty frame that uses again what earlier frames of the pool have used: what those got from it is the new frame's.
+    pub fn pooled(
+        device: &'a wgpu::Device,
+        queue: &'a wgpu::Queue,
+        profiler: &'a mut Profiler,
+        pool: &'a mut Pool,
+    ) -> Self {
+        Self::with(device, queue, profiler, FramePool::Shared(pool))
+    }
+
+    fn with(
+        device: &'a wgpu::Device,
+        queue: &'a wgpu::Queue,
+        profiler: &'a mut Profiler,
+        mut pool: FramePool<'a>,
+    ) -> Self {
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        pool.begin(&mut encoder);
+        Self { device, queue, encoder, pass: None, profiler, pool }
+    }
+
+    /// A storage buffer of at least `bytes` that holds anything: for what is written before it is read. Its length says nothing.
+    /// An error when one binding of the device holds less.
+    pub fn scratch(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+        self.pool.buffers.get(Use::Scratch, label, bytes)
+    }
+
+    /// The same, all of it zero.
+    pub fn zeroed(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+        self.pool.buffers.get(Use::Zeroed, label, bytes)
+    }
+
+    /// A storage buffer of three u32 that hold anything at first, from which [`Self::dispatch_indirect`] can read.
+    pub fn indirect(&mut self, label: &str) -> Result<wgpu::Buffer, GpuError> {
+        self.pool.buffers.get(Use::Indirect, label, 16)
+    }
+
+    /// A storage buffer that begins with this content, when the commands run. Its length says nothing.
+    pub fn storage_of<T: bytemuck::NoUninit>(&mut self, label: &str, content: &[T]) -> Result<wgpu::Buffer, GpuError> {
+        let buffer = self.scratch(label, size_of_val(content) as u64)?;
+        self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(content));
+        Ok(buffer)
+    }
+
+    /// A uniform with this content, when the commands run.
+    pub fn uniform<T: bytemuck::NoUninit>(&mut self, content: &T) -> BufferPart {
+        self.pool.uniforms.get(bytemuck::bytes_of(content))
+    }
+
+    /// All of a texture that holds anything at first.
+    pub fn texture(&mut self, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
+        self.pool.textures.get(self.device, wanted)
+    }
+
+    /// Lets go of all that bind groups of earlier frames hold, for one that is about to take much memory.
+    pub fn forget_bind_groups(&mut self) {
+        self.pool.forget_bind_groups();
     }
 
     /// The commands so far, for copies and clears between passes.
@@ -79,17 +170,15 @@ impl<'a> Frame<'a> {
 
     /// Adds a dispatch. It sees what all before it have written.
     pub fn dispatch(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: [u32; 3]) {
-        self.compute(kernel, |device, pass| kernel.dispatch(device, pass, bindings, Workgroups::Are(workgroups)));
+        self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::Are(workgroups)));
     }
 
-    /// The same with the number of workgroups, three u32, in a buffer that may be bound for that ([`indirect_buffer`]).
-    ///
-    /// [`indirect_buffer`]: crate::indirect_buffer
+    /// The same with the number of workgroups, three u32, in a buffer that may be bound for that ([`Self::indirect`]).
     pub fn dispatch_indirect(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &wgpu::Buffer) {
-        self.compute(kernel, |device, pass| kernel.dispatch(device, pass, bindings, Workgroups::In(workgroups)));
+        self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::In(workgroups)));
     }
 
-    fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&wgpu::Device, &mut wgpu::ComputePass<'_>)) {
+    fn compute(&mut self, kernel: &ComputeKernel, dispatch: impl FnOnce(&mut BindGroups, &mut wgpu::ComputePass<'_>)) {
         if self.profiler.shares_passes {
             let pass = self.pass.get_or_insert_with(|| {
                 self.profiler.compute_passes += 1;
@@ -97,7 +186,7 @@ impl<'a> Frame<'a> {
                 self.encoder.begin_compute_pass(&descriptor).forget_lifetime()
             });
             let query = self.profiler.inner.begin_query(kernel.label(), pass);
-            dispatch(self.device, pass);
+            dispatch(&mut self.pool.bind_groups, pass);
             self.profiler.inner.end_query(pass, query);
             return;
         }
@@ -107,7 +196,7 @@ impl<'a> Frame<'a> {
             label: Some(kernel.label()),
             timestamp_writes: query.compute_pass_timestamp_writes(),
         });
-        dispatch(self.device, &mut pass);
+        dispatch(&mut self.pool.bind_groups, &mut pass);
         drop(pass);
         self.profiler.inner.end_query(&mut self.encoder, query);
     }
@@ -118,7 +207,7 @@ impl<'a> Frame<'a> {
         label: &str,
         colors: &[Option<wgpu::RenderPassColorAttachment<'_>>],
         depth: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
-        draw: impl FnOnce(&wgpu::Device, &mut wgpu::RenderPass<'_>),
+        draw: impl FnOnce(&mut BindGroups, &mut wgpu::RenderPass<'_>),
     ) {
         self.pass = None;
         let query = self.profiler.inner.begin_pass_query(label, &mut self.encoder);
@@ -130,7 +219,7 @@ impl<'a> Frame<'a> {
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        draw(self.device, &mut pass);
+        draw(&mut self.pool.bind_groups, &mut pass);
         drop(pass);
         self.profiler.inner.end_query(&mut self.encoder, query);
     }
@@ -139,16 +228,25 @@ impl<'a> Frame<'a> {
     ///
     /// Passes before and after it belong to the same frame's times.
     pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        let bytes = (count * size_of::<T>()) as u64;
+        let copied = bytes.next_multiple_of(4);
+        let staging = self.pool.buffers.get(Use::Read, "read_now", copied)?;
+        self.encoder().copy_buffer_to_buffer(buffer, 0, &staging, 0, copied);
         let fresh = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let recorded = std::mem::replace(self.encoder(), fresh);
+        self.pool.submitting(self.queue);
         self.queue.submit([recorded.finish()]);
-        read_back(self.device, self.queue, buffer, count)
+        self.pool.waits += 1;
+        let read = with_mapped(self.device, &staging, |data| bytemuck::pod_collect_to_vec(&data[..bytes as usize]));
+        staging.unmap();
+        read
     }
 
     /// Hands the commands to the device.
     pub fn submit(mut self) {
         self.pass = None;
         self.profiler.inner.resolve_queries(&mut self.encoder);
+        self.pool.submitting(self.queue);
         self.queue.submit([self.encoder.finish()]);
         // Fails only when a query was left open, which `dispatch` and `render` never do.
         self.profiler.inner.end_frame().expect("every query is closed");
@@ -158,7 +256,7 @@ impl<'a> Frame<'a> {
 #[cfg(all(test, feature = "testing"))]
 mod tests {
     use super::*;
-    use crate::{primitives::Scan, storage_buffer_of, testing};
+    use crate::{primitives::Scan, read_back, storage_buffer_of, testing};
 
     /// Whether or not dispatches that share a pass can be timed, each sees what those before it wrote; and each is timed where any is.
     #[test]
@@ -178,7 +276,7 @@ mod tests {
             let descriptor = wgpu::DeviceDescriptor { required_features, ..Default::default() };
             let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("it has them");
             let mut profiler = Profiler::new(&device, &queue);
-            let mut scan = Scan::new(&device, "test").unwrap();
+            let scan = Scan::new(&device, "test").unwrap();
             let values = vec![3u32; 100_000];
             let none = wgpu::BufferUsages::empty();
             let buffer = storage_buffer_of(&device, "values", &values, none).unwrap();

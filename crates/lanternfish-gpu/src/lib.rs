@@ -4,7 +4,7 @@
 //! - [`ShaderLibrary`]: WESL sources, linked, validated and reflected.
 //! - [`gpu_struct!`]: a struct both sides share, its layout checked against the shader's.
 //! - [`ComputeKernel`], [`RasterPipeline`]: pipelines whose resources are bound by name ([`Bindings`]).
-//! - [`Frame`]: the commands of a frame, timed pass by pass.
+//! - [`Frame`]: the commands of a frame, timed pass by pass; what it needs for them it takes from a [`Pool`].
 //! - Scans and other parallel building blocks, in [`primitives`].
 
 // `gpu_struct!` names the crate from outside, and is used inside too.
@@ -18,6 +18,8 @@ mod driver;
 mod error;
 mod frame;
 mod gpu_struct;
+mod made;
+mod pool;
 pub mod primitives;
 mod raster;
 mod reflect;
@@ -26,7 +28,7 @@ mod shader;
 pub mod testing;
 
 pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
-pub use bindings::Bindings;
+pub use bindings::{Bindings, BufferPart};
 pub use buffer::{
     checked, indirect_buffer, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of,
     uniform_buffer_of,
@@ -36,6 +38,8 @@ pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_me
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
+pub use made::{Made, made};
+pub use pool::{BindGroups, Pool};
 pub use raster::{RasterPipeline, RasterState};
 pub use shader::{Feature, LinkedShader, ShaderLibrary, ShaderSource};
 

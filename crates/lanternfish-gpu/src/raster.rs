@@ -1,7 +1,7 @@
 //! A render pipeline whose resources are bound by name.
 
 use crate::{
-    Bindings, LinkedShader,
+    BindGroups, Bindings, LinkedShader, made,
     reflect::{Layouts, layouts},
 };
 
@@ -45,6 +45,7 @@ impl RasterPipeline {
         let entries = if has_fragment { vec![vertex, fragment] } else { vec![vertex] };
         let layouts = layouts(device, shader, &entries, state.array_lengths);
         let module = shader.create_module(device);
+        made::count(|made| made.pipelines += 1);
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(label),
             layout: Some(&layouts.pipeline),
@@ -77,27 +78,27 @@ impl RasterPipeline {
     /// Binds every group below `group_limit` (the pipeline's own number of groups at most).
     pub fn bind(
         &self,
-        device: &wgpu::Device,
+        groups: &mut BindGroups,
         pass: &mut wgpu::RenderPass<'_>,
         bindings: &Bindings<'_>,
         group_limit: usize,
     ) {
         for group in 0..self.layouts.groups.len().min(group_limit) {
-            pass.set_bind_group(group as u32, &self.bind_group(device, bindings, group), &[]);
+            pass.set_bind_group(group as u32, &self.bind_group(groups, bindings, group), &[]);
         }
     }
 
     /// The bind group of one group, to set again and again. `None` when the pipeline has no such group.
     pub fn bind_group_if_used(
         &self,
-        device: &wgpu::Device,
+        groups: &mut BindGroups,
         bindings: &Bindings<'_>,
         group: usize,
     ) -> Option<wgpu::BindGroup> {
-        (group < self.layouts.groups.len()).then(|| self.bind_group(device, bindings, group))
+        (group < self.layouts.groups.len()).then(|| self.bind_group(groups, bindings, group))
     }
 
-    fn bind_group(&self, device: &wgpu::Device, bindings: &Bindings<'_>, group: usize) -> wgpu::BindGroup {
-        bindings.bind_group(device, &self.label, &self.layouts, group)
+    fn bind_group(&self, groups: &mut BindGroups, bindings: &Bindings<'_>, group: usize) -> wgpu::BindGroup {
+        bindings.bind_group(groups, &self.label, &self.layouts, group)
     }
 }

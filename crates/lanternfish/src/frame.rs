@@ -95,7 +95,7 @@ impl Passes {
                 Some(lights) => self.blend(frame, view, lights, &radiance)?,
                 None => None,
             };
-            let mean = context.is_averaged.then(|| self.progressive.record(frame, view, &radiance));
+            let mean = context.is_averaged.then(|| self.progressive.record(frame, view, &radiance, slot));
             let Arriving { openness, indirect, .. } = arriving;
             results.push(Shaded { radiance, mean, visibility, openness, indirect, indirect_of_blended, lights });
         }
@@ -116,12 +116,12 @@ impl Passes {
         slot: usize,
     ) -> Result<ViewContext<'a>, RenderError> {
         let view = &views[slot];
-        let buffer = view.upload(frame.device);
+        let buffer = view.record(frame);
         let draws = scene.visible_draws(view);
-        let surface = self.prepass.record(frame, scene, &draws, &buffer, view.size, slot)?;
+        let surface = self.prepass.record(frame, scene, &draws, &buffer, view.size)?;
         let middle = match &mut self.one_sample {
             None => surface.clone(),
-            Some(prepass) => prepass.record(frame, scene, &draws, &buffer, view.size, slot)?,
+            Some(prepass) => prepass.record(frame, scene, &draws, &buffer, view.size)?,
         };
         Ok(ViewContext { scene, view, buffer, draws, surface, middle, rotation: rotation_of(view, *is_averaged) })
     }
@@ -150,17 +150,19 @@ impl Passes {
         lights: &LightLists,
         arriving: &Arriving,
     ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
+        let radiance = self.forward.target(frame, view.view.size);
         let Some(shadows) = &mut self.shadows else {
-            return Ok((self.forward.record(frame, view, lights, arriving, None)?, None));
+            self.forward.record(frame, view, lights, arriving, None, &radiance)?;
+            return Ok((radiance, None));
         };
         let plan = shadows.plan(frame, view, lights)?;
         let images = self.deep_images.as_mut().filter(|_| shadows.uses_deep_images());
         let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
         for band in plan.bands() {
             let visibility = shadows.record(frame, view, lights, images, &plan, band);
-            self.forward.record(frame, view, lights, arriving, Some(&visibility))?;
+            self.forward.record(frame, view, lights, arriving, Some(&visibility), &radiance)?;
         }
-        Ok((self.forward.radiance(frame.device, view.view.size, view.surface.slot), Some(plan)))
+        Ok((radiance, Some(plan)))
     }
 
     /// Blended surfaces, over the picture so far; gives the indirect light at the nearest of them.

@@ -4,12 +4,14 @@ mod frames;
 #[cfg(test)]
 mod tests;
 
+use std::sync::{Mutex, PoisonError};
+
 use glam::{UVec2, Vec3};
 use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
-use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, checked, read_back, read_texture};
+use lanternfish_gpu::{Frame, Gpu, PassTime, Pool, Profiler, checked, read_back, read_texture};
 use lanternfish_scene::{Camera, Scene};
 
 use crate::{
@@ -33,7 +35,7 @@ use crate::{
     shading::{Forward, NearestBlended},
     shadows::Shadows,
     sky::Sky,
-    texture::{RADIANCE_FORMAT, samples_target},
+    texture::{RADIANCE_FORMAT, described},
     view::View,
 };
 
@@ -46,6 +48,8 @@ pub struct Renderer {
     /// What it needs of a scene.
     needs: Needs,
     pub(crate) profiler: Profiler,
+    /// What its frames use again. Locked by nobody for longer than a call.
+    pub(crate) pool: Mutex<Pool>,
     pub(crate) passes: Passes,
 }
 
@@ -129,9 +133,9 @@ impl Renderer {
             ray_query: [tracer, settings.indirect.tracer()].contains(&Tracer::RayQuery),
         };
         let needs = Needs::new(&settings, traced, texture_arrays, anisotropy);
-        let profiler = Profiler::new(device, queue);
+        let (profiler, pool) = (Profiler::new(device, queue), Mutex::new(Pool::new(device)));
         let (device, queue) = (device.clone(), queue.clone());
-        Ok(Self { device, queue, settings, needs, profiler, passes })
+        Ok(Self { device, queue, settings, needs, profiler, pool, passes })
     }
 
     /// The settings it was made with.
@@ -146,6 +150,8 @@ impl Renderer {
     /// `range_threshold`, `light_radius` and `shadow_rays`, and which trace through nothing that it was not uploaded for
     /// (`shadows`, `indirect`, `occlusion`). Rendered by another one it is [`RenderError::OtherSettings`].
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
+        // A scene that is gone frees its memory before the next one takes its own.
+        self.pool.lock().unwrap_or_else(PoisonError::into_inner).forget_bind_groups();
         checked(&self.device, "upload", || GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.needs))
     }
 
@@ -225,7 +231,8 @@ impl Renderer {
 
     /// Hands a frame to the device.
     pub(crate) fn frame(&mut self, context: &FrameContext<'_>) -> Result<Vec<FrameResult>, RenderError> {
-        let mut frame = Frame::new(&self.device, &self.queue, &mut self.profiler);
+        let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let mut frame = Frame::pooled(&self.device, &self.queue, &mut self.profiler, pool);
         let results = self.passes.record(&mut frame, context)?;
         frame.submit();
         Ok(results)
@@ -325,7 +332,8 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
     }
     let try_targets = || {
         for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {
-            samples_target(device, "samples", UVec2::ONE, format, wgpu::TextureUsages::empty(), count);
+            let _ =
+                device.create_texture(&described("samples", UVec2::ONE, format, wgpu::TextureUsages::empty(), count));
         }
         Ok::<(), RenderError>(())
     };

@@ -1,6 +1,7 @@
 //! Render targets.
 
 use glam::UVec2;
+use lanternfish_gpu::Frame;
 
 /// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
 pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -12,7 +13,6 @@ pub struct Radiance {
     pub target: wgpu::TextureView,
     /// What is drawn to, where that is not the target itself.
     pub(crate) drawn: Option<wgpu::TextureView>,
-    pub(crate) size: UVec2,
 }
 
 impl Radiance {
@@ -35,19 +35,44 @@ pub(crate) fn target(
     format: wgpu::TextureFormat,
     more: wgpu::TextureUsages,
 ) -> wgpu::TextureView {
-    samples_target(device, label, size, format, more, 1)
+    device.create_texture(&described(label, size, format, more, 1)).create_view(&Default::default())
 }
 
-/// The same with so many samples a pixel.
-pub(crate) fn samples_target(
-    device: &wgpu::Device,
+/// The same for the frame in hand alone, with so many samples a pixel. It holds anything at first.
+pub(crate) fn frame_target(
+    frame: &mut Frame<'_>,
     label: &str,
     size: UVec2,
     format: wgpu::TextureFormat,
     more: wgpu::TextureUsages,
     samples: u32,
 ) -> wgpu::TextureView {
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
+    frame.texture(&described(label, size, format, more, samples))
+}
+
+/// Several layers that compute passes of the frame in hand write and later ones read. They hold anything at first.
+pub(crate) fn frame_layers(
+    frame: &mut Frame<'_>,
+    label: &str,
+    size: UVec2,
+    format: wgpu::TextureFormat,
+    layers: u32,
+) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+    let flat = described(label, size, format, wgpu::TextureUsages::empty(), 1);
+    let size = wgpu::Extent3d { depth_or_array_layers: layers, ..flat.size };
+    frame.texture(&wgpu::TextureDescriptor { size, usage, ..flat })
+}
+
+/// What a texture that is drawn to has to be.
+pub(crate) fn described(
+    label: &str,
+    size: UVec2,
+    format: wgpu::TextureFormat,
+    more: wgpu::TextureUsages,
+    samples: u32,
+) -> wgpu::TextureDescriptor<'_> {
+    wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
         mip_level_count: 1,
@@ -56,6 +81,5 @@ pub(crate) fn samples_target(
         format,
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING | more,
         view_formats: &[],
-    });
-    texture.create_view(&Default::default())
+    }
 }

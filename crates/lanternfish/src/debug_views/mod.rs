@@ -13,7 +13,7 @@ use crate::{
     output::{DISPLAY_FORMAT, fullscreen},
     settings::{Culling, DebugView, Occlusion as OcclusionSetting, Settings},
     shaders::{Root, SHADERS, Shaders},
-    texture::{Radiance, target},
+    texture::{Radiance, frame_target},
 };
 
 pub use scale::Scale;
@@ -126,7 +126,7 @@ impl DebugViews {
             Some(counts) => counts,
             None => {
                 let usage = wgpu::TextureUsages::empty();
-                no_rays = target(frame.device, "no_rays", UVec2::ONE, wgpu::TextureFormat::R32Uint, usage);
+                no_rays = frame_target(frame, "no_rays", UVec2::ONE, wgpu::TextureFormat::R32Uint, usage, 1);
                 &no_rays
             }
         };

@@ -156,8 +156,8 @@ impl<'g> Harness<'g> {
         let lists = record(&mut frame, prepass, culling, scene, &View::new(marked, SIZE, Vec3::ZERO, &scene_bounds));
         let view = View::new(shown, SIZE, Vec3::ZERO, &scene_bounds);
         let buffer = view.upload(&gpu.device);
-        let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE, 1).unwrap();
-        let radiance = forward.radiance(&gpu.device, SIZE, 0);
+        let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE).unwrap();
+        let radiance = forward.target(&mut frame, SIZE);
         let view = context(scene, &view, &buffer, &surface);
         let picture = debug_views.record(&mut frame, &view, &lists, None, &radiance, None);
         frame.submit();
@@ -188,7 +188,7 @@ impl<'g> Harness<'g> {
         let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
         let lists = record(&mut frame, prepass, culling, &marks, &view);
         let buffer = view.upload(&gpu.device);
-        let surface = prepass.record(&mut frame, &solid, &solid.visible_draws(&view), &buffer, SIZE, 1).unwrap();
+        let surface = prepass.record(&mut frame, &solid, &solid.visible_draws(&view), &buffer, SIZE).unwrap();
         let own = Bindings::new().buffer("pixel_fragments", &fragments);
         let bindings = buffer.bindings().with(&surface.bindings()).with(&lists.bindings()).with(&own);
         frame.dispatch(unmarked, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
@@ -209,7 +209,7 @@ fn record(
 ) -> LightLists {
     let buffer = view.upload(frame.device);
     let draws = scene.visible_draws(view);
-    let surface = prepass.record(frame, scene, &draws, &buffer, SIZE, 0).unwrap();
+    let surface = prepass.record(frame, scene, &draws, &buffer, SIZE).unwrap();
     culling.record(frame, &[context(scene, view, &buffer, &surface)], Reach::Surface).unwrap().remove(0)
 }
 

@@ -37,6 +37,7 @@ impl KeptDeepImages {
         if !self.kept.as_ref().is_some_and(same) {
             // Their memory can go before there is more.
             self.kept = None;
+            frame.forget_bind_groups();
             self.builder.set_rotation(rotation);
             let images = self.builder.record(frame, scene)?;
             self.builds += 1;

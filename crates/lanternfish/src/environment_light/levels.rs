@@ -1,6 +1,6 @@
 //! A cube of the surroundings whose levels are filtered as surfaces of rising roughness reflect them [Karis2013].
 
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct};
 
 use crate::{error::RenderError, gpu_scene::EnvironmentImage, shaders::SHADERS};
 
@@ -81,10 +81,10 @@ fn record(
     target: &wgpu::TextureView,
     read: Bindings<'_>,
 ) {
-    let uniform = uniform_buffer_of(frame.device, "environment_light/level", &parameters);
+    let uniform = frame.uniform(&parameters);
     let [width, height, _] = kernel.workgroup_size();
     let groups = [parameters.size.div_ceil(width), parameters.size.div_ceil(height), 6];
-    frame.dispatch(kernel, &read.buffer("level", &uniform).texture("level_target", target), groups);
+    frame.dispatch(kernel, &read.part("level", &uniform).texture("level_target", target), groups);
 }
 
 /// The image as a cube with faces of `size` texels, a power of two from [`LAST_FACE`] on.

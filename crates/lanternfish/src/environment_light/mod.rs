@@ -18,7 +18,7 @@ mod tests;
 use std::sync::Arc;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, Feature, SharedStruct, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
 
 use self::samples::{harmonics, samples_of, sun_of};
@@ -30,6 +30,7 @@ use crate::{
     error::RenderError,
     gpu_scene::EnvironmentImage,
     shaders::{Root, Shaders},
+    texture::frame_layers,
 };
 
 /// The surroundings are an image.
@@ -109,16 +110,6 @@ impl EnvironmentLight {
 }
 
 /// A texture for what arrives at every pixel, of two layers.
-pub(crate) fn sums_target(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("environment_sums"),
-        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 2 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
-        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&Default::default())
+pub(crate) fn sums_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+    frame_layers(frame, "environment_sums", size, wgpu::TextureFormat::Rgba16Float, 2)
 }

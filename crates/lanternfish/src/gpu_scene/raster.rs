@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use lanternfish_gpu::{Bindings, Feature, LinkedShader, RasterPipeline, RasterState};
+use lanternfish_gpu::{BindGroups, Bindings, Feature, LinkedShader, RasterPipeline, RasterState};
 
 use super::{
     GpuScene,
@@ -132,7 +132,7 @@ impl SceneRaster {
     /// Draws in the order given; [`SceneRaster::prepare`] must have seen the draws.
     pub fn draw(
         &self,
-        device: &wgpu::Device,
+        groups: &mut BindGroups,
         pass: &mut wgpu::RenderPass<'_>,
         scene: &GpuScene,
         bindings: &Bindings<'_>,
@@ -148,15 +148,15 @@ impl SceneRaster {
             let pipeline = &self.pipelines[&key];
             if current.as_ref() != Some(&key) {
                 pipeline.set(pass);
-                pipeline.bind(device, pass, bindings, TEXTURE_GROUP);
+                pipeline.bind(groups, pass, bindings, TEXTURE_GROUP);
                 if scene.textures.arrays {
-                    scene.textures.with_arrays(|arrays| set_textures(pipeline, device, pass, arrays));
+                    scene.textures.with_arrays(|arrays| set_textures(pipeline, groups, pass, arrays));
                 }
                 current = Some(key);
                 material = None;
             }
             if !scene.textures.arrays && material != Some(draw.material) {
-                set_textures(pipeline, device, pass, &scene.bindings_of_material(draw.material));
+                set_textures(pipeline, groups, pass, &scene.bindings_of_material(draw.material));
                 material = Some(draw.material);
             }
             pass.draw_indexed(draw.indices.clone(), draw.base_vertex, draw.instances.clone());
@@ -166,11 +166,11 @@ impl SceneRaster {
 
 fn set_textures(
     pipeline: &RasterPipeline,
-    device: &wgpu::Device,
+    groups: &mut BindGroups,
     pass: &mut wgpu::RenderPass<'_>,
     textures: &Bindings<'_>,
 ) {
-    if let Some(group) = pipeline.bind_group_if_used(device, textures, TEXTURE_GROUP) {
+    if let Some(group) = pipeline.bind_group_if_used(groups, textures, TEXTURE_GROUP) {
         pass.set_bind_group(TEXTURE_GROUP as u32, &group, &[]);
     }
 }

@@ -11,7 +11,9 @@ mod tests;
 pub mod tiled;
 
 use glam::Vec4;
-use lanternfish_gpu::{Bindings, FAULTY_LOOP_STEPS, Feature, Frame, SharedStruct, faulty_software, gpu_struct};
+use lanternfish_gpu::{
+    Bindings, BufferPart, FAULTY_LOOP_STEPS, Feature, Frame, SharedStruct, faulty_software, gpu_struct,
+};
 
 use crate::{
     context::ViewContext,
@@ -50,7 +52,7 @@ pub struct LightLists {
     /// Indices of lights, cell after cell.
     pub indices: wgpu::Buffer,
     /// What `cell_from_fragment` needs, under the name its room gives it.
-    pub grid: Option<(&'static str, wgpu::Buffer)>,
+    pub grid: Option<(&'static str, BufferPart)>,
     /// Entries of all lists.
     pub listed: u64,
     /// Tests of a light, or of a node of a tree over lights, against a cell.
@@ -66,7 +68,7 @@ impl LightLists {
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = Bindings::new().buffer("light_cells", &self.cells).buffer("light_indices", &self.indices);
         let bindings = match &self.grid {
-            Some((name, buffer)) => bindings.buffer(name, buffer),
+            Some((name, part)) => bindings.part(name, part),
             None => bindings,
         };
         match &self.fragments {

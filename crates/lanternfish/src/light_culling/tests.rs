@@ -94,7 +94,7 @@ impl<'g> Bench<'g> {
             }
             let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE, 0).unwrap();
+            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
             let seen = context(&uploaded, &seen, &view, &surface);
             let lights = room.record(&mut frame, &[seen], reach).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);

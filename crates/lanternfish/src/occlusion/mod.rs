@@ -22,7 +22,7 @@ use crate::{
     error::RenderError,
     prepass::Surface,
     settings::{Occlusion as OcclusionSetting, Settings},
-    texture::target,
+    texture::frame_target,
 };
 
 /// [`Openness`] is read.
@@ -107,7 +107,7 @@ impl Occlusion {
 }
 
 /// A texture for the answer.
-fn openness_target(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
+fn openness_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
-    target(device, "openness", size, wgpu::TextureFormat::R32Float, usage)
+    frame_target(frame, "openness", size, wgpu::TextureFormat::R32Float, usage, 1)
 }

@@ -1,15 +1,14 @@
 //! Finds how bright pictures are to be shown: `meter.wesl` numbers the steps.
 
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, storage_buffer};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
 use crate::{error::RenderError, shaders::SHADERS};
 
-/// The passes, and what they count.
+/// The passes.
 #[derive(Debug)]
 pub struct Meter {
     count: ComputeKernel,
     expose: ComputeKernel,
-    weights: wgpu::Buffer,
 }
 
 /// `BIN_COUNT` of `meter.wesl`.
@@ -22,15 +21,19 @@ impl Meter {
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let shader = SHADERS.link("output/meter", &[])?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("output/{entry}"));
-        let weights = storage_buffer(device, "output/luminance_weights", 4 * BIN_COUNT)?;
-        Ok(Self { count: kernel("count"), expose: kernel("expose"), weights })
+        Ok(Self { count: kernel("count"), expose: kernel("expose") })
     }
 
     /// Writes the exposure of some pictures (linear radiance, nits; alpha is the share that surfaces cover), one for all of
     /// them, into a buffer: EV, 32-bit float. Nothing is read back.
-    pub fn record(&self, frame: &mut Frame<'_>, pictures: &[&wgpu::TextureView], exposure: &wgpu::Buffer) {
-        frame.encoder().clear_buffer(&self.weights, 0, None);
-        let bindings = Bindings::new().buffer("luminance_weights", &self.weights).buffer("exposure", exposure);
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        pictures: &[&wgpu::TextureView],
+        exposure: &wgpu::Buffer,
+    ) -> Result<(), RenderError> {
+        let weights = frame.zeroed("output/luminance_weights", 4 * BIN_COUNT)?;
+        let bindings = Bindings::new().buffer("luminance_weights", &weights).buffer("exposure", exposure);
         for picture in pictures {
             let size = picture.texture().size();
             let bindings = bindings.clone().with(&Bindings::new().texture("radiance_texture", picture));
@@ -38,5 +41,6 @@ impl Meter {
             frame.dispatch(&self.count, &bindings, blocks);
         }
         frame.dispatch(&self.expose, &bindings, [1, 1, 1]);
+        Ok(())
     }
 }

@@ -16,7 +16,7 @@ use crate::{
     error::RenderError,
     settings::{Exposure, ToneMap},
     shaders::{Root, SHADERS, Shaders},
-    texture::target,
+    texture::frame_target,
 };
 
 pub use twin::metered_exposure;
@@ -77,7 +77,7 @@ impl Output {
                 Some(meter) => meter,
                 None => self.meter.insert(Meter::new(frame.device)?),
             };
-            meter.record(frame, pictures, &self.level);
+            meter.record(frame, pictures, &self.level)?;
         }
         Ok(())
     }
@@ -122,7 +122,7 @@ pub(crate) fn fullscreen(
     bindings: &Bindings<'_>,
     size: UVec2,
 ) -> wgpu::TextureView {
-    let display = target(frame.device, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC);
+    let display = frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1);
     cover(frame, pipeline, label, bindings, &display);
     display
 }
@@ -141,9 +141,9 @@ pub(crate) fn cover(
         resolve_target: None,
         ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
     };
-    frame.render(label, &[Some(color)], None, |device, pass| {
+    frame.render(label, &[Some(color)], None, |groups, pass| {
         pipeline.set(pass);
-        pipeline.bind(device, pass, bindings, 4);
+        pipeline.bind(groups, pass, bindings, 4);
         pass.draw(0..3, 0..1);
     });
 }

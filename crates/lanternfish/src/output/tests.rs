@@ -1,10 +1,10 @@
 use glam::Vec3;
-use lanternfish_gpu::{Gpu, Profiler, testing};
+use lanternfish_gpu::{Gpu, Pool, Profiler, testing};
 
 use lanternfish_scene::{Camera, generate};
 
 use super::*;
-use crate::{Renderer, Settings, shaders::constant, testing::Random};
+use crate::{Renderer, Settings, shaders::constant, testing::Random, texture::target};
 
 /// A picture of `count` pixels, each a surface of one luminance.
 fn surfaces(luminance: f32, count: usize) -> Vec<[f32; 4]> {
@@ -100,13 +100,13 @@ fn metered(gpu: &Gpu, pictures: &[(UVec2, Vec<[f32; 4]>)]) -> f32 {
         view
     };
     let views: Vec<_> = pictures.iter().map(texture).collect();
-    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    let (mut profiler, mut pool) = (Profiler::new(&gpu.device, &gpu.queue), Pool::new(&gpu.device));
     // Twice: nothing is left of what was metered before.
     for _ in 0..2 {
+        let mut frame = Frame::pooled(&gpu.device, &gpu.queue, &mut profiler, &mut pool);
         output.meter(&mut frame, &views.iter().collect::<Vec<_>>()).unwrap();
+        frame.submit();
     }
-    frame.submit();
     output.exposure(&gpu.device, &gpu.queue).unwrap()
 }
 

@@ -1,7 +1,5 @@
 //! Depth and the thin surface target of what the view shows [Elagabani2025, §4.1].
 
-use std::collections::HashMap;
-
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 
@@ -10,7 +8,7 @@ use crate::{
     error::RenderError,
     gpu_scene::{Draw, GpuScene, MASKED, PassState, SceneRaster, TEXTURES, VisibleDraws},
     shaders::{Root, Shaders},
-    texture::samples_target,
+    texture::frame_target,
     view::ViewBuffer,
 };
 
@@ -39,8 +37,6 @@ pub struct Prepass {
     raster: SceneRaster,
     with_target: bool,
     samples: u32,
-    /// Targets of the views that it has drawn, by slot.
-    surfaces: HashMap<usize, Surface>,
 }
 
 /// What the view shows: the prepass's result.
@@ -54,8 +50,6 @@ pub struct Surface {
     pub size: UVec2,
     /// Samples a pixel.
     pub samples: u32,
-    /// Which view of the frame it is.
-    pub slot: usize,
 }
 
 impl Surface {
@@ -81,13 +75,13 @@ impl Prepass {
         let with_target = with_target && samples == 1;
         let module = if with_target { "prepass/prepass" } else { "prepass/depth" };
         let raster = SceneRaster::new("prepass", module, &[], true, state(with_target, samples));
-        Self { raster, with_target, samples, surfaces: HashMap::new() }
+        Self { raster, with_target, samples }
     }
 
     /// Of blended surfaces, with normals and roughness, one sample a pixel.
     pub fn of_blended() -> Self {
         let raster = SceneRaster::new("prepass/blended", "prepass/prepass", &[BLENDED], false, state(true, 1));
-        Self { raster, with_target: true, samples: 1, surfaces: HashMap::new() }
+        Self { raster, with_target: true, samples: 1 }
     }
 
     /// Draws everything but blended surfaces for one view of the frame.
@@ -98,10 +92,9 @@ impl Prepass {
         draws: &VisibleDraws<'_>,
         view: &ViewBuffer,
         size: UVec2,
-        slot: usize,
     ) -> Result<Surface, RenderError> {
         let bindings = view.bindings().with(&scene.bindings());
-        self.draw(frame, scene, &draws.solid, &bindings, size, slot)
+        self.draw(frame, scene, &draws.solid, &bindings, size)
     }
 
     /// Draws a view's blended surfaces that are nearer than what is at its pixels' middles, and keeps the nearest. For a prepass
@@ -112,7 +105,7 @@ impl Prepass {
         ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
     ) -> Result<Surface, RenderError> {
         let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        self.draw(frame, scene, &draws.blended, &bindings, middle.size, middle.slot)
+        self.draw(frame, scene, &draws.blended, &bindings, middle.size)
     }
 
     fn draw(
@@ -122,10 +115,9 @@ impl Prepass {
         draws: &[&Draw],
         bindings: &Bindings<'_>,
         size: UVec2,
-        slot: usize,
     ) -> Result<Surface, RenderError> {
         self.raster.prepare(frame.device, scene, draws)?;
-        let surface = self.surface(frame.device, size, slot);
+        let surface = self.surface(frame, size);
         let color = surface.target.as_ref().map(|view| wgpu::RenderPassColorAttachment {
             view,
             depth_slice: None,
@@ -139,26 +131,22 @@ impl Prepass {
             stencil_ops: None,
         };
         let label = self.raster.label();
-        frame.render(label, &colors[..usize::from(self.with_target)], Some(depth), |device, pass| {
-            self.raster.draw(device, pass, scene, bindings, draws);
+        frame.render(label, &colors[..usize::from(self.with_target)], Some(depth), |groups, pass| {
+            self.raster.draw(groups, pass, scene, bindings, draws);
         });
         Ok(surface)
     }
 
-    fn surface(&mut self, device: &wgpu::Device, size: UVec2, slot: usize) -> Surface {
-        if self.surfaces.get(&slot).is_none_or(|s| s.size != size) {
-            let none = wgpu::TextureUsages::empty();
-            let target = |label, format| samples_target(device, label, size, format, none, self.samples);
-            let surface = Surface {
-                depth: target("depth", DEPTH_FORMAT),
-                target: self.with_target.then(|| target("surface", SURFACE_FORMAT)),
-                size,
-                samples: self.samples,
-                slot,
-            };
-            self.surfaces.insert(slot, surface);
+    fn surface(&self, frame: &mut Frame<'_>, size: UVec2) -> Surface {
+        let none = wgpu::TextureUsages::empty();
+        let mut target = |label, format| frame_target(frame, label, size, format, none, self.samples);
+        let depth = target("depth", DEPTH_FORMAT);
+        Surface {
+            depth,
+            target: self.with_target.then(|| target("surface", SURFACE_FORMAT)),
+            size,
+            samples: self.samples,
         }
-        self.surfaces[&slot].clone()
     }
 }
 

@@ -86,8 +86,9 @@ impl Progressive {
         frame: &mut Frame<'_>,
         ViewContext { buffer, surface, .. }: &ViewContext<'_>,
         radiance: &Radiance,
+        slot: usize,
     ) -> wgpu::TextureView {
-        let (size, slot) = (surface.size, surface.slot);
+        let size = surface.size;
         if self.means.get(slot).is_none_or(|mean| mean.size != size) {
             let more = wgpu::TextureUsages::COPY_SRC;
             let texture = || target(frame.device, "progressive/mean", size, MEAN_FORMAT, more);

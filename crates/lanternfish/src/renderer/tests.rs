@@ -1,3 +1,5 @@
+mod steady;
+
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 

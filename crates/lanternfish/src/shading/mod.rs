@@ -20,7 +20,7 @@ use crate::{
     settings::{Indirect, Settings},
     shaders::{Root, Shaders},
     shadows::{SOFT, Visibility},
-    texture::{RADIANCE_FORMAT, Radiance, samples_target},
+    texture::{RADIANCE_FORMAT, Radiance, frame_target},
 };
 
 pub use self::arriving::Arriving;
@@ -45,8 +45,6 @@ pub struct Forward {
     dim: SceneRaster,
     blended: SceneRaster,
     samples: u32,
-    /// Targets of every view of a frame.
-    radiances: Vec<Radiance>,
 }
 
 impl Forward {
@@ -107,21 +105,14 @@ impl Forward {
                 PassState { depth: nearer, target: Some(over), samples },
             ),
             samples,
-            radiances: Vec::new(),
         }
     }
 
     /// The target of one view's picture.
-    pub fn radiance(&mut self, device: &wgpu::Device, size: UVec2, slot: usize) -> Radiance {
-        if self.radiances.get(slot).is_none_or(|r| r.size != size) {
-            let target = |label, more, samples| samples_target(device, label, size, RADIANCE_FORMAT, more, samples);
-            let drawn = || target("radiance/samples", wgpu::TextureUsages::empty(), self.samples);
-            let drawn = (self.samples > 1).then(drawn);
-            let target = target("radiance", wgpu::TextureUsages::COPY_SRC, 1);
-            self.radiances.truncate(slot);
-            self.radiances.push(Radiance { target, drawn, size });
-        }
-        self.radiances[slot].clone()
+    pub fn target(&self, frame: &mut Frame<'_>, size: UVec2) -> Radiance {
+        let mut target = |label, more, samples| frame_target(frame, label, size, RADIANCE_FORMAT, more, samples);
+        let drawn = (self.samples > 1).then(|| target("radiance/samples", wgpu::TextureUsages::empty(), self.samples));
+        Radiance { target: target("radiance", wgpu::TextureUsages::COPY_SRC, 1), drawn }
     }
 
     /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows. The
@@ -133,9 +124,9 @@ impl Forward {
         lights: &LightLists,
         arriving: &Arriving,
         visibility: Option<&Visibility<'_>>,
-    ) -> Result<Radiance, RenderError> {
+        radiance: &Radiance,
+    ) -> Result<(), RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
-        let radiance = self.radiance(frame.device, surface.size, surface.slot);
         let arriving_bindings = arriving.bindings();
         let mut bindings = buffer.bindings().with(&scene.bindings()).with(&lights.bindings()).with(&arriving_bindings);
         let mut rows = 0..surface.size.y;
@@ -145,14 +136,14 @@ impl Forward {
             bindings = bindings.with(more);
         }
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
-        frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |device, pass| {
+        frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {
             // Mesa's software driver misplaces a scissor by half a pixel where there are several samples: there the shader looks.
             if self.samples == 1 {
                 pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
             }
-            self.opaque.draw(device, pass, scene, &bindings, &draws.solid);
+            self.opaque.draw(groups, pass, scene, &bindings, &draws.solid);
         });
-        Ok(radiance)
+        Ok(())
     }
 
     /// Blends the transparent surfaces over the picture, each lit and shadowed where it is. `arriving` is found for the nearest of
@@ -172,12 +163,12 @@ impl Forward {
         let arriving_bindings = arriving.map(Arriving::bindings);
         let bindings = arriving_bindings.iter().fold(bindings, |bindings, more| bindings.with(more));
         let color = radiance.color(wgpu::LoadOp::Load);
-        frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |device, pass| {
+        frame.render("shading/transparent", &[Some(color)], Some(surface.read_depth()), |groups, pass| {
             for run in draws.blended.chunk_by(|a, b| !a.transmits && !b.transmits) {
                 if run[0].transmits {
-                    self.dim.draw(device, pass, scene, &bindings, run);
+                    self.dim.draw(groups, pass, scene, &bindings, run);
                 }
-                self.blended.draw(device, pass, scene, &bindings, run);
+                self.blended.draw(groups, pass, scene, &bindings, run);
             }
         });
         Ok(())

@@ -11,8 +11,7 @@ use std::ops::Range;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Feature, Frame, SharedStruct, faulty_software, gpu_struct, primitives::Scan,
-    storage_buffer, uniform_buffer_of,
+    Bindings, BufferPart, ComputeKernel, Feature, Frame, SharedStruct, faulty_software, gpu_struct, primitives::Scan,
 };
 
 use crate::{
@@ -23,7 +22,7 @@ use crate::{
     rays::{self, Tracer},
     settings::{DebugView, DeepDepth, DeepStore, RayCulling, Settings},
     shaders::{Root, SHADERS, Shaders},
-    texture::target,
+    texture::frame_target,
 };
 
 gpu_struct! {
@@ -105,7 +104,7 @@ pub struct VisibilityPlan {
 #[derive(Debug)]
 pub struct Visibility<'p> {
     plan: &'p VisibilityPlan,
-    grid: wgpu::Buffer,
+    grid: BufferPart,
     /// Pixel rows.
     pub rows: Range<u32>,
 }
@@ -113,7 +112,7 @@ pub struct Visibility<'p> {
 impl Visibility<'_> {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().buffer("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
+        Bindings::new().part("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
     }
 }
 
@@ -135,7 +134,7 @@ impl VisibilityPlan {
 
     /// Bytes of one band's bits.
     pub fn bytes(&self) -> u64 {
-        self.words.size()
+        4 * u64::from(self.grid.capacity)
     }
 }
 
@@ -172,13 +171,13 @@ impl Shadows {
         let rows = surface.size.y.div_ceil(BLOCK_EDGE);
         let blocks = columns * rows;
         let mut grid = VisibilityGrid { columns, rows, ..VisibilityGrid::default() };
-        let starts = storage_buffer(device, "shadows/starts", 4 * (u64::from(blocks) + 1))?;
-        let grid_buffer = uniform_buffer_of(device, "shadows/grid", &grid);
+        let starts = frame.zeroed("shadows/starts", 4 * (u64::from(blocks) + 1))?;
+        let grid_buffer = frame.uniform(&grid);
         let bindings = buffer
             .bindings()
             .with(&surface.bindings())
             .with(&lights.bindings())
-            .buffer("visibility_grid", &grid_buffer)
+            .part("visibility_grid", &grid_buffer)
             .buffer("word_counts", &starts);
         frame.dispatch(&self.plan, &bindings, [columns, rows, 1]);
         self.scan.record(frame, &starts, blocks + 1)?;
@@ -192,15 +191,15 @@ impl Shadows {
         // Without lights there are none, and a buffer has something all the same.
         let capacity = first_bits + bands.iter().map(words_of).max().unwrap_or(0).max(1);
         grid.capacity = capacity as u32;
-        let words = storage_buffer(device, "shadows/words", 4 * capacity)?;
+        let words = frame.scratch("shadows/words", 4 * capacity)?;
         frame.encoder().copy_buffer_to_buffer(&starts, 0, &words, 4 * FIRST_START, 4 * (u64::from(blocks) + 1));
         let usage = wgpu::TextureUsages::STORAGE_BINDING;
-        let ray_counts = self
-            .count_rays
-            .then(|| target(device, "shadows/ray_counts", surface.size, wgpu::TextureFormat::R32Uint, usage));
+        let format = wgpu::TextureFormat::R32Uint;
+        let counts = || frame_target(frame, "shadows/ray_counts", surface.size, format, usage, 1);
+        let ray_counts = self.count_rays.then(counts);
         Ok(VisibilityPlan {
             words,
-            ray_totals: storage_buffer(device, "shadows/ray_totals", 4 * bands.len() as u64)?,
+            ray_totals: frame.scratch("shadows/ray_totals", 4 * bands.len() as u64)?,
             ray_counts,
             grid,
             bands,
@@ -224,7 +223,7 @@ impl Shadows {
     ) -> Visibility<'p> {
         let grid = VisibilityGrid { first_row: band.start, end_row: band.end, ..plan.grid };
         let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(surface.size.y);
-        let visibility = Visibility { plan, grid: uniform_buffer_of(frame.device, "shadows/grid", &grid), rows };
+        let visibility = Visibility { plan, grid: frame.uniform(&grid), rows };
         let mut bindings = buffer
             .bindings()
             .with(&scene.bindings())

@@ -44,9 +44,9 @@ impl Sky {
         let color = radiance.color(wgpu::LoadOp::Load);
         let depth = surface.read_depth();
         let bindings = buffer.bindings().with(&environment.bindings());
-        frame.render("sky", &[Some(color)], Some(depth), |device, pass| {
+        frame.render("sky", &[Some(color)], Some(depth), |groups, pass| {
             pipeline.set(pass);
-            pipeline.bind(device, pass, &bindings, 4);
+            pipeline.bind(groups, pass, &bindings, 4);
             pass.draw(0..3, 0..1);
         });
         Ok(())

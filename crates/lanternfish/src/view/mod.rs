@@ -4,7 +4,7 @@ pub mod frustum;
 mod jitter;
 
 use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, BufferPart, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::{Bounds, Camera, Projection};
 
 use self::frustum::ViewFrustum;
@@ -98,22 +98,28 @@ impl View {
         }
     }
 
-    /// On the device, bound as `view`.
-    pub fn upload(&self, device: &wgpu::Device) -> ViewBuffer {
-        ViewBuffer { buffer: uniform_buffer_of(device, "view", self) }
+    /// On the device for the frame in hand, bound as `view`.
+    pub fn record(&self, frame: &mut Frame<'_>) -> ViewBuffer {
+        ViewBuffer { part: frame.uniform(self) }
+    }
+
+    /// On the device for as long as it is held.
+    #[cfg(test)]
+    pub(crate) fn upload(&self, device: &wgpu::Device) -> ViewBuffer {
+        ViewBuffer { part: BufferPart::whole(lanternfish_gpu::uniform_buffer_of(device, "view", self)) }
     }
 }
 
 /// A [`View`] on the device.
 #[derive(Clone, Debug)]
 pub struct ViewBuffer {
-    buffer: wgpu::Buffer,
+    part: BufferPart,
 }
 
 impl ViewBuffer {
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
-        Bindings::new().buffer("view", &self.buffer)
+        Bindings::new().part("view", &self.part)
     }
 }
 

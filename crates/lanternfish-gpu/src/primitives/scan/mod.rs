@@ -1,6 +1,6 @@
 //! Exclusive prefix sum of u32 lists.
 
-use crate::{Bindings, ComputeKernel, Frame, GpuError, gpu_struct, storage_buffer, uniform_buffer_of};
+use crate::{Bindings, BufferPart, ComputeKernel, Frame, GpuError, gpu_struct};
 
 /// Values a workgroup scans; the shader's `BLOCK`.
 const BLOCK: u32 = 1024;
@@ -21,14 +21,11 @@ pub struct Scan {
     blocks: ComputeKernel,
     add: ComputeKernel,
     label: String,
-    /// Of the length in hand; empty before the first.
-    levels: Vec<Level>,
 }
 
 /// What one level needs: its own size, and room for its blocks' totals (which the next level scans).
-#[derive(Debug)]
 struct Level {
-    parameters: wgpu::Buffer,
+    parameters: BufferPart,
     totals: wgpu::Buffer,
     count: u32,
 }
@@ -40,57 +37,47 @@ impl Scan {
         Ok(Self {
             blocks: ComputeKernel::new(device, &shader, "scan_blocks", &format!("{label}/scan")),
             add: ComputeKernel::new(device, &shader, "add_block_starts", &format!("{label}/scan_add")),
-            label: label.to_owned(),
-            levels: Vec::new(),
+            label: format!("{label}/totals"),
         })
     }
 
     /// Room for the sums of `count` values.
-    fn resize(&mut self, device: &wgpu::Device, count: u32) -> Result<(), GpuError> {
-        if self.levels.first().is_some_and(|level| level.count == count) {
-            return Ok(());
-        }
-        self.levels.clear();
+    fn levels(&self, frame: &mut Frame<'_>, count: u32) -> Result<Vec<Level>, GpuError> {
+        let mut levels = Vec::new();
         let mut level_count = count;
         loop {
             let blocks = level_count.div_ceil(BLOCK).max(1);
             let parameters = ScanParameters { count: level_count, width: grid(blocks)[0] };
-            self.levels.push(Level {
-                parameters: uniform_buffer_of(device, &self.label, &parameters),
-                totals: storage_buffer(device, &format!("{}/totals", self.label), 4 * u64::from(blocks))?,
+            levels.push(Level {
+                parameters: frame.uniform(&parameters),
+                totals: frame.scratch(&self.label, 4 * u64::from(blocks))?,
                 count: level_count,
             });
             if blocks == 1 {
-                return Ok(());
+                return Ok(levels);
             }
             level_count = blocks;
         }
     }
 
-    /// Replaces the first `count` values by the sums of all before each. Returns their total, one u32, which holds until the
-    /// next call.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        values: &wgpu::Buffer,
-        count: u32,
-    ) -> Result<&wgpu::Buffer, GpuError> {
-        self.resize(frame.device, count)?;
-        let list = |level: usize| if level == 0 { values } else { &self.levels[level - 1].totals };
+    /// Replaces the first `count` values by the sums of all before each. Returns their total, one u32.
+    pub fn record(&self, frame: &mut Frame<'_>, values: &wgpu::Buffer, count: u32) -> Result<wgpu::Buffer, GpuError> {
+        let levels = self.levels(frame, count)?;
+        let list = |level: usize| if level == 0 { values } else { &levels[level - 1].totals };
         let bindings = |level: usize| {
             Bindings::new()
-                .buffer("scan_parameters", &self.levels[level].parameters)
+                .part("scan_parameters", &levels[level].parameters)
                 .buffer("scan_values", list(level))
-                .buffer("scan_totals", &self.levels[level].totals)
+                .buffer("scan_totals", &levels[level].totals)
         };
-        for (level, l) in self.levels.iter().enumerate() {
+        for (level, l) in levels.iter().enumerate() {
             frame.dispatch(&self.blocks, &bindings(level), grid(l.count.div_ceil(BLOCK).max(1)));
         }
         // Totals of the last level are one number; all levels below it still lack their block's start.
-        for (level, l) in self.levels.iter().enumerate().rev().skip(1) {
+        for (level, l) in levels.iter().enumerate().rev().skip(1) {
             frame.dispatch(&self.add, &bindings(level), grid(l.count.div_ceil(BLOCK).max(1)));
         }
-        Ok(&self.levels.last().expect("there is at least one level").totals)
+        Ok(levels.last().expect("there is at least one level").totals.clone())
     }
 }
 
@@ -130,12 +117,12 @@ mod tests {
     fn gpu_scan_is_its_twin_around_every_size() {
         let Some(gpu) = testing::gpu("scan") else { return };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-        let mut scan = Scan::new(&gpu.device, "test").unwrap();
+        let scan = Scan::new(&gpu.device, "test").unwrap();
         for count in [0, 1, 1023, 1024, 1025, 1024 * 1024 - 1, 1024 * 1024 + 1, 1_500_000] {
             let values: Vec<u32> = (0..count).map(|i: u32| i.wrapping_mul(2_654_435_761) >> 20).collect();
             let buffer = storage_buffer_of(&gpu.device, "values", &values, wgpu::BufferUsages::empty()).unwrap();
             let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-            let found_total = scan.record(&mut frame, &buffer, count).unwrap().clone();
+            let found_total = scan.record(&mut frame, &buffer, count).unwrap();
             frame.submit();
             let (starts, total) = twin(&values);
             assert_eq!(read_back::<u32>(&gpu.device, &gpu.queue, &buffer, count as usize).unwrap(), starts, "{count}");

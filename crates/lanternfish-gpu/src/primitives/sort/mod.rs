@@ -1,7 +1,7 @@
 //! Stable radix sort of keys and values.
 
 use super::Scan;
-use crate::{Bindings, ComputeKernel, Frame, GpuError, gpu_struct, storage_buffer, uniform_buffer_of};
+use crate::{Bindings, ComputeKernel, Frame, GpuError, gpu_struct};
 
 /// Pairs an invocation takes, and values of a digit: the shader's.
 const BLOCK: u32 = 128;
@@ -28,9 +28,6 @@ pub struct RadixSort {
     scatter: ComputeKernel,
     scan: Scan,
     label: String,
-    count: u32,
-    /// Keys and values that every second pass writes, and the digits' places.
-    buffers: Option<[wgpu::Buffer; 3]>,
 }
 
 impl RadixSort {
@@ -43,14 +40,12 @@ impl RadixSort {
             scatter: kernel("scatter"),
             scan: Scan::new(device, label)?,
             label: label.to_owned(),
-            count: 0,
-            buffers: None,
         })
     }
 
     /// Sorts the first `count` pairs by the lowest `bits` of their keys, in place. Both buffers hold `count` u32 at least.
     pub fn record(
-        &mut self,
+        &self,
         frame: &mut Frame<'_>,
         keys: &wgpu::Buffer,
         values: &wgpu::Buffer,
@@ -61,38 +56,31 @@ impl RadixSort {
             return Ok(());
         }
         let blocks = count.div_ceil(BLOCK);
-        if self.count != count {
-            let buffer =
-                |name: &str, length: u64| storage_buffer(frame.device, &format!("{}/{name}", self.label), 4 * length);
-            let length = u64::from(count);
-            self.buffers = Some([
-                buffer("keys", length)?,
-                buffer("values", length)?,
-                buffer("digit_places", u64::from(DIGITS) * u64::from(blocks))?,
-            ]);
-            self.count = count;
-        }
-        let [other_keys, other_values, places] = self.buffers.as_ref().expect("made above");
+        // Keys and values that every second pass writes, and the digits' places.
+        let mut buffer = |name: &str, length: u64| frame.scratch(&format!("{}/{name}", self.label), 4 * length);
+        let length = u64::from(count);
+        let (other_keys, other_values) = (buffer("keys", length)?, buffer("values", length)?);
+        let places = buffer("digit_places", u64::from(DIGITS) * u64::from(blocks))?;
         // An even number of passes ends where it began.
         let passes = bits.div_ceil(DIGIT_BITS).next_multiple_of(2);
         for pass in 0..passes {
             let parameters = SortParameters { count, shift: (DIGIT_BITS * pass).min(28), blocks };
-            let parameters = uniform_buffer_of(frame.device, &self.label, &parameters);
+            let parameters = frame.uniform(&parameters);
             let lists = if pass % 2 == 0 {
-                [keys, values, other_keys, other_values]
+                [keys, values, &other_keys, &other_values]
             } else {
-                [other_keys, other_values, keys, values]
+                [&other_keys, &other_values, keys, values]
             };
             let bindings = Bindings::new()
-                .buffer("sort_parameters", &parameters)
+                .part("sort_parameters", &parameters)
                 .buffer("keys_in", lists[0])
                 .buffer("values_in", lists[1])
                 .buffer("keys_out", lists[2])
                 .buffer("values_out", lists[3])
-                .buffer("digit_places", places);
+                .buffer("digit_places", &places);
             let workgroups = [blocks.div_ceil(self.count_digits.workgroup_size()[0]), 1, 1];
             frame.dispatch(&self.count_digits, &bindings, workgroups);
-            self.scan.record(frame, places, DIGITS * blocks)?;
+            self.scan.record(frame, &places, DIGITS * blocks)?;
             frame.dispatch(&self.scatter, &bindings, workgroups);
         }
         Ok(())
@@ -114,7 +102,7 @@ mod tests {
     fn gpu_sort_is_its_twin_around_every_size() {
         let Some(gpu) = testing::gpu("sort") else { return };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-        let mut sort = RadixSort::new(&gpu.device, "test").unwrap();
+        let sort = RadixSort::new(&gpu.device, "test").unwrap();
         for (count, bits, mask) in [
             (0u32, 30, u32::MAX >> 2),
             (1, 30, u32::MAX >> 2),

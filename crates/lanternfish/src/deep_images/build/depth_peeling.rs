@@ -146,9 +146,9 @@ impl DepthPeeling {
             stencil_ops: None,
         };
         let bindings = bindings.clone().texture("peeled_depth", &before.depth).texture("peeled_layer", &before.layer);
-        frame.render("deep_images/gather/draw", &[Some(color)], Some(depth), |device, pass| {
+        frame.render("deep_images/gather/draw", &[Some(color)], Some(depth), |groups, pass| {
             self.draw.set(pass);
-            self.draw.bind(device, pass, &bindings, 4);
+            self.draw.bind(groups, pass, &bindings, 4);
             pass.draw(0..3 * grid.triangle_count, 0..grid.image_count);
         });
     }

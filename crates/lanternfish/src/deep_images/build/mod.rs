@@ -27,7 +27,7 @@ use crate::{
     gpu_scene::GpuScene,
     settings::{DeepBuilder, DeepImageSettings},
     shaders::SHADERS,
-    texture::target,
+    texture::frame_target,
 };
 
 /// How fragments are found.
@@ -249,16 +249,16 @@ fn draw(
     instances: u32,
     bindings: &Bindings<'_>,
 ) {
-    let nothing = target(frame.device, label, size, NO_TARGET, wgpu::TextureUsages::empty());
+    let nothing = frame_target(frame, label, size, NO_TARGET, wgpu::TextureUsages::empty(), 1);
     let color = wgpu::RenderPassColorAttachment {
         view: &nothing,
         depth_slice: None,
         resolve_target: None,
         ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
     };
-    frame.render(label, &[Some(color)], None, |device, pass| {
+    frame.render(label, &[Some(color)], None, |groups, pass| {
         pipeline.set(pass);
-        pipeline.bind(device, pass, bindings, 4);
+        pipeline.bind(groups, pass, bindings, 4);
         pass.draw(0..3 * grid.triangle_count, 0..instances);
     });
 }

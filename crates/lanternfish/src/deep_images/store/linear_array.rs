@@ -65,7 +65,7 @@ impl LinearArray {
             (source.gather)(frame, &grid, &bindings.buffer("list_counters", &filled_starts))?;
             // Of as many values as are scanned below. What follows the lists becomes the end of the last one, and in the total
             // the slots that were taken are counted a second time.
-            let total = self.scan.record(frame, &filled_starts, lists + 2)?.clone();
+            let total = self.scan.record(frame, &filled_starts, lists + 2)?;
             let taken = u64::from(frame.read_now::<u32>(&total, 1)?[0]) / 2;
             if taken <= self.capacity {
                 grid.capacity = taken as u32;
@@ -90,7 +90,7 @@ impl LinearArray {
         frame.dispatch(&self.sort, &sorting, workgroups(lists));
 
         // Compact: `kept` becomes the starts of what is left, in the same form as `filled_starts`.
-        let total = self.scan.record(frame, &kept, lists + 2)?.clone();
+        let total = self.scan.record(frame, &kept, lists + 2)?;
         let fragments = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
         let depths = storage_buffer(device, "deep_images/depths", 4 * fragments)?;
         let triangles = triangles_of("deep_images/triangles", fragments)?;

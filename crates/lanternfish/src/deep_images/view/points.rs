@@ -108,7 +108,7 @@ impl PointCloud {
         let picture =
             |label: &str, format| target(frame.device, label, view.size, format, wgpu::TextureUsages::COPY_SRC);
         let (display, depth) = (picture("points", DISPLAY_FORMAT), picture("points_depth", DEPTH_FORMAT));
-        let view_buffer = view.upload(frame.device);
+        let view_buffer = view.record(frame);
         let scene_bindings = scene.bindings();
         for (i, (chunk, first_list, list_count)) in drawn.into_iter().enumerate() {
             // The fragments of one image are not known here: what lies beyond them is left out by the shader.
@@ -138,9 +138,9 @@ impl PointCloud {
                 depth_ops: Some(operations(fresh, 0.0)),
                 stencil_ops: None,
             };
-            frame.render("deep_images/view/points", &[Some(color)], Some(depth), |device, pass| {
+            frame.render("deep_images/view/points", &[Some(color)], Some(depth), |groups, pass| {
                 self.pipeline.set(pass);
-                self.pipeline.bind(device, pass, &bindings, 4);
+                self.pipeline.bind(groups, pass, &bindings, 4);
                 pass.draw(0..vertices, 0..1);
             });
         }

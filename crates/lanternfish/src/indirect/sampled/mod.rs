@@ -9,10 +9,8 @@
 
 mod targets;
 
-use std::collections::HashMap;
-
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
 pub use self::targets::RayCounters;
 use self::targets::Targets;
@@ -136,8 +134,6 @@ pub struct SampledLight {
     bound: ComputeKernel,
     resolve: ComputeKernel,
     filter: ComputeKernel,
-    /// Of the views that it has found light for, by slot.
-    targets: HashMap<usize, Targets>,
 }
 
 impl SampledLight {
@@ -168,31 +164,28 @@ impl SampledLight {
             bound: kernel("indirect/sampled/bound", &[], "bound", "indirect/bound")?,
             resolve: kernel("indirect/sampled/filter", &[], "resolve", "indirect/resolve")?,
             filter: kernel("indirect/sampled/filter", &[], "filter_axis", "indirect/filter")?,
-            targets: HashMap::new(),
         })
     }
 
     /// Finds the light of one view.
     pub fn record(
-        &mut self,
+        &self,
         frame: &mut Frame<'_>,
         ViewContext { scene, view, buffer, .. }: &ViewContext<'_>,
         surface: &Surface,
         images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
-        let device = frame.device;
         let scale = match self.settings.resolution {
             IndirectResolution::Full => 1,
             IndirectResolution::Half => 2,
         };
         let rounds = self.settings.diffuse_rays + self.settings.glossy_rays;
-        Targets::fit(&mut self.targets, device, surface, scale)?;
-        let counters = RayCounters::new(device, rounds)?;
+        let targets = &Targets::new(frame, surface.size, scale)?;
+        let counters = RayCounters::new(frame, rounds)?;
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let radius = (self.settings.filter_radius as f32 / (frames as f32).sqrt()) as u32;
-        let Self { settings, targets, .. } = self;
-        let targets = &targets[&surface.slot];
+        let settings = &self.settings;
         let groups = |kernel: &ComputeKernel, size: UVec2| {
             let [width, height, _] = kernel.workgroup_size();
             [size.x.div_ceil(width), size.y.div_ceil(height), 1]
@@ -220,12 +213,12 @@ impl SampledLight {
 
         let images = images.filter(|_| settings.tracer.tracer().uses_deep_images());
         for round in 0..rounds {
-            let uniform = uniform_buffer_of(device, "indirect/parameters", &SampledParameters { round, ..parameters });
-            let tracing = seen.clone().buffer("sampled", &uniform).buffer("sampled_hits", &targets.hits);
+            let uniform = frame.uniform(&SampledParameters { round, ..parameters });
+            let tracing = seen.clone().part("sampled", &uniform).buffer("sampled_hits", &targets.hits);
             rays::dispatch(frame, &self.trace, &tracing, samples, images);
             let mut shading = seen
                 .clone()
-                .buffer("sampled", &uniform)
+                .part("sampled", &uniform)
                 .buffer("hits_to_shade", &targets.hits)
                 .buffer("ray_sums", &targets.sums)
                 .buffer("chosen_lights", &targets.light_rays);
@@ -235,7 +228,7 @@ impl SampledLight {
             frame.dispatch(shade, &shading, samples);
             let looking = seen
                 .clone()
-                .buffer("sampled", &uniform)
+                .part("sampled", &uniform)
                 .buffer("light_rays", &targets.light_rays)
                 .buffer("ray_sums", &targets.sums)
                 .with(&counters.bindings());
@@ -246,16 +239,16 @@ impl SampledLight {
         }
 
         let [mut read, mut written] = [&targets.layers[1], &targets.layers[0]];
-        let uniform = uniform_buffer_of(device, "indirect/parameters", &parameters);
-        let resolving = shared.clone().buffer("sampled", &uniform).buffer("finished_sums", &targets.sums);
+        let uniform = frame.uniform(&parameters);
+        let resolving = shared.clone().part("sampled", &uniform).buffer("finished_sums", &targets.sums);
         frame.dispatch(&self.resolve, &resolving.texture("filtered", written), pixels);
         let is_filtered = radius > 0;
         let bounding = (is_filtered || parameters.clamp_frames > 0.0).then_some((&self.bound, 0));
         let filtering = [0, 1].into_iter().filter(|_| is_filtered).map(|axis| (&self.filter, axis));
         for (kernel, axis) in bounding.into_iter().chain(filtering) {
             std::mem::swap(&mut read, &mut written);
-            let uniform = uniform_buffer_of(device, "indirect/parameters", &SampledParameters { axis, ..parameters });
-            let smoothing = shared.clone().buffer("sampled", &uniform).texture("filtered_sums", read);
+            let uniform = frame.uniform(&SampledParameters { axis, ..parameters });
+            let smoothing = shared.clone().part("sampled", &uniform).texture("filtered_sums", read);
             frame.dispatch(kernel, &smoothing.texture("filtered", written), pixels);
         }
         Ok(IndirectSums { layers: written.clone(), counters })

@@ -1,12 +1,10 @@
 //! What the passes of sampled indirect light write.
 
-use std::collections::HashMap;
-
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, GpuError, read_back, storage_buffer};
+use lanternfish_gpu::{Bindings, Frame, GpuError, read_back};
 
 use super::{LightRay, SampledHit};
-use crate::{error::RenderError, prepass::Surface};
+use crate::{error::RenderError, texture::frame_layers};
 
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;
@@ -18,7 +16,6 @@ const COUNTERS: usize = 4;
 /// What is written for one view of a frame.
 #[derive(Debug)]
 pub(super) struct Targets {
-    size: UVec2,
     pub hits: wgpu::Buffer,
     pub light_rays: wgpu::Buffer,
     pub sums: wgpu::Buffer,
@@ -26,42 +23,17 @@ pub(super) struct Targets {
 }
 
 impl Targets {
-    /// Makes those of a view's slot, where they are not there yet. `scale`: pixels a sample, along an edge.
-    pub fn fit(
-        all: &mut HashMap<usize, Self>,
-        device: &wgpu::Device,
-        surface: &Surface,
-        scale: u32,
-    ) -> Result<(), RenderError> {
-        let (size, slot) = (surface.size, surface.slot);
-        if all.get(&slot).is_some_and(|targets| targets.size == size) {
-            return Ok(());
-        }
+    /// Those of a picture of this size. `scale`: pixels a sample, along an edge.
+    pub fn new(frame: &mut Frame<'_>, size: UVec2, scale: u32) -> Result<Self, RenderError> {
         let samples = size.map(|side| side.div_ceil(scale));
         let count = u64::from(samples.x) * u64::from(samples.y);
-        let layers = || {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("indirect/layers"),
-                size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: LAYERS },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba16Float,
-                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            });
-            let dimension = Some(wgpu::TextureViewDimension::D2Array);
-            texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
-        };
-        let targets = Self {
-            size,
-            hits: storage_buffer(device, "indirect/hits", size_of::<SampledHit>() as u64 * count)?,
-            light_rays: storage_buffer(device, "indirect/light_rays", size_of::<LightRay>() as u64 * count)?,
-            sums: storage_buffer(device, "indirect/sums", SUMS_BYTES * count)?,
-            layers: [layers(), layers()],
-        };
-        all.insert(slot, targets);
-        Ok(())
+        let format = wgpu::TextureFormat::Rgba16Float;
+        Ok(Self {
+            hits: frame.scratch("indirect/hits", size_of::<SampledHit>() as u64 * count)?,
+            light_rays: frame.scratch("indirect/light_rays", size_of::<LightRay>() as u64 * count)?,
+            sums: frame.scratch("indirect/sums", SUMS_BYTES * count)?,
+            layers: [(); 2].map(|()| frame_layers(frame, "indirect/layers", size, format, LAYERS)),
+        })
     }
 }
 
@@ -73,9 +45,9 @@ pub struct RayCounters {
 }
 
 impl RayCounters {
-    pub(super) fn new(device: &wgpu::Device, rounds: u32) -> Result<Self, GpuError> {
+    pub(super) fn new(frame: &mut Frame<'_>, rounds: u32) -> Result<Self, GpuError> {
         let bytes = (4 * COUNTERS) as u64 * u64::from(rounds);
-        Ok(Self { counts: storage_buffer(device, "indirect/ray_counters", bytes)?, rounds })
+        Ok(Self { counts: frame.zeroed("indirect/ray_counters", bytes)?, rounds })
     }
 
     pub(super) fn bindings(&self) -> Bindings<'_> {

@@ -1,6 +1,6 @@
 //! Every light for every point: slow and right, what the other rooms are tested against.
 
-use lanternfish_gpu::{Feature, Frame, storage_buffer_of};
+use lanternfish_gpu::{Feature, Frame};
 
 use super::LightLists;
 use crate::{error::RenderError, gpu_scene::GpuScene};
@@ -10,11 +10,10 @@ pub(crate) const CULLING_ALL: Feature = Feature("culling_all");
 
 /// One cell with all lights.
 pub fn record(frame: &mut Frame<'_>, scene: &GpuScene) -> Result<LightLists, RenderError> {
-    let none = wgpu::BufferUsages::empty();
     let indices: Vec<u32> = (0..scene.light_count).collect();
     Ok(LightLists {
-        cells: storage_buffer_of(frame.device, "light_culling/cells", &[0, scene.light_count], none)?,
-        indices: storage_buffer_of(frame.device, "light_culling/indices", &indices, none)?,
+        cells: frame.storage_of("light_culling/cells", &[0, scene.light_count])?,
+        indices: frame.storage_of("light_culling/indices", &indices)?,
         grid: None,
         listed: u64::from(scene.light_count),
         tests: 0,

@@ -13,10 +13,7 @@ pub mod tree;
 
 pub use contents::{GridContents, VisibleCluster};
 use glam::{Affine3A, Mat4, UVec3, Vec3};
-use lanternfish_gpu::{
-    ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, indirect_buffer, primitives::Scan, storage_buffer,
-    uniform_buffer_of,
-};
+use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
 use self::{
     grid::{GridError, GridGeometry, MOST_CLUSTERS},
@@ -172,21 +169,20 @@ impl ClusteredCulling {
         }
         let clusters = geometry.cluster_count() as u32;
         let grids: Vec<ClusterGrid> = frusta.iter().map(|f| self.grid(&geometry, &f.world_from_view)).collect();
-        let upload = |grid: &ClusterGrid| uniform_buffer_of(device, "light_culling/cluster_grid", grid);
-        let uploaded: Vec<wgpu::Buffer> = grids.iter().map(upload).collect();
+        let uploaded: Vec<BufferPart> = grids.iter().map(|grid| frame.uniform(grid)).collect();
 
         // Which clusters have visible fragments.
-        let fragments = storage_buffer(device, "light_culling/fragments", 4 * u64::from(clusters))?;
+        let fragments = frame.zeroed("light_culling/fragments", 4 * u64::from(clusters))?;
         for (view, grid) in views.iter().zip(&uploaded) {
             self.mark(frame, view, grid, &fragments)?;
         }
-        let places = storage_buffer(device, "light_culling/places", 4 * (u64::from(clusters) + 1))?;
-        let visible = storage_buffer(device, "light_culling/visible", 4 * (u64::from(clusters) + 1))?;
-        let workgroups = indirect_buffer(device, "light_culling/workgroups");
+        let places = frame.zeroed("light_culling/places", 4 * (u64::from(clusters) + 1))?;
+        let visible = frame.scratch("light_culling/visible", 4 * (u64::from(clusters) + 1))?;
+        let workgroups = frame.indirect("light_culling/workgroups")?;
         let grid = &uploaded[0];
         let all = [WIDTH.min(clusters.div_ceil(64)), clusters.div_ceil(64 * WIDTH), 1];
         let bindings = lanternfish_gpu::Bindings::new()
-            .buffer("cluster_grid", grid)
+            .part("cluster_grid", grid)
             .buffer("cluster_fragments", &fragments)
             .buffer("visible_places", &places)
             .buffer("visible_clusters", &visible)
@@ -197,20 +193,20 @@ impl ClusteredCulling {
 
         // Their lights: count, scan, write. A list that is too small is grown before it is written.
         let lights = self.tree.record(frame, scene, grid)?;
-        let cells = storage_buffer(device, "light_culling/cells", 4 * (u64::from(clusters) + 1))?;
-        let tests = storage_buffer(device, "light_culling/tests", 8)?;
+        let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(clusters) + 1))?;
+        let tests = frame.zeroed("light_culling/tests", 8)?;
         let scene_bindings = scene.bindings();
         let shared = scene_bindings
             .with(&lights.bindings())
             .buffer("visible_clusters", &visible)
             .buffer("cell_starts", &cells)
             .buffer("light_tests", &tests);
-        let no_list = storage_buffer(device, "light_culling/no_list", 4)?;
-        let bindings = shared.clone().buffer("cluster_grid", grid).buffer("listed_lights", &no_list);
+        let no_list = frame.scratch("light_culling/no_list", 4)?;
+        let bindings = shared.clone().part("cluster_grid", grid).buffer("listed_lights", &no_list);
         frame.dispatch_indirect(&self.count, &bindings, &workgroups);
-        let total = self.scan.record(frame, &cells, clusters + 1)?.clone();
+        let total = self.scan.record(frame, &cells, clusters + 1)?;
         // What the host has to know, in one read: total, visible clusters, tests in two words.
-        let known = storage_buffer(device, "light_culling/known", 16)?;
+        let known = frame.scratch("light_culling/known", 16)?;
         frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
         frame.encoder().copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
         frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
@@ -223,20 +219,19 @@ impl ClusteredCulling {
             None => super::total(&frame.read_now::<u32>(&cells, clusters as usize + 1)?),
         };
         self.grow(device, listed)?;
-        let indices = storage_buffer(device, "light_culling/indices", 4 * u64::from(self.capacity))?;
-        let uploaded: Vec<wgpu::Buffer> =
-            grids.iter().map(|grid| upload(&ClusterGrid { capacity: self.capacity, ..*grid })).collect();
-        let bindings = shared.buffer("cluster_grid", &uploaded[0]).buffer("listed_lights", &indices);
+        let indices = frame.scratch("light_culling/indices", 4 * u64::from(self.capacity))?;
+        let uploaded = grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: self.capacity, ..*grid }));
+        let uploaded: Vec<BufferPart> = uploaded.collect();
+        let bindings = shared.part("cluster_grid", &uploaded[0]).buffer("listed_lights", &indices);
         frame.dispatch_indirect(&self.write, &bindings, &workgroups);
 
         let counts = ClusterCounts {
             clusters: clusters.into(),
             visible: visible_count,
-            bytes: [&fragments, &places, &visible, &cells, &indices].iter().map(|b| b.size()).sum::<u64>()
-                + lights.bytes(),
+            bytes: 16 * u64::from(clusters) + 4 * u64::from(self.capacity) + lights.bytes,
         };
         let tests = u64::from(test_words[0]) | u64::from(test_words[1]) << 32;
-        let lists = |(i, grid): (usize, wgpu::Buffer)| LightLists {
+        let lists = |(i, grid): (usize, BufferPart)| LightLists {
             cells: cells.clone(),
             indices: indices.clone(),
             grid: Some(("cluster_grid", grid)),
@@ -273,11 +268,11 @@ impl ClusteredCulling {
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, draws, surface, middle, .. }: &ViewContext<'_>,
-        grid: &wgpu::Buffer,
+        grid: &BufferPart,
         fragments: &wgpu::Buffer,
     ) -> Result<(), RenderError> {
         let view_bindings = buffer.bindings();
-        let bindings = view_bindings.buffer("cluster_grid", grid).buffer("cluster_fragments", fragments);
+        let bindings = view_bindings.part("cluster_grid", grid).buffer("cluster_fragments", fragments);
         let size = surface.size;
         let mut drawn = draws.blended.clone();
         if middle.samples == 1 {
@@ -294,8 +289,8 @@ impl ClusteredCulling {
             let scene_bindings = scene.bindings();
             let bindings = bindings.with(&scene_bindings);
             let depth = surface.read_depth();
-            frame.render("light_culling/clustered/mark_drawn", &[], Some(depth), |device, pass| {
-                self.mark_drawn.draw(device, pass, scene, &bindings, &drawn);
+            frame.render("light_culling/clustered/mark_drawn", &[], Some(depth), |groups, pass| {
+                self.mark_drawn.draw(groups, pass, scene, &bindings, &drawn);
             });
         }
         Ok(())

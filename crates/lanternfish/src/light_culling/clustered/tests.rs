@@ -26,7 +26,7 @@ fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched() {
     let shader = SHADERS.link("light_culling/clustered/compact", &[]).unwrap();
     let [flag, compact] =
         ["flag", "compact"].map(|entry| ComputeKernel::new(&gpu.device, &shader, entry, &format!("test/{entry}")));
-    let mut scan = Scan::new(&gpu.device, "test").unwrap();
+    let scan = Scan::new(&gpu.device, "test").unwrap();
     let list = |label| storage_buffer(&gpu.device, label, 4 * (u64::from(clusters) + 1)).unwrap();
     let none = wgpu::BufferUsages::empty();
     let fragments = storage_buffer_of(&gpu.device, "fragments", &vec![1u32; clusters as usize], none).unwrap();

@@ -1,10 +1,7 @@
 //! A tree over the lights, rebuilt every frame on the device; `light_tree.wesl` says how it lies.
 
 use glam::{UVec4, Vec3};
-use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, gpu_struct, primitives::RadixSort, storage_buffer, storage_buffer_of,
-    uniform_buffer_of,
-};
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, gpu_struct, primitives::RadixSort};
 use lanternfish_scene::Bounds;
 
 use crate::{error::RenderError, gpu_scene::GpuScene, settings::Assignment, shaders::SHADERS};
@@ -64,23 +61,19 @@ impl LightTree {
 /// Lights as one grid's assignment reads them.
 #[derive(Debug)]
 pub struct PlacedLights {
-    tree: wgpu::Buffer,
+    tree: BufferPart,
     order: wgpu::Buffer,
     placed: wgpu::Buffer,
     nodes: Option<wgpu::Buffer>,
+    /// How many bytes the lights and the tree take.
+    pub bytes: u64,
 }
 
 impl PlacedLights {
-    /// Of the lights and the tree.
-    pub fn bytes(&self) -> u64 {
-        let nodes = self.nodes.as_ref().map_or(0, wgpu::Buffer::size);
-        self.order.size() + self.placed.size() + nodes
-    }
-
     /// What shaders call it.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = Bindings::new()
-            .buffer("light_tree", &self.tree)
+            .part("light_tree", &self.tree)
             .buffer("light_order", &self.order)
             .buffer("placed_lights", &self.placed);
         match &self.nodes {
@@ -119,36 +112,42 @@ impl TreeBuilder {
 
     /// Lights in the space of `grid` (bound as `cluster_grid`), and, for the hierarchy, sorted and with boxes around them.
     pub fn record(
-        &mut self,
+        &self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        grid: &wgpu::Buffer,
+        grid: &BufferPart,
     ) -> Result<PlacedLights, RenderError> {
-        let (device, count) = (frame.device, scene.light_count);
-        let none = wgpu::BufferUsages::empty();
+        let count = scene.light_count;
         let tree = LightTree::new(count, &scene.light_bounds);
+        let has_tree = self.assignment == Assignment::Hierarchy;
+        let node_bytes = 32 * u64::from(tree.node_count());
         let mut lights = PlacedLights {
-            tree: uniform_buffer_of(device, "light_culling/tree", &tree),
-            order: storage_buffer_of(device, "light_culling/order", &(0..count).collect::<Vec<u32>>(), none)?,
-            placed: storage_buffer(device, "light_culling/placed", 16 * u64::from(count))?,
+            tree: frame.uniform(&tree),
+            // With a tree, its first pass writes them.
+            order: match has_tree {
+                true => frame.scratch("light_culling/order", 4 * u64::from(count))?,
+                false => frame.storage_of("light_culling/order", &(0..count).collect::<Vec<u32>>())?,
+            },
+            placed: frame.scratch("light_culling/placed", 16 * u64::from(count))?,
             nodes: None,
+            bytes: 20 * u64::from(count) + if has_tree { node_bytes } else { 0 },
         };
         let groups = |kernel: &ComputeKernel, items: u32| [items.div_ceil(kernel.workgroup_size()[0]).max(1), 1, 1];
-        if self.assignment == Assignment::Hierarchy {
-            let keys = storage_buffer(device, "light_culling/keys", 4 * u64::from(count))?;
-            lights.nodes = Some(storage_buffer(device, "light_culling/nodes", 32 * u64::from(tree.node_count()))?);
+        if has_tree {
+            let keys = frame.scratch("light_culling/keys", 4 * u64::from(count))?;
+            lights.nodes = Some(frame.scratch("light_culling/nodes", node_bytes)?);
             let bindings = scene.bindings().with(&lights.bindings()).buffer("light_keys", &keys);
             frame.dispatch(&self.keys, &bindings, groups(&self.keys, count));
             self.sort.record(frame, &keys, &lights.order, count, KEY_BITS)?;
         }
         let scene_bindings = scene.bindings();
-        let shared = scene_bindings.with(&lights.bindings()).buffer("cluster_grid", grid);
+        let shared = scene_bindings.with(&lights.bindings()).part("cluster_grid", grid);
         frame.dispatch(&self.place, &shared, groups(&self.place, count));
         if lights.nodes.is_some() {
             frame.dispatch(&self.leaves, &shared, groups(&self.leaves, tree.levels[0].y));
             for level in 1..tree.level_count {
-                let level_to_join = uniform_buffer_of(device, "light_culling/level", &LevelToJoin { level });
-                let bindings = shared.clone().buffer("level_to_join", &level_to_join);
+                let level_to_join = frame.uniform(&LevelToJoin { level });
+                let bindings = shared.clone().part("level_to_join", &level_to_join);
                 frame.dispatch(&self.join, &bindings, groups(&self.join, tree.levels[level as usize].y));
             }
         }

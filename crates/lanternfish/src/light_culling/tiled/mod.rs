@@ -1,9 +1,7 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
 use glam::UVec2;
-use lanternfish_gpu::{
-    ComputeKernel, Frame, SharedStruct, gpu_struct, primitives::Scan, storage_buffer, uniform_buffer_of,
-};
+use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
 use super::{LightLists, Reach, Volume};
 use crate::{
@@ -12,7 +10,7 @@ use crate::{
     prepass::DEPTH_FORMAT,
     settings::Tiled,
     shaders::{Root, SHADERS, Shaders},
-    texture::target,
+    texture::frame_target,
 };
 
 gpu_struct! {
@@ -79,13 +77,12 @@ impl TiledCulling {
         ViewContext { scene, buffer: view, surface, .. }: &ViewContext<'_>,
         reach: Reach,
     ) -> Result<LightLists, RenderError> {
-        let device = frame.device;
         let tile_size = self.settings.tile_size.pixels();
         let columns = surface.size.x.div_ceil(tile_size);
         let rows = surface.size.y.div_ceil(tile_size);
         let tile_count = columns * rows;
         let workgroups = [columns, rows, 1];
-        let limit = (device.limits().max_storage_buffer_binding_size / 4).min(u32::MAX.into()) as u32;
+        let limit = (frame.device.limits().max_storage_buffer_binding_size / 4).min(u32::MAX.into()) as u32;
         let guess = tile_count.saturating_mul(scene.light_count.min(FIRST_LIGHTS_PER_TILE));
         self.capacity = self.capacity.max(guess.min(limit));
         let mut grid = TileGrid {
@@ -98,20 +95,20 @@ impl TiledCulling {
             unbounded: u32::from(reach == Reach::Anywhere),
             _pad: 0,
         };
-        let mut grid_buffer = uniform_buffer_of(device, "light_culling/grid", &grid);
-        let tiles = storage_buffer(device, "light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
-        let cells = storage_buffer(device, "light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
+        let mut grid_buffer = frame.uniform(&grid);
+        let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
+        let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
         // The depths of several samples a pixel bound no tile: the caller asks for unbounded ones.
         let no_depth = (surface.samples > 1)
-            .then(|| target(device, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty()));
+            .then(|| frame_target(frame, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty(), 1));
         let depth = no_depth.as_ref().unwrap_or(&surface.depth);
         let shared = view.bindings().with(&scene.bindings()).texture("depth_texture", depth).buffer("tiles", &tiles);
 
         // Count, and turn the counts into starts. The value after the last is zero and ends up as the total.
-        let bindings = shared.clone().buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
+        let bindings = shared.clone().part("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
         frame.dispatch(&self.bounds, &bindings, workgroups);
         frame.dispatch(&self.count, &bindings, workgroups);
-        let total = self.scan.record(frame, &cells, tile_count + 1)?.clone();
+        let total = self.scan.record(frame, &cells, tile_count + 1)?;
 
         // Grow before writing, so that no image is ever made from a list that was cut.
         let listed = match tile_count.checked_mul(scene.light_count) {
@@ -132,11 +129,11 @@ impl TiledCulling {
             tracing::debug!(listed, capacity = self.capacity, "light_culling/indices grows");
             self.capacity = listed;
             grid.capacity = listed;
-            grid_buffer = uniform_buffer_of(device, "light_culling/grid", &grid);
+            grid_buffer = frame.uniform(&grid);
         }
-        let indices = storage_buffer(device, "light_culling/indices", 4 * u64::from(self.capacity))?;
+        let indices = frame.scratch("light_culling/indices", 4 * u64::from(self.capacity))?;
         let bindings =
-            shared.buffer("tile_grid", &grid_buffer).buffer("cell_starts", &cells).buffer("listed_lights", &indices);
+            shared.part("tile_grid", &grid_buffer).buffer("cell_starts", &cells).buffer("listed_lights", &indices);
         frame.dispatch(&self.write, &bindings, workgroups);
         Ok(LightLists {
             cells,

@@ -3,7 +3,7 @@
 mod cells;
 
 use glam::{Quat, UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
 use self::cells::CellRadiances;
 use super::{Openness, TILE, openness_target};
@@ -131,9 +131,9 @@ impl DeepOcclusion {
         let UVec2 { x, y } = surface.size;
         let pixels = u64::from(x) * u64::from(y);
         let sums_bytes = if cells.is_some() { RADIANCE_SUMS_BYTES } else { SUMS_BYTES };
-        let sums = storage_buffer(frame.device, "occlusion/sums", sums_bytes * pixels)?;
-        let target = openness_target(frame.device, surface.size);
-        let environment_sums = sums_target(frame.device, surface.size);
+        let sums = frame.scratch("occlusion/sums", sums_bytes * pixels)?;
+        let target = openness_target(frame, surface.size);
+        let environment_sums = sums_target(frame, surface.size);
         let groups = [x.div_ceil(TILE), y.div_ceil(TILE), 1];
         let view_bindings = buffer.bindings();
         let shared = view_bindings.with(&surface.bindings()).with(&scene.bindings());
@@ -150,14 +150,14 @@ impl DeepOcclusion {
             for first in (0..chunk.grid.image_count).step_by(IMAGES_A_PASS as usize) {
                 let count = IMAGES_A_PASS.min(chunk.grid.image_count - first);
                 let run = DirectionRun { first, count, is_first, ..run };
-                let run = uniform_buffer_of(frame.device, "occlusion/run", &run);
-                frame.dispatch(&kernels.accumulate, &of_chunk.clone().buffer("direction_run", &run), groups);
+                let run = frame.uniform(&run);
+                frame.dispatch(&kernels.accumulate, &of_chunk.clone().part("direction_run", &run), groups);
                 is_first = 0;
             }
         }
-        let run = uniform_buffer_of(frame.device, "occlusion/run", &run);
+        let run = frame.uniform(&run);
         let resolving = shared
-            .buffer("direction_run", &run)
+            .part("direction_run", &run)
             .texture("openness_target", &target)
             .texture("environment_sums_target", &environment_sums);
         frame.dispatch(&kernels.resolve, &resolving, groups);

@@ -58,7 +58,7 @@ impl Hbao {
 
     /// How open every pixel's surface is to what the view shows around it, and that share of the surroundings' light.
     pub fn record(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, surface: &Surface) -> Openness {
-        let [found, across, down] = std::array::from_fn(|_| openness_target(frame.device, surface.size));
+        let [found, across, down] = std::array::from_fn(|_| openness_target(frame, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let view_bindings = view.buffer.bindings();
         let shared = view_bindings.with(&surface.bindings());
@@ -68,7 +68,7 @@ impl Hbao {
             let bindings = shared.clone().texture("unblurred_openness", from).texture("openness_target", to);
             frame.dispatch(kernel, &bindings, groups);
         }
-        let environment_sums = sums_target(frame.device, surface.size);
+        let environment_sums = sums_target(frame, surface.size);
         let openness = Openness { texture: down, environment_sums, images: None };
         self.light.record(frame, view, surface, &openness);
         openness

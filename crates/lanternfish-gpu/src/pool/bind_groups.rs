@@ -1,0 +1,84 @@
+//! Bind groups that frames use again.
+
+use std::{collections::HashMap, num::NonZeroU64};
+
+use crate::made;
+
+/// What a bind group binds. The handles keep what they name, so that no other can get its place while the bind group is kept.
+#[derive(Debug, PartialEq, Eq, Hash)]
+enum Resource {
+    Buffer(wgpu::Buffer, u64, Option<NonZeroU64>),
+    Sampler(wgpu::Sampler),
+    Samplers(Vec<wgpu::Sampler>),
+    Texture(wgpu::TextureView),
+    Textures(Vec<wgpu::TextureView>),
+    AccelerationStructure(wgpu::Tlas),
+}
+
+impl Resource {
+    fn new(resource: &wgpu::BindingResource<'_>) -> Self {
+        match resource {
+            wgpu::BindingResource::Buffer(part) => Self::Buffer(part.buffer.clone(), part.offset, part.size),
+            wgpu::BindingResource::Sampler(sampler) => Self::Sampler((*sampler).clone()),
+            wgpu::BindingResource::SamplerArray(all) => Self::Samplers(all.iter().copied().cloned().collect()),
+            wgpu::BindingResource::TextureView(view) => Self::Texture((*view).clone()),
+            wgpu::BindingResource::TextureViewArray(all) => Self::Textures(all.iter().copied().cloned().collect()),
+            wgpu::BindingResource::AccelerationStructure(tlas) => Self::AccelerationStructure((*tlas).clone()),
+            other => panic!("{other:?} cannot be bound by name yet"),
+        }
+    }
+}
+
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Key {
+    layout: wgpu::BindGroupLayout,
+    entries: Vec<(u32, Resource)>,
+}
+
+#[derive(Debug)]
+struct Kept {
+    bind_group: wgpu::BindGroup,
+    last_frame: u64,
+}
+
+/// The bind groups of the last few frames, by their layout and what they bind.
+#[derive(Debug)]
+pub struct BindGroups {
+    device: wgpu::Device,
+    kept: HashMap<Key, Kept>,
+    frame: u64,
+}
+
+impl BindGroups {
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        Self { device: device.clone(), kept: HashMap::new(), frame: 0 }
+    }
+
+    /// The bind group of a layout with these entries.
+    pub(crate) fn get(
+        &mut self,
+        label: &str,
+        layout: &wgpu::BindGroupLayout,
+        entries: &[wgpu::BindGroupEntry<'_>],
+    ) -> wgpu::BindGroup {
+        let resources = entries.iter().map(|entry| (entry.binding, Resource::new(&entry.resource)));
+        let key = Key { layout: layout.clone(), entries: resources.collect() };
+        let kept = self.kept.entry(key).or_insert_with(|| {
+            made::count(|made| made.bind_groups += 1);
+            let bind_group =
+                self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries });
+            Kept { bind_group, last_frame: self.frame }
+        });
+        kept.last_frame = self.frame;
+        kept.bind_group.clone()
+    }
+
+    pub(super) fn begin(&mut self, frame: u64, oldest: u64) {
+        self.frame = frame;
+        self.kept.retain(|_, kept| kept.last_frame >= oldest);
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.kept.clear();
+    }
+}

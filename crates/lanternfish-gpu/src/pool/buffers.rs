@@ -1,0 +1,133 @@
+//! Buffers that frames use again.
+
+use std::collections::HashMap;
+
+use crate::{GpuError, buffer::STORAGE, made};
+
+/// What a buffer is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Use {
+    /// Storage that holds anything at first.
+    Scratch,
+    /// Storage that is zero at first.
+    Zeroed,
+    /// Storage of anything, that workgroups and draws can be counted in.
+    Indirect,
+    /// Read by the host.
+    Read,
+}
+
+impl Use {
+    fn usages(self) -> wgpu::BufferUsages {
+        match self {
+            Self::Scratch | Self::Zeroed => STORAGE,
+            Self::Indirect => STORAGE | wgpu::BufferUsages::INDIRECT,
+            Self::Read => wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Slot {
+    buffer: wgpu::Buffer,
+    used_for: Use,
+    /// The frame that it was last given to.
+    last_frame: u64,
+    /// Whether anything may have been written since it was zero.
+    is_written: bool,
+}
+
+impl Slot {
+    /// Whether a request may have it: neither too small nor much too large.
+    fn fits(&self, used_for: Use, bytes: u64, frame: u64) -> bool {
+        let size = self.buffer.size();
+        self.last_frame < frame && self.used_for == used_for && size >= bytes && size <= (2 * bytes).max(LEAST_BYTES)
+    }
+}
+
+/// Requests for less are not told apart by size.
+const LEAST_BYTES: u64 = 256;
+
+#[derive(Debug)]
+pub(crate) struct Buffers {
+    device: wgpu::Device,
+    slots: HashMap<String, Vec<Slot>>,
+    frame: u64,
+}
+
+impl Buffers {
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self { device: device.clone(), slots: HashMap::new(), frame: 0 }
+    }
+
+    /// A buffer of at least so many bytes: its length says nothing.
+    pub fn get(&mut self, used_for: Use, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+        let bytes = bytes.max(16).next_multiple_of(16);
+        let limits = self.device.limits();
+        let limit = match used_for {
+            Use::Read => limits.max_buffer_size,
+            _ => limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+        };
+        if bytes > limit {
+            return Err(GpuError::TooLarge { what: label.to_owned(), needed: bytes, limit });
+        }
+        if !self.slots.contains_key(label) {
+            self.slots.insert(label.to_owned(), Vec::new());
+        }
+        let slots = self.slots.get_mut(label).expect("just inserted, if not there");
+        // The smallest, and of one size the first: the same requests in the same order get the same buffers.
+        let fitting = slots.iter_mut().filter(|slot| slot.fits(used_for, bytes, self.frame));
+        if let Some(slot) = fitting.min_by_key(|slot| slot.buffer.size()) {
+            slot.last_frame = self.frame;
+            slot.is_written = true;
+            return Ok(slot.buffer.clone());
+        }
+        made::count(|made| made.buffers += 1);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: roomy(bytes).min(limit - limit % 16),
+            usage: used_for.usages(),
+            mapped_at_creation: false,
+        });
+        slots.push(Slot { buffer: buffer.clone(), used_for, last_frame: self.frame, is_written: true });
+        Ok(buffer)
+    }
+
+    pub fn begin(&mut self, frame: u64, oldest: u64, commands: &mut wgpu::CommandEncoder) {
+        self.frame = frame;
+        for slots in self.slots.values_mut() {
+            slots.retain(|slot| slot.last_frame >= oldest);
+            for slot in slots.iter().filter(|slot| slot.used_for == Use::Zeroed && slot.is_written) {
+                commands.clear_buffer(&slot.buffer, 0, None);
+            }
+        }
+        self.slots.retain(|_, slots| !slots.is_empty());
+    }
+
+    /// Those that the frame has not given away are zero once the commands have run.
+    pub fn submitting(&mut self) {
+        let slots = self.slots.values_mut().flatten();
+        slots.filter(|slot| slot.last_frame < self.frame).for_each(|slot| slot.is_written = false);
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.slots.values().flatten().map(|slot| slot.buffer.size()).sum()
+    }
+}
+
+/// Up to an eighth more, so that a list that is now and then a little longer fits too.
+fn roomy(bytes: u64) -> u64 {
+    let step = (bytes.next_power_of_two() / 16).max(16);
+    bytes.next_multiple_of(step)
+}
+
+#[test]
+fn there_is_room_for_an_eighth_more_at_most() {
+    for bytes in [16u64, 32, 48, 4096, 4112, 100_000, 1 << 27] {
+        let room = roomy(bytes);
+        assert!(room >= bytes && room <= (bytes + bytes / 8).max(bytes + 15), "{bytes}: {room}");
+        assert_eq!(room % 16, 0);
+        assert_eq!(roomy(room), room);
+    }
+    assert_eq!(roomy(4112), 4608);
+}

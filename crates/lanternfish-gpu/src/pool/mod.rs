@@ -1,0 +1,79 @@
+//! What frames use again: buffers, textures, room for uniforms, bind groups.
+//!
+//! A frame asks for a thing by its label and size, and gets one that no other request of the same frame has. When the next frame
+//! begins all of them are free again: a steady frame asks for the same in the same order, gets the same, and makes nothing. What no
+//! frame has asked for in the last few is dropped.
+
+mod bind_groups;
+mod buffers;
+#[cfg(all(test, feature = "testing"))]
+mod tests;
+mod textures;
+mod uniforms;
+
+pub use self::bind_groups::BindGroups;
+pub(crate) use self::{
+    buffers::{Buffers, Use},
+    textures::Textures,
+    uniforms::Uniforms,
+};
+
+/// Frames that a thing is kept for while nothing asks for it. More: less is made where a view changes back and forth, and more memory
+/// waits.
+const KEPT_FRAMES: u64 = 4;
+
+/// Things that frames have used and that the next ones may. What a frame got from it holds until the next frame of the pool begins.
+#[derive(Debug)]
+pub struct Pool {
+    pub(crate) buffers: Buffers,
+    pub(crate) textures: Textures,
+    pub(crate) uniforms: Uniforms,
+    pub(crate) bind_groups: BindGroups,
+    frame: u64,
+    pub(crate) waits: u64,
+}
+
+impl Pool {
+    /// An empty one, for frames of this device.
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self {
+            buffers: Buffers::new(device),
+            textures: Textures::default(),
+            uniforms: Uniforms::new(device),
+            bind_groups: BindGroups::new(device),
+            frame: 0,
+            waits: 0,
+        }
+    }
+
+    /// Bytes of the buffers and textures that it holds.
+    pub fn bytes(&self) -> u64 {
+        self.buffers.bytes() + self.textures.bytes() + self.uniforms.bytes()
+    }
+
+    /// How often frames have waited for the device while they were recorded.
+    pub fn waits(&self) -> u64 {
+        self.waits
+    }
+
+    /// Drops all bind groups. They hold what they bind, a scene that is gone among it.
+    pub fn forget_bind_groups(&mut self) {
+        self.bind_groups.forget();
+    }
+
+    /// Everything is free again; what a request may want to be zero becomes so at the start of these commands.
+    pub(crate) fn begin(&mut self, commands: &mut wgpu::CommandEncoder) {
+        self.frame += 1;
+        let oldest = self.frame.saturating_sub(KEPT_FRAMES);
+        self.buffers.begin(self.frame, oldest, commands);
+        self.textures.begin(self.frame, oldest);
+        self.uniforms.begin(self.frame, oldest);
+        self.bind_groups.begin(self.frame, oldest);
+    }
+
+    /// What comes before commands are handed to the device. Those of [`Self::begin`] are among the first that are.
+    pub(crate) fn submitting(&mut self, queue: &wgpu::Queue) {
+        self.uniforms.write(queue);
+        self.buffers.submitting();
+    }
+}

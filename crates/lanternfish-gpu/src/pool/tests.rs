@@ -1,0 +1,127 @@
+use super::{KEPT_FRAMES, Pool};
+use crate::{Bindings, ComputeKernel, Frame, Gpu, Profiler, made, primitives::SHADERS, read_back, testing};
+
+/// Frames of one pool.
+struct Frames<'g> {
+    gpu: &'g Gpu,
+    profiler: Profiler,
+    pool: Pool,
+}
+
+impl<'g> Frames<'g> {
+    fn new(gpu: &'g Gpu) -> Self {
+        Self { gpu, profiler: Profiler::new(&gpu.device, &gpu.queue), pool: Pool::new(&gpu.device) }
+    }
+
+    fn next(&mut self) -> Frame<'_> {
+        Frame::pooled(&self.gpu.device, &self.gpu.queue, &mut self.profiler, &mut self.pool)
+    }
+
+    fn read(&self, buffer: &wgpu::Buffer) -> u32 {
+        read_back::<u32>(&self.gpu.device, &self.gpu.queue, buffer, 1).unwrap()[0]
+    }
+}
+
+/// Writes 7 where the buffer begins.
+fn write(frame: &mut Frame<'_>, buffer: &wgpu::Buffer) {
+    let seven = frame.storage_of("seven", &[7u32]).unwrap();
+    frame.encoder().copy_buffer_to_buffer(&seven, 0, buffer, 0, 4);
+}
+
+#[test]
+fn gpu_what_was_asked_to_be_zero_is_zero_in_every_frame() {
+    let Some(gpu) = testing::gpu("gpu_what_was_asked_to_be_zero_is_zero_in_every_frame") else { return };
+    let mut frames = Frames::new(gpu);
+    let mut buffers = Vec::new();
+    for round in 0..3 {
+        let mut frame = frames.next();
+        let [zeroed, scratch] = [frame.zeroed("zeroed", 100).unwrap(), frame.scratch("scratch", 100).unwrap()];
+        let found = frame.scratch("found", 4).unwrap();
+        frame.encoder().copy_buffer_to_buffer(&zeroed, 0, &found, 0, 4);
+        write(&mut frame, &zeroed);
+        write(&mut frame, &scratch);
+        frame.submit();
+        assert_eq!((frames.read(&found), frames.read(&zeroed), frames.read(&scratch)), (0, 7, 7), "{round}");
+        buffers.push([zeroed, scratch]);
+    }
+    assert!(buffers.windows(2).all(|pair| pair[0] == pair[1]), "not used again");
+    // Commands that are never handed over clear nothing; the next frame's do.
+    drop(frames.next());
+    let mut frame = frames.next();
+    let zeroed = frame.zeroed("zeroed", 100).unwrap();
+    frame.submit();
+    assert_eq!(zeroed, buffers[0][0]);
+    assert_eq!(frames.read(&zeroed), 0);
+    // It can fail: what was not asked to be zero is not.
+    assert_eq!(frames.read(&buffers[0][1]), 7);
+}
+
+#[test]
+fn gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same() {
+    let Some(gpu) = testing::gpu("gpu_a_frame_never_gets_one_thing_twice_and_the_next_gets_the_same") else { return };
+    let mut frames = Frames::new(gpu);
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING;
+    let size = wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 };
+    let texture = wgpu::TextureDescriptor {
+        label: Some("texture"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::R32Float,
+        usage,
+        view_formats: &[],
+    };
+    let mut ask = |bytes: u64| {
+        let before = made();
+        let mut frame = frames.next();
+        let buffers = [(); 2].map(|()| frame.scratch("list", bytes).unwrap());
+        let textures = [(); 2].map(|()| frame.texture(&texture));
+        frame.submit();
+        assert!(buffers[0] != buffers[1] && textures[0] != textures[1]);
+        (made() - before, frames.pool.bytes(), buffers)
+    };
+    let (first, bytes, buffers) = ask(1000);
+    assert_eq!((first.buffers, first.textures), (2, 2));
+    assert_eq!(bytes, 2 * 1008_u64.next_multiple_of(64) + 2 * 64);
+    // A little less, and a little more, fits too.
+    for other in [1000, 900, 1020] {
+        let (again, _, others) = ask(other);
+        assert_eq!((again.buffers, again.textures, &others), (0, 0, &buffers), "{other}");
+    }
+    // Much more does not; in a few frames what was too small is gone.
+    let (grown, both, _) = ask(4000);
+    assert_eq!((grown.buffers, grown.textures), (2, 0));
+    let after: Vec<u64> = (0..=KEPT_FRAMES).map(|_| ask(4000).1).collect();
+    assert_eq!(after[0], both);
+    assert!(*after.last().unwrap() == both - (bytes - 2 * 64), "{after:?} of {both}");
+}
+
+#[test]
+fn gpu_uniforms_of_a_frame_lie_apart_before_and_after_a_wait() {
+    let Some(gpu) = testing::gpu("gpu_uniforms_of_a_frame_lie_apart_before_and_after_a_wait") else { return };
+    let mut frames = Frames::new(gpu);
+    // A scan of one value, whose parameters are a uniform: of none it leaves the value alone.
+    let shader = SHADERS.link("primitives/scan/scan", &[]).unwrap();
+    let kernel = ComputeKernel::new(&gpu.device, &shader, "scan_blocks", "test");
+    for round in 0..3 {
+        let before = made();
+        let mut frame = frames.next();
+        let [values, totals] = [(); 2].map(|()| frame.scratch("values", 64).unwrap());
+        let record = |frame: &mut Frame<'_>, count: u32| {
+            write(frame, &values);
+            let parameters = frame.uniform(&[count, 1, 0, 0]);
+            let bindings = Bindings::new().part("scan_parameters", &parameters).buffer("scan_values", &values);
+            frame.dispatch(&kernel, &bindings.buffer("scan_totals", &totals), [1, 1, 1]);
+        };
+        record(&mut frame, 0);
+        let kept = frame.read_now::<u32>(&values, 1).unwrap()[0];
+        record(&mut frame, 1);
+        frame.submit();
+        assert_eq!((kept, frames.read(&values), frames.read(&totals)), (7, 0, 7), "{round}");
+        assert_eq!(frames.pool.waits(), round + 1);
+        let made = made() - before;
+        // What the test reads is read into buffers of its own.
+        assert!(round == 0 || (made.buffers, made.bind_groups) == (2, 0), "{round}: {made:?}");
+    }
+}

@@ -1,0 +1,56 @@
+//! Textures that frames use again.
+
+use std::collections::HashMap;
+
+use crate::made;
+
+/// What was asked for, its label too.
+type Key = wgpu::wgt::TextureDescriptor<Option<String>, Vec<wgpu::TextureFormat>>;
+
+#[derive(Debug)]
+struct Slot {
+    view: wgpu::TextureView,
+    /// The frame that it was last given to.
+    last_frame: u64,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Textures {
+    slots: HashMap<Key, Vec<Slot>>,
+    frame: u64,
+}
+
+impl Textures {
+    /// All of a texture that holds anything at first.
+    pub fn get(&mut self, device: &wgpu::Device, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
+        let key = wanted.map_label_and_view_formats(|label| label.map(str::to_owned), |formats| formats.to_vec());
+        let slots = self.slots.entry(key).or_default();
+        if let Some(slot) = slots.iter_mut().find(|slot| slot.last_frame < self.frame) {
+            slot.last_frame = self.frame;
+            return slot.view.clone();
+        }
+        made::count(|made| made.textures += 1);
+        let view = device.create_texture(wanted).create_view(&Default::default());
+        slots.push(Slot { view: view.clone(), last_frame: self.frame });
+        view
+    }
+
+    pub fn begin(&mut self, frame: u64, oldest: u64) {
+        self.frame = frame;
+        self.slots.retain(|_, slots| {
+            slots.retain(|slot| slot.last_frame >= oldest);
+            !slots.is_empty()
+        });
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.slots.iter().map(|(key, slots)| bytes_of(key) * slots.len() as u64).sum()
+    }
+}
+
+fn bytes_of(texture: &Key) -> u64 {
+    let texel = texture.format.block_copy_size(None).unwrap_or(0);
+    let wgpu::Extent3d { width, height, depth_or_array_layers } = texture.size;
+    let texels = u64::from(width) * u64::from(height) * u64::from(depth_or_array_layers);
+    texels * u64::from(texel) * u64::from(texture.sample_count)
+}
