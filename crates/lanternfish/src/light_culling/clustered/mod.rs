@@ -23,7 +23,7 @@ use super::LightLists;
 use crate::{
     context::ViewContext,
     error::RenderError,
-    gpu_scene::{PassState, SceneRaster},
+    gpu_scene::{PassState, SceneRaster, TEXTURES},
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
     settings::{Assignment, ClusterTest, Clustered, Grouping, Samples},
     shaders::{Root, SHADERS, Shaders},
@@ -61,7 +61,7 @@ const HIERARCHY: Feature = Feature("hierarchy");
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
         Root::new("light_culling/clustered/mark"),
-        Root::of("light_culling/clustered/mark_drawn", &[&[&[], &[MULTISAMPLED]]]),
+        Root::of("light_culling/clustered/mark_drawn", &[&[&[], &[MULTISAMPLED]], TEXTURES]),
         Root::new("light_culling/clustered/compact"),
         Root::new("light_culling/clustered/build_tree"),
         Root::of("light_culling/clustered/assign", &[&[&[], &[HIERARCHY]]]),
