@@ -65,12 +65,12 @@ pub struct Frame<'a> {
     /// The compute pass in hand, which the next dispatch shares.
     pass: Option<wgpu::ComputePass<'static>>,
     profiler: &'a mut Profiler,
-    pool: FramePool<'a>,
+    pub(crate) pool: FramePool<'a>,
 }
 
 /// Where a frame's buffers, textures and bind groups come from.
 #[derive(Debug)]
-enum FramePool<'a> {
+pub(crate) enum FramePool<'a> {
     /// Of this frame alone.
     Own(Box<Pool>),
     /// Of the frames before and after it too.
@@ -121,6 +121,7 @@ impl<'a> Frame<'a> {
     ) -> Self {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         pool.begin(&mut encoder);
+        pool.ledger.begin(device, queue);
         Self { device, queue, encoder, pass: None, profiler, pool }
     }
 
@@ -246,8 +247,10 @@ impl<'a> Frame<'a> {
     pub fn submit(mut self) {
         self.pass = None;
         self.profiler.inner.resolve_queries(&mut self.encoder);
+        self.pool.ledger.end(&mut self.encoder);
         self.pool.submitting(self.queue);
         self.queue.submit([self.encoder.finish()]);
+        self.pool.ledger.submitted();
         // Fails only when a query was left open, which `dispatch` and `render` never do.
         self.profiler.inner.end_frame().expect("every query is closed");
     }

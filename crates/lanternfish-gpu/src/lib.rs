@@ -18,6 +18,7 @@ mod driver;
 mod error;
 mod frame;
 mod gpu_struct;
+mod ledger;
 mod made;
 mod pool;
 pub mod primitives;
@@ -38,6 +39,7 @@ pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_me
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
+pub use ledger::{Arrived, Counted, Growth, ListRoom};
 pub use made::{Made, made};
 pub use pool::{BindGroups, Pool};
 pub use raster::{RasterPipeline, RasterState};

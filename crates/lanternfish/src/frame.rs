@@ -95,9 +95,15 @@ impl Passes {
                 Some(lights) => self.blend(frame, view, lights, &radiance)?,
                 None => None,
             };
-            let mean = context.is_averaged.then(|| self.progressive.record(frame, view, &radiance, slot));
             let Arriving { openness, indirect, .. } = arriving;
-            results.push(Shaded { radiance, mean, visibility, openness, indirect, indirect_of_blended, lights });
+            results.push(Shaded { radiance, mean: None, visibility, openness, indirect, indirect_of_blended, lights });
+        }
+        // Only now it is certain whether the frame is whole.
+        if context.is_averaged {
+            frame.count_frame(views.iter().all(|view| view.view.frame_index == 0));
+            for (slot, (view, shaded)) in views.iter().zip(&mut results).enumerate() {
+                shaded.mean = Some(self.progressive.record(frame, view, &shaded.radiance, slot)?);
+            }
         }
         // One exposure for all views: two eyes see one world.
         if self.debug_views.is_none() {

@@ -11,7 +11,7 @@ use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
-use lanternfish_gpu::{Frame, Gpu, PassTime, Pool, Profiler, checked, read_back, read_texture};
+use lanternfish_gpu::{Frame, Gpu, Growth, PassTime, Pool, Profiler, checked, read_back, read_texture};
 use lanternfish_scene::{Camera, Scene};
 
 use crate::{
@@ -236,6 +236,19 @@ impl Renderer {
         let results = self.passes.record(&mut frame, context)?;
         frame.submit();
         Ok(results)
+    }
+
+    /// When lists of frames get more room: in the frame that needs it, which waits for the device, unless something else is said here. A
+    /// frame that may not wait, and for which there is not room enough, draws nothing: its display and its mean are those of the last one
+    /// that was whole, of that size. What [`Self::render`] gives of it otherwise is not whole either.
+    #[cfg_attr(not(test), expect(dead_code, reason = "a window asks for it; until there is one, tests do"))]
+    pub(crate) fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
+        let deep = self.passes.deep_images.is_some() || matches!(self.passes.occlusion, Some(Occlusion::Deep(_)));
+        if growth == Growth::Later && deep {
+            return Err(RenderError::Together { setting: "frames that do not wait", needed: "no deep images" });
+        }
+        let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
+        Ok(pool.set_growth(&self.device, growth)?)
     }
 
     /// Reads back what the last frame left.

@@ -18,6 +18,8 @@ pub(crate) use self::{
     uniforms::Uniforms,
 };
 
+use crate::{Arrived, GpuError, Growth, ledger::Ledger};
+
 /// Frames that a thing is kept for while nothing asks for it. More: less is made where a view changes back and forth, and more memory
 /// waits.
 const KEPT_FRAMES: u64 = 4;
@@ -29,6 +31,7 @@ pub struct Pool {
     pub(crate) textures: Textures,
     pub(crate) uniforms: Uniforms,
     pub(crate) bind_groups: BindGroups,
+    pub(crate) ledger: Ledger,
     frame: u64,
     pub(crate) waits: u64,
 }
@@ -41,6 +44,7 @@ impl Pool {
             textures: Textures::default(),
             uniforms: Uniforms::new(device),
             bind_groups: BindGroups::new(device),
+            ledger: Ledger::default(),
             frame: 0,
             waits: 0,
         }
@@ -49,6 +53,21 @@ impl Pool {
     /// Bytes of the buffers and textures that it holds.
     pub fn bytes(&self) -> u64 {
         self.buffers.bytes() + self.textures.bytes() + self.uniforms.bytes()
+    }
+
+    /// When lists get more room from the next frame on: in the frame that needs it, unless something else is said here.
+    pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
+        self.ledger.set_growth(device, growth)
+    }
+
+    /// Where frames do not wait: the words of [`crate::Frame::whole`].
+    pub fn whole(&self) -> Option<wgpu::Buffer> {
+        self.ledger.whole()
+    }
+
+    /// What has arrived of frames that did not wait.
+    pub fn arrived(&self) -> Arrived {
+        self.ledger.arrived()
     }
 
     /// How often frames have waited for the device while they were recorded.

@@ -114,7 +114,8 @@ fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, R
     Ok(storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())?)
 }
 
-/// Runs a pipeline over a new display target of `size`.
+/// Runs a pipeline over a display target of `size`. Where frames do not wait, one that is not whole leaves there what an earlier one has
+/// drawn: frames ask for their displays in the same order, and so get the same.
 pub(crate) fn fullscreen(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,
@@ -123,7 +124,10 @@ pub(crate) fn fullscreen(
     size: UVec2,
 ) -> wgpu::TextureView {
     let display = frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1);
-    cover(frame, pipeline, label, bindings, &display);
+    match frame.whole() {
+        None => cover(frame, pipeline, label, bindings, &display),
+        Some(whole) => draw_over(frame, (pipeline, label), bindings, (&display, wgpu::LoadOp::Load), Some(&whole)),
+    }
     display
 }
 
@@ -135,15 +139,29 @@ pub(crate) fn cover(
     bindings: &Bindings<'_>,
     target: &wgpu::TextureView,
 ) {
+    draw_over(frame, (pipeline, label), bindings, (target, wgpu::LoadOp::Clear(wgpu::Color::BLACK)), None);
+}
+
+/// Draws one triangle over a target: as often as `times` says, if anything does.
+fn draw_over(
+    frame: &mut Frame<'_>,
+    (pipeline, label): (&RasterPipeline, &str),
+    bindings: &Bindings<'_>,
+    (target, load): (&wgpu::TextureView, wgpu::LoadOp<wgpu::Color>),
+    times: Option<&wgpu::Buffer>,
+) {
     let color = wgpu::RenderPassColorAttachment {
         view: target,
         depth_slice: None,
         resolve_target: None,
-        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
     };
     frame.render(label, &[Some(color)], None, |groups, pass| {
         pipeline.set(pass);
         pipeline.bind(groups, pass, bindings, 4);
-        pass.draw(0..3, 0..1);
+        match times {
+            None => pass.draw(0..3, 0..1),
+            Some(times) => pass.draw_indirect(times, 0),
+        }
     });
 }

@@ -6,7 +6,7 @@
 mod tests;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState};
+use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
 
 use crate::{
     context::ViewContext,
@@ -19,7 +19,11 @@ use crate::{
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders { roots: &[Root::new("progressive/mean")], structs: &[] };
+pub(crate) const DECLARED: Shaders =
+    Shaders { roots: &[Root::of("progressive/mean", &[&[&[], &[LATER]]])], structs: &[] };
+
+/// Frames do not wait for the device: those that are not whole do not count.
+const LATER: Feature = Feature("later");
 
 /// Linear radiance, nits; 32 bits, so that the share of the thousandth frame is not lost.
 pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -28,6 +32,8 @@ pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 #[derive(Debug)]
 pub struct Progressive {
     pipeline: RasterPipeline,
+    /// Compiled for the first frame that does not wait.
+    later: Option<RasterPipeline>,
     means: Vec<Mean>,
     subject: Option<Subject>,
 }
@@ -52,10 +58,7 @@ struct Subject {
 impl Progressive {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("progressive/mean", &[])?;
-        let state = RasterState { targets: &[Some(MEAN_FORMAT.into())], ..Default::default() };
-        let pipeline = RasterPipeline::new(device, &shader, "vertex", "fragment", "progressive/mean", &state);
-        Ok(Self { pipeline, means: Vec::new(), subject: None })
+        Ok(Self { pipeline: pipeline(device, &[])?, later: None, means: Vec::new(), subject: None })
     }
 
     /// Frames that the means are of.
@@ -87,7 +90,7 @@ impl Progressive {
         ViewContext { buffer, surface, .. }: &ViewContext<'_>,
         radiance: &Radiance,
         slot: usize,
-    ) -> wgpu::TextureView {
+    ) -> Result<wgpu::TextureView, RenderError> {
         let size = surface.size;
         if self.means.get(slot).is_none_or(|mean| mean.size != size) {
             let more = wgpu::TextureUsages::COPY_SRC;
@@ -100,7 +103,24 @@ impl Progressive {
         let textures = Bindings::new().texture("mean_texture", &mean.before);
         let textures = textures.texture("radiance_texture", &radiance.target);
         let bindings = buffer.bindings().with(&textures);
-        cover(frame, &self.pipeline, "progressive/mean", &bindings, &mean.now);
-        mean.now.clone()
+        match frame.whole() {
+            None => cover(frame, &self.pipeline, LABEL, &bindings, &mean.now),
+            Some(ledger) => {
+                let later = match &mut self.later {
+                    Some(later) => later,
+                    none => none.insert(pipeline(frame.device, &[LATER])?),
+                };
+                cover(frame, later, LABEL, &bindings.buffer("ledger", &ledger), &mean.now);
+            }
+        }
+        Ok(mean.now.clone())
     }
+}
+
+const LABEL: &str = "progressive/mean";
+
+fn pipeline(device: &wgpu::Device, features: &[Feature]) -> Result<RasterPipeline, RenderError> {
+    let shader = SHADERS.link("progressive/mean", features)?;
+    let state = RasterState { targets: &[Some(MEAN_FORMAT.into())], ..Default::default() };
+    Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
 }

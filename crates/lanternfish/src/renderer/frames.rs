@@ -79,7 +79,7 @@ impl Renderer {
     }
 
     /// Hands one more frame of the views' mean to the device.
-    fn next_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<FrameResult>, RenderError> {
+    pub(super) fn next_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<FrameResult>, RenderError> {
         let index = self.passes.progressive.begin(scene, views);
         let moved: Vec<View> = views.iter().map(|view| view.of_frame(index)).collect();
         let results = self.frame(&FrameContext { scene, views: &moved, is_averaged: true })?;

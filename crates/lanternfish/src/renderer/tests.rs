@@ -1,3 +1,4 @@
+mod later;
 mod steady;
 
 use lanternfish_gpu::testing;

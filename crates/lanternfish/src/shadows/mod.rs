@@ -11,7 +11,8 @@ use std::ops::Range;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, BufferPart, ComputeKernel, Feature, Frame, SharedStruct, faulty_software, gpu_struct, primitives::Scan,
+    Bindings, BufferPart, ComputeKernel, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_struct,
+    primitives::Scan,
 };
 
 use crate::{
@@ -68,6 +69,9 @@ pub(crate) const DECLARED: Shaders = Shaders {
 pub const BLOCK_EDGE: u32 = 8;
 /// Words before those of the blocks' starts, of which there is one more than blocks: `FIRST_START`.
 const FIRST_START: u64 = 1;
+
+/// The list of visibility bits.
+const WORDS: &str = "shadows/words";
 
 /// Rays of a band at most, however large the device's bindings: they are counted in a u32.
 const MOST_RAYS: u64 = 1 << 31;
@@ -180,18 +184,41 @@ impl Shadows {
             .part("visibility_grid", &grid_buffer)
             .buffer("word_counts", &starts);
         frame.dispatch(&self.plan, &bindings, [columns, rows, 1]);
-        self.scan.record(frame, &starts, blocks + 1)?;
+        let total = self.scan.record(frame, &starts, blocks + 1)?;
 
-        let all_starts = frame.read_now::<u32>(&starts, blocks as usize + 1)?;
-        let row_starts = row_starts(&all_starts, columns as usize);
         let first_bits = FIRST_START + u64::from(blocks) + 1;
         let binding_words = device.limits().max_storage_buffer_binding_size / 4;
-        let bands = bands(&row_starts, self.word_limit.min(binding_words.saturating_sub(first_bits)))?;
-        let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
+        let limit = self.word_limit.min(binding_words.saturating_sub(first_bits));
+        let starts_of_blocks = (&starts, blocks as usize + 1);
+        let (bands, words) = match frame.growth() {
+            Growth::Wait => {
+                let row_starts = row_starts(&frame.read_now::<u32>(&starts, starts_of_blocks.1)?, columns as usize);
+                let bands = bands(&row_starts, limit)?;
+                let words_of = |b: &Range<u32>| row_starts[b.end as usize] - row_starts[b.start as usize];
+                let words = bands.iter().map(words_of).max().unwrap_or(0);
+                (bands, words)
+            }
+            // In one band: how many there have to be the host would have to wait for.
+            Growth::Later => {
+                let room = frame.room_for(&Counted {
+                    list: WORDS,
+                    words: &total,
+                    starts: starts_of_blocks,
+                    may_wrap: &|_| false,
+                    guess: u64::from(blocks * BLOCK_EDGE * BLOCK_EDGE),
+                    limit,
+                })?;
+                if room.elements > limit {
+                    let remedy = "use fewer lights, give them a shorter range, or render a smaller image";
+                    return Err(RenderError::Overflow { list: WORDS, needed: room.elements, limit, remedy });
+                }
+                (vec![0..rows], room.capacity)
+            }
+        };
         // Without lights there are none, and a buffer has something all the same.
-        let capacity = first_bits + bands.iter().map(words_of).max().unwrap_or(0).max(1);
+        let capacity = first_bits + words.max(1);
         grid.capacity = capacity as u32;
-        let words = frame.scratch("shadows/words", 4 * capacity)?;
+        let words = frame.scratch(WORDS, 4 * capacity)?;
         frame.encoder().copy_buffer_to_buffer(&starts, 0, &words, 4 * FIRST_START, 4 * (u64::from(blocks) + 1));
         let usage = wgpu::TextureUsages::STORAGE_BINDING;
         let format = wgpu::TextureFormat::R32Uint;
@@ -284,7 +311,7 @@ fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
         return Ok(());
     }
     let remedy = "use fewer lights, or render a narrower image";
-    Err(RenderError::Overflow { list: "shadows/words", needed: most, limit: u32::MAX.into(), remedy })
+    Err(RenderError::Overflow { list: WORDS, needed: most, limit: u32::MAX.into(), remedy })
 }
 
 /// An error where lights have a size that is none, or more rays than are counted.
@@ -330,7 +357,7 @@ fn bands(row_starts: &[u64], limit: u64) -> Result<Vec<Range<u32>>, RenderError>
         let words = |from: u32| row_starts[row as usize + 1] - row_starts[from as usize];
         if words(row) > limit {
             return Err(RenderError::Overflow {
-                list: "shadows/words",
+                list: WORDS,
                 needed: words(row),
                 limit,
                 remedy: "give the lights a shorter range, use --culling tiled, or render a narrower image",

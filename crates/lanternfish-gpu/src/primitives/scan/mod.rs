@@ -1,6 +1,6 @@
 //! Exclusive prefix sum of u32 lists.
 
-use crate::{Bindings, BufferPart, ComputeKernel, Frame, GpuError, gpu_struct};
+use crate::{Bindings, BufferPart, ComputeKernel, Frame, GpuError, Growth, gpu_struct};
 
 /// Values a workgroup scans; the shader's `BLOCK`.
 const BLOCK: u32 = 1024;
@@ -12,6 +12,8 @@ gpu_struct! {
         count: u32,
         /// Workgroups along x.
         width: u32,
+        /// 1: a sum that no word holds is the largest number.
+        saturates: u32,
     }
 }
 
@@ -43,11 +45,12 @@ impl Scan {
 
     /// Room for the sums of `count` values.
     fn levels(&self, frame: &mut Frame<'_>, count: u32) -> Result<Vec<Level>, GpuError> {
+        let saturates = u32::from(frame.growth() == Growth::Later);
         let mut levels = Vec::new();
         let mut level_count = count;
         loop {
             let blocks = level_count.div_ceil(BLOCK).max(1);
-            let parameters = ScanParameters { count: level_count, width: grid(blocks)[0] };
+            let parameters = ScanParameters { count: level_count, width: grid(blocks)[0], saturates };
             levels.push(Level {
                 parameters: frame.uniform(&parameters),
                 totals: frame.scratch(&self.label, 4 * u64::from(blocks))?,
@@ -60,7 +63,8 @@ impl Scan {
         }
     }
 
-    /// Replaces the first `count` values by the sums of all before each. Returns their total, one u32.
+    /// Replaces the first `count` values by the sums of all before each. Returns their total, one u32. Sums start over at 2³²; in a frame
+    /// that does not wait, where nobody would see it, they end there.
     pub fn record(&self, frame: &mut Frame<'_>, values: &wgpu::Buffer, count: u32) -> Result<wgpu::Buffer, GpuError> {
         let levels = self.levels(frame, count)?;
         let list = |level: usize| if level == 0 { values } else { &levels[level - 1].totals };

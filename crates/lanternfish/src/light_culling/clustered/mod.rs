@@ -13,7 +13,7 @@ pub mod tree;
 
 pub use contents::{GridContents, VisibleCluster};
 use glam::{Affine3A, Mat4, UVec3, Vec3};
-use lanternfish_gpu::{BufferPart, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
+use lanternfish_gpu::{BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
 use self::{
     grid::{GridError, GridGeometry, MOST_CLUSTERS},
@@ -87,7 +87,7 @@ pub struct ClusterCounts {
     pub bytes: u64,
 }
 
-/// The passes, and a list that keeps its size from frame to frame.
+/// The passes.
 #[derive(Debug)]
 pub struct ClusteredCulling {
     pub(super) settings: Clustered,
@@ -99,7 +99,6 @@ pub struct ClusteredCulling {
     write: ComputeKernel,
     scan: Scan,
     tree: TreeBuilder,
-    capacity: u32,
     /// Lists of the last call, which hold blended fragments too.
     pub(super) lists: Vec<LightLists>,
 }
@@ -136,7 +135,6 @@ impl ClusteredCulling {
             write: ComputeKernel::new(device, &assign, "write", &label("write")),
             scan: Scan::new(device, "light_culling/clustered")?,
             tree: TreeBuilder::new(device, settings.assignment)?,
-            capacity: 0,
             lists: Vec::new(),
         })
     }
@@ -160,7 +158,7 @@ impl ClusteredCulling {
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
     ) -> Result<Vec<LightLists>, RenderError> {
-        let device = frame.device;
+        let limit = super::most_indices(frame.device);
         let scene = views[0].scene;
         let frusta: Vec<ViewFrustum> = views.iter().map(|view| view.view.frustum(&scene.bounds)).collect();
         let (geometry, larger) = GridGeometry::fitting(&frusta, self.settings.shape).map_err(refused)?;
@@ -210,33 +208,37 @@ impl ClusteredCulling {
         frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
         frame.encoder().copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
         frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
-        let known = frame.read_now::<u32>(&known, 4)?;
-        let visible_count = u64::from(known[1]);
-        let test_words = [known[2], known[3]];
-        // Sums of 32 bits hold where all visible clusters could list all lights; else they are added up here.
-        let listed = match known[1].checked_mul(scene.light_count) {
-            Some(_) => u64::from(known[0]),
-            None => super::total(&frame.read_now::<u32>(&cells, clusters as usize + 1)?),
-        };
-        self.grow(device, listed)?;
-        let indices = frame.scratch("light_culling/indices", 4 * u64::from(self.capacity))?;
-        let uploaded = grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: self.capacity, ..*grid }));
+        let room = frame.room_for(&Counted {
+            list: super::INDICES,
+            words: &known,
+            starts: (&cells, clusters as usize + 1),
+            // Not where all visible clusters could list all lights.
+            may_wrap: &|words| words[1].checked_mul(scene.light_count).is_none(),
+            guess: 0,
+            limit,
+        })?;
+        let remedy =
+            "give the lights a shorter range (--range-threshold), or choose larger clusters (--clusters persp:64)";
+        super::check_room(&room, limit, remedy)?;
+        let [_, visible_count, tests @ ..] = room.words;
+        let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
+        let uploaded = grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: room.capacity as u32, ..*grid }));
         let uploaded: Vec<BufferPart> = uploaded.collect();
         let bindings = shared.part("cluster_grid", &uploaded[0]).buffer("listed_lights", &indices);
         frame.dispatch_indirect(&self.write, &bindings, &workgroups);
 
         let counts = ClusterCounts {
             clusters: clusters.into(),
-            visible: visible_count,
-            bytes: 16 * u64::from(clusters) + 4 * u64::from(self.capacity) + lights.bytes,
+            visible: visible_count.into(),
+            bytes: 16 * u64::from(clusters) + 4 * room.capacity + lights.bytes,
         };
-        let tests = u64::from(test_words[0]) | u64::from(test_words[1]) << 32;
+        let tests = u64::from(tests[0]) | u64::from(tests[1]) << 32;
         let lists = |(i, grid): (usize, BufferPart)| LightLists {
             cells: cells.clone(),
             indices: indices.clone(),
             grid: Some(("cluster_grid", grid)),
             // What views share is counted once.
-            listed: if i == 0 { listed } else { 0 },
+            listed: if i == 0 { room.elements } else { 0 },
             tests: if i == 0 { tests } else { 0 },
             clusters: (i == 0).then(|| counts.clone()),
             fragments: Some(fragments.clone()),
@@ -292,23 +294,6 @@ impl ClusteredCulling {
             frame.render("light_culling/clustered/mark_drawn", &[], Some(depth), |groups, pass| {
                 self.mark_drawn.draw(groups, pass, scene, &bindings, &drawn);
             });
-        }
-        Ok(())
-    }
-
-    fn grow(&mut self, device: &wgpu::Device, listed: u64) -> Result<(), RenderError> {
-        let limit = (device.limits().max_storage_buffer_binding_size / 4).min(u32::MAX.into());
-        if listed > limit {
-            return Err(RenderError::Overflow {
-                list: "light_culling/indices",
-                needed: listed,
-                limit,
-                remedy: "give the lights a shorter range (--range-threshold), or choose larger clusters (--clusters persp:64)",
-            });
-        }
-        if listed as u32 > self.capacity {
-            tracing::debug!(listed, capacity = self.capacity, "light_culling/indices grows");
-            self.capacity = listed as u32;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
 use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, primitives::Scan};
+use lanternfish_gpu::{ComputeKernel, Counted, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
 use super::{LightLists, Reach, Volume};
 use crate::{
@@ -44,7 +44,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
 /// Lights a tile that the list has room for at first; it grows.
 const FIRST_LIGHTS_PER_TILE: u32 = 64;
 
-/// The passes, and a list that keeps its size from frame to frame.
+/// The passes.
 #[derive(Debug)]
 pub struct TiledCulling {
     settings: Tiled,
@@ -52,7 +52,6 @@ pub struct TiledCulling {
     count: ComputeKernel,
     write: ComputeKernel,
     scan: Scan,
-    capacity: u32,
 }
 
 impl TiledCulling {
@@ -66,13 +65,12 @@ impl TiledCulling {
             count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
             write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
             scan: Scan::new(device, "light_culling/tiled")?,
-            capacity: 0,
         })
     }
 
     /// Tile bounds, count, scan, write. A list that is too small is grown before it is written.
     pub fn record(
-        &mut self,
+        &self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer: view, surface, .. }: &ViewContext<'_>,
         reach: Reach,
@@ -82,20 +80,18 @@ impl TiledCulling {
         let rows = surface.size.y.div_ceil(tile_size);
         let tile_count = columns * rows;
         let workgroups = [columns, rows, 1];
-        let limit = (frame.device.limits().max_storage_buffer_binding_size / 4).min(u32::MAX.into()) as u32;
-        let guess = tile_count.saturating_mul(scene.light_count.min(FIRST_LIGHTS_PER_TILE));
-        self.capacity = self.capacity.max(guess.min(limit));
-        let mut grid = TileGrid {
+        let limit = super::most_indices(frame.device);
+        let grid = TileGrid {
             tile_size,
             columns,
             rows,
             light_count: scene.light_count,
-            capacity: self.capacity,
+            capacity: 0,
             aabb_test: u32::from(self.settings.aabb_test),
             unbounded: u32::from(reach == Reach::Anywhere),
             _pad: 0,
         };
-        let mut grid_buffer = frame.uniform(&grid);
+        let grid_buffer = frame.uniform(&grid);
         let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
         let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(tile_count) + 1))?;
         // The depths of several samples a pixel bound no tile: the caller asks for unbounded ones.
@@ -111,27 +107,18 @@ impl TiledCulling {
         let total = self.scan.record(frame, &cells, tile_count + 1)?;
 
         // Grow before writing, so that no image is ever made from a list that was cut.
-        let listed = match tile_count.checked_mul(scene.light_count) {
-            Some(_) => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
-            // The device's sum may have started over at 2³²: add up what lies between the starts.
-            None => super::total(&frame.read_now::<u32>(&cells, tile_count as usize + 1)?),
-        };
-        if listed > u64::from(limit) {
-            return Err(RenderError::Overflow {
-                list: "light_culling/indices",
-                needed: listed,
-                limit: limit.into(),
-                remedy: "give the lights a shorter range, use larger tiles, or render a smaller image",
-            });
-        }
-        let listed = listed as u32;
-        if listed > self.capacity {
-            tracing::debug!(listed, capacity = self.capacity, "light_culling/indices grows");
-            self.capacity = listed;
-            grid.capacity = listed;
-            grid_buffer = frame.uniform(&grid);
-        }
-        let indices = frame.scratch("light_culling/indices", 4 * u64::from(self.capacity))?;
+        let room = frame.room_for(&Counted {
+            list: super::INDICES,
+            words: &total,
+            starts: (&cells, tile_count as usize + 1),
+            may_wrap: &|_| tile_count.checked_mul(scene.light_count).is_none(),
+            guess: tile_count.saturating_mul(scene.light_count.min(FIRST_LIGHTS_PER_TILE)).into(),
+            limit,
+        })?;
+        let remedy = "give the lights a shorter range, use larger tiles, or render a smaller image";
+        super::check_room(&room, limit, remedy)?;
+        let grid_buffer = frame.uniform(&TileGrid { capacity: room.capacity as u32, ..grid });
+        let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
         let bindings =
             shared.part("tile_grid", &grid_buffer).buffer("cell_starts", &cells).buffer("listed_lights", &indices);
         frame.dispatch(&self.write, &bindings, workgroups);
@@ -139,7 +126,7 @@ impl TiledCulling {
             cells,
             indices,
             grid: Some(("tile_grid", grid_buffer)),
-            listed: listed.into(),
+            listed: room.elements,
             tests: u64::from(tile_count) * u64::from(scene.light_count),
             clusters: None,
             fragments: None,

@@ -1,0 +1,103 @@
+//! How much room a list has, by what it needed in the last frames.
+
+use std::collections::VecDeque;
+
+use super::{Counted, LIST_WORDS};
+
+/// Frames whose needs count. More: room is given back later.
+const RECENT_FRAMES: usize = 64;
+/// Room that a list has at least where frames do not wait.
+const LEAST: u64 = 1 << 12;
+
+#[derive(Debug, Default)]
+pub(super) struct Room {
+    capacity: u64,
+    limit: u64,
+    /// What arrived last.
+    pub last: [u32; LIST_WORDS],
+    /// The most elements that any list of the frame has had which is arriving.
+    arriving: Option<u64>,
+    recent: VecDeque<u64>,
+}
+
+impl Room {
+    /// Where the frame has waited: room for all, and never less than before.
+    pub fn waited_for(&mut self, counted: &Counted<'_>, elements: u64) -> u64 {
+        if elements > self.capacity && self.capacity > 0 {
+            tracing::debug!(elements, capacity = self.capacity, "{} grows", counted.list);
+        }
+        self.capacity = self.capacity.max(counted.guess).max(elements).min(counted.limit);
+        self.capacity
+    }
+
+    /// Where it does not: what earlier frames have shown to be enough.
+    pub fn later(&mut self, counted: &Counted<'_>) -> u64 {
+        self.limit = counted.limit;
+        self.capacity = self.capacity.max(counted.guess).max(LEAST).min(counted.limit);
+        self.capacity
+    }
+
+    /// One list of a frame that has run.
+    pub fn arrives(&mut self, words: [u32; LIST_WORDS]) {
+        self.last = words;
+        self.arriving = Some(self.arriving.unwrap_or(0).max(words[0].into()));
+    }
+
+    /// All lists of a frame have arrived: half as much room again as the most that was needed lately, as soon as four fifths of what is
+    /// there are used; less, where less than a half of it would do.
+    pub fn adapt(&mut self) {
+        let Some(needed) = self.arriving.take() else { return };
+        self.recent.truncate(RECENT_FRAMES - 1);
+        self.recent.push_front(needed);
+        let most = self.recent.iter().copied().max().unwrap_or(0);
+        let wanted = (most + most / 2).clamp(LEAST.min(self.limit), self.limit);
+        if 5 * most > 4 * self.capacity || 2 * wanted < self.capacity {
+            tracing::debug!(most, capacity = self.capacity, wanted, "a list gets other room");
+            self.capacity = wanted;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A list that frames have counted so.
+    fn after(needs: impl IntoIterator<Item = u32>, limit: u64) -> Room {
+        let mut room = Room { limit, capacity: LEAST.min(limit), ..Room::default() };
+        for needed in needs {
+            room.arrives([needed, 0, 0, 0]);
+            room.adapt();
+        }
+        room
+    }
+
+    #[test]
+    fn there_is_room_for_half_as_much_again_and_it_is_given_back_late() {
+        let plenty = 1 << 40;
+        assert_eq!(after([10_000], plenty).capacity, 15_000);
+        // What goes up and down by less than a quarter changes nothing.
+        assert_eq!(after((0..1000).map(|i| 10_000 - 17 * (i % 100)), plenty).capacity, 15_000);
+        let long_ago = RECENT_FRAMES - 1;
+        assert_eq!(after([10_000].into_iter().chain(vec![5; long_ago]), plenty).capacity, 15_000);
+        assert_eq!(after([10_000].into_iter().chain(vec![5; long_ago + 1]), plenty).capacity, LEAST);
+        // Never beyond the limit, whatever was counted: a total of 2³² and more arrives as the largest number.
+        assert_eq!(after([u32::MAX], 100_000).capacity, 100_000);
+        assert_eq!(after([], 100).capacity, 100);
+    }
+
+    #[test]
+    fn a_list_that_grows_slowly_never_lacks_room() {
+        // A twentieth more a frame, known three frames later.
+        let mut room = after([4_000], 1 << 40);
+        let mut on_the_way = VecDeque::from([4_000u32; 3]);
+        let mut needed = 4_000.0f64;
+        for _ in 0..200 {
+            needed *= 1.05;
+            assert!(needed as u64 <= room.capacity, "{needed} of {}", room.capacity);
+            on_the_way.push_back(needed as u32);
+            room.arrives([on_the_way.pop_front().unwrap(), 0, 0, 0]);
+            room.adapt();
+        }
+    }
+}
