@@ -212,7 +212,7 @@ impl Shadows {
                     let remedy = "use fewer lights, give them a shorter range, or render a smaller image";
                     return Err(RenderError::Overflow { list: WORDS, needed: room.elements, limit, remedy });
                 }
-                (vec![0..rows], room.capacity)
+                (std::iter::once(0..rows).collect(), room.capacity)
             }
         };
         // Without lights there are none, and a buffer has something all the same.
