@@ -1,4 +1,4 @@
-//! Making buffers, and reading buffers and textures back.
+//! Making buffers and textures, and reading buffers and textures back.
 
 use wgpu::util::DeviceExt;
 
@@ -66,6 +66,12 @@ pub fn uniform_buffer_of<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &s
         contents: bytemuck::bytes_of(content),
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
     })
+}
+
+/// All of a new texture.
+pub fn texture_of(device: &wgpu::Device, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
+    made::count(|made| made.textures += 1);
+    device.create_texture(wanted).create_view(&Default::default())
 }
 
 /// Waits for the device and copies the first `count` elements of a buffer.

@@ -31,7 +31,7 @@ pub mod testing;
 pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
 pub use bindings::{Bindings, BufferPart};
 pub use buffer::{
-    checked, indirect_buffer, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of,
+    checked, indirect_buffer, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of, texture_of,
     uniform_buffer_of,
 };
 pub use compute::ComputeKernel;

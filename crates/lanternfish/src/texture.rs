@@ -1,7 +1,7 @@
 //! Render targets.
 
 use glam::UVec2;
-use lanternfish_gpu::Frame;
+use lanternfish_gpu::{Frame, texture_of};
 
 /// Linear radiance, nits. Half floats: the widest format that every adapter can blend.
 pub const RADIANCE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -35,7 +35,7 @@ pub(crate) fn target(
     format: wgpu::TextureFormat,
     more: wgpu::TextureUsages,
 ) -> wgpu::TextureView {
-    device.create_texture(&described(label, size, format, more, 1)).create_view(&Default::default())
+    texture_of(device, &described(label, size, format, more, 1))
 }
 
 /// The same for the frame in hand alone, with so many samples a pixel. It holds anything at first.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::made;
+use crate::texture_of;
 
 /// What was asked for, its label too.
 type Key = wgpu::wgt::TextureDescriptor<Option<String>, Vec<wgpu::TextureFormat>>;
@@ -29,8 +29,7 @@ impl Textures {
             slot.last_frame = self.frame;
             return slot.view.clone();
         }
-        made::count(|made| made.textures += 1);
-        let view = device.create_texture(wanted).create_view(&Default::default());
+        let view = texture_of(device, wanted);
         slots.push(Slot { view: view.clone(), last_frame: self.frame });
         view
     }
