@@ -76,8 +76,8 @@ fn gpu_a_steady_frame_makes_nothing() {
     }
 }
 
-/// Bytes of the pool after the first and after the second number of frames, which are multiples of twenty. Sizes, lights, exposure and
-/// the number of views change from frame to frame.
+/// Bytes of the pool after the first and after the second number of frames. Sizes, lights, exposure and the number of views change from
+/// frame to frame, and are the same again after twenty.
 fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 2] {
     let mut scene = demo("cornell").unwrap();
     let few = scene.lights.clone();
@@ -92,8 +92,8 @@ fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 
             renderer.update(&mut uploaded, &scene).unwrap();
             renderer.set_exposure(if i % 2 == 0 { Exposure::Auto } else { Exposure::Ev(1.0) }).unwrap();
         }
-        let size = [8, 24, 16, 40][(i / 2 % 4) as usize];
-        let cameras = [camera(&scene, i), camera(&scene, i + 3)];
+        let size = [8, 24, 16, 40, 32][(i / 2 % 5) as usize];
+        let cameras = [camera(&scene, i % 20), camera(&scene, i % 20 + 3)];
         let views: Vec<_> = cameras.iter().take(1 + (i / 10 % 2) as usize).map(|camera| (camera, size, size)).collect();
         let views = renderer.views(&uploaded, &views).unwrap();
         let is_averaged = i % 20 < 10;
@@ -112,9 +112,8 @@ fn gpu_frames_of_all_kinds_take_no_more_and_more_memory() {
     let [early, late] = bytes_after(gpu, bvh(Settings::direct_light()), 40, 160);
     assert!(early > 0 && early == late, "{early} {late}");
     // It can fail: in another frame it is another number.
-    let [other, _] = bytes_after(gpu, bvh(Settings::direct_light()), 20, 40);
     let [small, large] = bytes_after(gpu, bvh(Settings::direct_light()), 2, 40);
-    assert!(small != large && other > 0, "{small} {large}");
+    assert!(small != large, "{small} {large}");
 }
 
 #[test]
