@@ -158,7 +158,7 @@ fn check(outcome: &Outcome) {
     assert_eq!((outcome.waits, outcome.held_in_steady_state), (0, 0), "{outcome:?}");
     assert!(outcome.most_in_a_row <= IN_FLIGHT, "{outcome:?}");
     // Blind where nothing is held, where what is held looks like what is shown, or where all is dark.
-    assert!(outcome.hidden > 0 && outcome.most_lit > 0.5, "{outcome:?}");
+    assert!(outcome.hidden > 0 && outcome.most_lit > 0.25, "{outcome:?}");
 }
 
 fn settings(culling: Culling) -> Settings {
