@@ -8,6 +8,7 @@ mod command;
 mod compiler;
 mod demo;
 mod driver;
+mod new_room;
 mod quality;
 mod release;
 #[cfg(test)]
@@ -23,6 +24,9 @@ cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
                            of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish bench quality`
 cargo xtask test           sets up what is missing, then runs every test
+cargo xtask new-room FAMILY NAME
+                           writes another room of a family (indirect): a folder with a room that renders, its shader, twin,
+                           test and page, and two lines that name it
 cargo xtask check          sets up a compiler if there is none; format, lints and documentation
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
@@ -41,6 +45,7 @@ fn main() -> ExitCode {
         "test" | "check" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
         "test" => test::run(may_install),
         "check" => check::run(may_install),
+        "new-room" => new_room::run(&words),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())

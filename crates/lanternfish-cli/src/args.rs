@@ -3,6 +3,7 @@
 mod indirect;
 mod light;
 mod look;
+mod rooms;
 mod technique;
 #[cfg(test)]
 mod tests;

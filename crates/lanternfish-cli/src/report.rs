@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
+    rooms::Family,
     settings::{Culling, Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::AdapterDescription;
@@ -142,17 +143,8 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         ("accumulate", settings.accumulate.to_string()),
         ("seed", seed.to_string()),
     ]);
-    if let Indirect::Sampled(sampled) = settings.indirect {
-        names.insert("indirect", "sampled".to_owned());
-        names.insert("indirect-rays", sampled.diffuse_rays.to_string());
-        names.insert("glossy-rays", sampled.glossy_rays.to_string());
-        names.insert("indirect-tracer", sampled.tracer.to_string());
-        names.insert("indirect-resolution", sampled.resolution.to_string());
-        names.insert("indirect-filter", sampled.filter_radius.to_string());
-        names.insert("indirect-clamp", sampled.clamp.to_string());
-    } else {
-        names.insert("indirect", "none".to_owned());
-    }
+    add_family(&mut names, &settings.indirect);
+    add_family(&mut names, &settings.occlusion);
     match settings.culling {
         Culling::All => {
             names.insert("culling", "all".to_owned());
@@ -170,16 +162,7 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
             names.insert("cluster-test", clustered.test.to_string());
         }
     }
-    let (occlusion, distance) = match settings.occlusion {
-        Occlusion::None => ("none", None),
-        Occlusion::Deep { max_distance } => ("deep", max_distance),
-        Occlusion::Hbao { radius } => ("hbao", Some(radius)),
-    };
-    names.insert("occlusion", occlusion.to_owned());
-    if let Some(distance) = distance {
-        names.insert("occlusion-distance", distance.to_string());
-    }
-    let finds_arriving = matches!(settings.occlusion, Occlusion::Deep { .. }) || settings.indirect != Indirect::None;
+    let finds_arriving = matches!(settings.occlusion, Occlusion::Deep(_)) || settings.indirect != Indirect::None;
     if finds_arriving || settings.shadows == Shadows::DeepImage {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());
         names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
@@ -188,6 +171,15 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         names.insert("debug-view", view.to_string());
     }
     names
+}
+
+/// A family's room and its settings, by the names of their flags.
+fn add_family<F: Family>(names: &mut BTreeMap<&'static str, String>, family: &F) {
+    names.insert(F::FLAG, family.name().to_owned());
+    if let Some(room) = family.room() {
+        let knobs = room.knobs().into_iter().map(|(words, _)| words.name);
+        names.extend(knobs.filter_map(|knob| Some((knob, room.get(knob)?))));
+    }
 }
 
 /// Passes, counters and steps as a table.

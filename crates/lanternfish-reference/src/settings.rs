@@ -68,8 +68,8 @@ named_enum! {
     /// How one of many lights is chosen at a surface.
     LightChoice {
         /// By a tree over the lights: power, distance, range, facing [Conty2018].
-        Tree = "tree",
+        Tree = "tree": "By a tree over the lights, those first that send most",
         /// Each alike: for comparison.
-        Uniform = "uniform",
+        Uniform = "uniform": "Each alike: for comparison",
     }
 }

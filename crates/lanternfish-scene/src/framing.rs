@@ -15,17 +15,17 @@ named_enum! {
     /// are those of who looks at the front.
     Viewpoint {
         /// From +z.
-        Front = "front",
+        Front = "front": "From +z, as glTF has it",
         /// From −z.
-        Back = "back",
+        Back = "back": "From -z",
         /// From −x.
-        Left = "left",
+        Left = "left": "From -x, to the left of who looks at the front",
         /// From +x.
-        Right = "right",
+        Right = "right": "From +x",
         /// From +y; the front is at the bottom of the picture.
-        Top = "top",
+        Top = "top": "From +y, the front at the bottom",
         /// From +x, +y and +z alike: the direction of an isometric drawing, in perspective.
-        Iso = "iso",
+        Iso = "iso": "From +x, +y and +z alike, in perspective",
     }
 }
 

@@ -36,6 +36,7 @@ pub use lanternfish_limits::memory;
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
+pub use named_enum::{Named, Setting};
 pub use scene::{Instance, Scene};
 pub use stereo::{Eye, StereoRig};
 pub use texture::{Filter, Image, LINEAR_FROM_SRGB, MipFilter, Sampler, Texture, Wrap, linear_from_srgb};

@@ -1,10 +1,56 @@
-//! Enums whose variants are chosen by name.
+//! Settings as text, and enums whose variants are chosen by name.
 
-/// Declares an enum whose variants have a name that is written, read and listed in one place.
+/// An enum whose variants are chosen by name: what [`named_enum!`](crate::named_enum!) declares.
+pub trait Named: Copy + Send + Sync + 'static {
+    /// Every variant, in the order in which help lists them.
+    fn all() -> &'static [Self];
+    /// The name of a variant: in a flag, a file, a report.
+    fn name(self) -> &'static str;
+    /// One line of help on a variant; empty where no front end offers it.
+    fn meaning(self) -> &'static str;
+}
+
+/// A setting as front ends write and read it: flags, shots, reports.
+pub trait Setting {
+    /// Its value; none where it is not set.
+    fn text(&self) -> Option<String>;
+    /// Takes the value that a text says, or says what was expected.
+    fn read(&mut self, text: &str) -> Result<(), String>;
+    /// Where it is chosen by name: every name, and what it means.
+    fn names(&self) -> Vec<(&'static str, &'static str)> {
+        Vec::new()
+    }
+}
+
+macro_rules! number_settings {
+    ($($number:ty: $what:literal),+) => { $(
+        impl Setting for $number {
+            fn text(&self) -> Option<String> {
+                Some(self.to_string())
+            }
+            fn read(&mut self, text: &str) -> Result<(), String> {
+                *self = text.trim().parse().map_err(|_| concat!("expected ", $what).to_owned())?;
+                Ok(())
+            }
+        }
+    )+ };
+}
+number_settings! { u32: "a whole number", f32: "a number" }
+
+impl Setting for Option<f32> {
+    fn text(&self) -> Option<String> {
+        self.as_ref().and_then(Setting::text)
+    }
+    fn read(&mut self, text: &str) -> Result<(), String> {
+        self.insert(0.0).read(text)
+    }
+}
+
+/// Declares an enum whose variants have a name, and a line of help, that are written in one place.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! named_enum {
-    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal),+ $(,)? }) => {
+    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal $(: $meaning:literal)?),+ $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum $name { $($(#[$doc])* $variant),+ }
@@ -16,6 +62,31 @@ macro_rules! named_enum {
             /// The name that [`FromStr`](std::str::FromStr) reads.
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $text),+ }
+            }
+        }
+
+        impl $crate::Named for $name {
+            fn all() -> &'static [Self] {
+                Self::ALL
+            }
+            fn name(self) -> &'static str {
+                Self::name(self)
+            }
+            fn meaning(self) -> &'static str {
+                match self { $(Self::$variant => concat!($($meaning)?)),+ }
+            }
+        }
+
+        impl $crate::Setting for $name {
+            fn text(&self) -> Option<String> {
+                Some(self.name().to_owned())
+            }
+            fn read(&mut self, text: &str) -> Result<(), String> {
+                *self = text.parse()?;
+                Ok(())
+            }
+            fn names(&self) -> Vec<(&'static str, &'static str)> {
+                Self::ALL.iter().map(|v| (v.name(), $crate::Named::meaning(*v))).collect()
             }
         }
 

@@ -12,11 +12,11 @@ named_enum! {
     /// Light that is added to a scene.
     LightRig {
         /// Soft boxes and a calm backdrop, and where no light from outside comes in, a lamp.
-        Studio = "studio",
+        Studio = "studio": "Soft boxes and a grey backdrop; in a closed room, a lamp",
         /// A sun from the camera's side and a sky.
-        Sun = "sun",
+        Sun = "sun": "A sun over the left shoulder, and a sky",
         /// None.
-        None = "none",
+        None = "none": "None: the scene as it is",
     }
 }
 

@@ -6,25 +6,26 @@ named_enum! {
     /// How light falls off with distance. R is a light's range, I₀ = I / R² [VanGelderen2020, app. A].
     Attenuation {
         /// glTF's window: max(1 − (d/R)⁴, 0) / d².
-        Gltf = "gltf",
+        Gltf = "gltf": "Inverse square, faded out towards the range: glTF's formula",
         /// I / d², cut off at the stated range; unbounded where none is stated.
-        Physical = "physical",
+        Physical = "physical": "Inverse square; without end where the file states no range",
         /// I / d² − I₀.
-        Reduced = "reduced",
+        Reduced = "reduced": "Inverse square, less its value at the range",
         /// I / d² + 2 I₀ d / R − 3 I₀: value and slope reach zero.
-        Smooth = "smooth",
+        Smooth = "smooth": "As reduced, with a slope of zero at the range",
         /// I / d² − I₀ d / R.
-        PhysicalReduced1 = "physical_reduced_1",
+        PhysicalReduced1 = "physical_reduced_1": "As reduced, correct close to the light",
         /// I / d² − I₀ d² / R²: the thesis' choice (eq. 5.1). The same function as `gltf`.
-        PhysicalReduced2 = "physical_reduced_2",
+        PhysicalReduced2 = "physical_reduced_2":
+            "As physical_reduced_1, correct farther out: the same function as gltf",
         /// I / d² + 2 I₀ d² / R² − 3 I₀ d / R.
-        PhysicalSmooth1 = "physical_smooth_1",
+        PhysicalSmooth1 = "physical_smooth_1": "As smooth, correct close to the light",
         /// I / d² + 2 I₀ d³ / R³ − 3 I₀ d² / R².
-        PhysicalSmooth2 = "physical_smooth_2",
+        PhysicalSmooth2 = "physical_smooth_2": "As physical_smooth_1, correct farther out",
         /// I (R − d) / R: for illustration.
-        Linear = "linear",
+        Linear = "linear": "Straight down to the range: for illustration",
         /// I up to R: for illustration.
-        Step = "step",
+        Step = "step": "Constant up to the range: for illustration",
     }
 }
 
@@ -32,9 +33,9 @@ named_enum! {
     /// Which surfaces are shaded.
     Materials {
         /// The file's own: Cook–Torrance.
-        File = "file",
+        File = "file": "The file's own metallic-roughness materials",
         /// Base colour as a two-sided diffuse albedo. Emission, alpha mask and blending stay; all else is ignored.
-        Lambert = "lambert",
+        Lambert = "lambert": "Base colour as a two-sided diffuse surface; emission, alpha mask and blending stay",
     }
 }
 

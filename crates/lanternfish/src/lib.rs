@@ -76,6 +76,7 @@ pub mod prepass;
 pub mod progressive;
 pub mod rays;
 mod renderer;
+pub mod rooms;
 pub mod settings;
 pub mod shaders;
 pub mod shading;

@@ -21,16 +21,15 @@ use crate::{
     error::RenderError,
     frame::{FrameResult, Passes},
     gpu_scene::{GpuScene, Needs, Traced, anisotropy},
-    indirect::IndirectLight,
+    indirect::{self, IndirectSums},
     light_culling::{LightCulling, clustered::GridContents},
-    occlusion::Occlusion,
+    occlusion,
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
     progressive::Progressive,
     rays::{Tracer, has_ray_query},
     settings::{
-        DebugView, Exposure, Indirect, Occlusion as OcclusionSetting, Samples, Settings, Shadows as ShadowSetting,
-        TextureBinding, ToneMap,
+        DebugView, Exposure, Indirect, Occlusion, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap,
     },
     shading::{Forward, NearestBlended},
     shadows::Shadows,
@@ -44,7 +43,10 @@ use crate::{
 pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
+    /// As they were given.
     settings: Settings,
+    /// As its passes take them: what a debug view does not show is left out.
+    effective: Settings,
     /// What it needs of a scene.
     needs: Needs,
     pub(crate) profiler: Profiler,
@@ -84,12 +86,13 @@ impl Renderer {
     ///
     /// The device may be any; optional features that it was opened with are used
     /// ([`Gpu::WANTED_FEATURES`] lists them), and a setting that needs one that is missing is an error.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, mut settings: Settings) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Self, RenderError> {
+        let (given, mut settings) = (settings.clone(), settings);
         if settings.debug_view == Some(DebugView::BaseColor) {
             // A colour is shown as it is, and no light is asked for.
             (settings.exposure, settings.tone_map, settings.shadows) =
                 (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
-            settings.occlusion = OcclusionSetting::None;
+            settings.occlusion = Occlusion::None;
         }
         if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
             // What is shown is not what arrives, and is of the surface at each pixel's middle.
@@ -101,7 +104,7 @@ impl Renderer {
         crate::shadows::check(&settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
         let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
-        let occlusion = Occlusion::new(device, &settings)?;
+        let occlusion = occlusion::passes(device, &settings)?;
         let of_shadows = tracer == Tracer::AcrossTexels;
         if of_shadows {
             crate::shadows::check_driver(&device.adapter_info())?;
@@ -119,7 +122,7 @@ impl Renderer {
             occlusion,
             shadows,
             deep_images,
-            indirect: IndirectLight::new(device, &settings, tracer)?,
+            indirect: indirect::passes(device, &settings, tracer)?,
             nearest_blended: finds_arriving.then(|| NearestBlended::new(&settings, tracer)),
             forward: Forward::new(&settings, tracer),
             sky: Sky::new(),
@@ -135,10 +138,10 @@ impl Renderer {
         let needs = Needs::new(&settings, traced, texture_arrays, anisotropy);
         let (profiler, pool) = (Profiler::new(device, queue), Mutex::new(Pool::new(device)));
         let (device, queue) = (device.clone(), queue.clone());
-        Ok(Self { device, queue, settings, needs, profiler, pool, passes })
+        Ok(Self { device, queue, settings: given, effective: settings, needs, profiler, pool, passes })
     }
 
-    /// The settings it was made with.
+    /// The settings it was made with, as they were given, at the exposure of now.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -152,7 +155,7 @@ impl Renderer {
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
         // A scene that is gone frees its memory before the next one takes its own.
         self.pool.lock().unwrap_or_else(PoisonError::into_inner).forget_bind_groups();
-        checked(&self.device, "upload", || GpuScene::new(&self.device, &self.queue, scene, &self.settings, self.needs))
+        checked(&self.device, "upload", || GpuScene::new(&self.device, &self.queue, scene, &self.effective, self.needs))
     }
 
     /// Brings what has changed in `scene` since it was uploaded to the device: where its instances stand; all lights, more or
@@ -171,7 +174,7 @@ impl Renderer {
     /// that loses its area is met by nothing. After any other error update again, or upload.
     pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
         gpu_scene.check(&self.device, &self.needs)?;
-        checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.settings))
+        checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.effective))
     }
 
     /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.
@@ -224,7 +227,7 @@ impl Renderer {
             // An image of the surroundings stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
             let view = View::new(camera, UVec2::new(width, height), sky, &scene.bounds);
-            Ok(View { samples: self.settings.samples.count(), ..view })
+            Ok(View { samples: self.effective.samples.count(), ..view })
         };
         views.iter().map(view).collect()
     }
@@ -243,7 +246,8 @@ impl Renderer {
     /// that was whole, of that size. What [`Self::render`] gives of it otherwise is not whole either.
     #[cfg_attr(not(test), expect(dead_code, reason = "a window asks for it; until there is one, tests do"))]
     pub(crate) fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
-        let deep = self.passes.deep_images.is_some() || matches!(self.passes.occlusion, Some(Occlusion::Deep(_)));
+        let deep_occlusion = self.passes.occlusion.is_some() && self.effective.occlusion.uses_deep_images();
+        let deep = self.passes.deep_images.is_some() || deep_occlusion;
         if growth == Growth::Later && deep {
             return Err(RenderError::Together { setting: "frames that do not wait", needed: "no deep images" });
         }
@@ -308,10 +312,11 @@ impl Renderer {
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
-        if let Some(indirect) = &shaded.indirect {
-            let mut counted = indirect.counters.read(&self.device, &self.queue)?;
-            if let Some(of_blended) = &shaded.indirect_of_blended {
-                let more = of_blended.counters.read(&self.device, &self.queue)?;
+        let counters_of = |sums: &Option<IndirectSums>| sums.as_ref().and_then(|sums| sums.counters.clone());
+        if let Some(rays) = counters_of(&shaded.indirect) {
+            let mut counted = rays.read(&self.device, &self.queue)?;
+            if let Some(of_blended) = counters_of(&shaded.indirect_of_blended) {
+                let more = of_blended.read(&self.device, &self.queue)?;
                 counted.iter_mut().zip(more).for_each(|((_, count), (_, more))| *count += more);
             }
             counters.extend(counted.map(|(name, count)| (name.to_owned(), count)));

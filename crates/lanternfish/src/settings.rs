@@ -130,8 +130,12 @@ pub use crate::{
         directions::DirectionSet,
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
     },
-    indirect::{Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Quality, Sampled},
+    indirect::{
+        Indirect, Quality,
+        sampled::{IndirectClamp, IndirectResolution, IndirectTracer, Sampled},
+    },
     light_culling::clustered::grid::ClusterShape,
+    occlusion::{Deep, Hbao, Occlusion},
 };
 
 /// Lists per cluster [VanGelderen2020, ch. 3].
@@ -178,9 +182,9 @@ named_enum! {
     /// Whether several views share one grid of clusters.
     Grouping {
         /// A grid, lists and all for each view.
-        Individual = "individual",
+        Individual = "individual": "A grid for each view",
         /// One grid around the frusta of all views.
-        Enclosed = "enclosed",
+        Enclosed = "enclosed": "One grid around all views: lights are assigned once",
     }
 }
 
@@ -188,9 +192,9 @@ named_enum! {
     /// How the lights of a cluster are found.
     Assignment {
         /// Every light is tested: the thesis'.
-        BruteForce = "brute_force",
+        BruteForce = "brute_force": "Every light is tested against every cluster",
         /// A tree over the lights is walked.
-        Hierarchy = "hierarchy",
+        Hierarchy = "hierarchy": "A tree over the lights is walked: for thousands of lights",
     }
 }
 
@@ -198,9 +202,9 @@ named_enum! {
     /// How close to a cluster a light must come.
     ClusterTest {
         /// Behind none of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
-        Planes = "planes",
+        Planes = "planes": "Behind none of the cluster's planes: some lights too many",
         /// And within reach of the box around it: fewer lights that do not reach it.
-        PlanesAndBox = "planes-and-box",
+        PlanesAndBox = "planes-and-box": "And within reach of the box around it",
     }
 }
 
@@ -208,11 +212,11 @@ named_enum! {
     /// Edge of a screen tile, pixels.
     TileSize {
         /// 8 × 8.
-        Px8 = "8",
+        Px8 = "8": "Fewest lights a pixel, most lists",
         /// 16 × 16.
-        Px16 = "16",
+        Px16 = "16": "A good balance",
         /// 32 × 32.
-        Px32 = "32",
+        Px32 = "32": "Fewest lists, most lights a pixel",
     }
 }
 
@@ -256,43 +260,20 @@ impl fmt::Display for Exposure {
     }
 }
 
-/// How much of the surroundings a surface sees.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Occlusion {
-    /// It is not asked: the surroundings light nothing.
-    None,
-    /// By rays along every direction of deep images [Aalund2015, §3.3].
-    Deep {
-        /// Distance from which on nothing occludes, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which
-        /// everything occludes, however far.
-        max_distance: Option<f32>,
-    },
-    /// By horizons in the depth of the view: for comparison [Bavoil2008; Jimenez2016].
-    Hbao {
-        /// Distance from which on nothing occludes, m, > 0. Higher: darker, and more that the view does not show is missed.
-        radius: f32,
-    },
-}
-
-impl Occlusion {
-    /// Metres that [`Occlusion::Hbao`] looks around where nobody says how far.
-    pub const DEFAULT_RADIUS: f32 = 1.0;
-}
-
 named_enum! {
     /// How shadows are found.
     Shadows {
         /// The faster tracer of this adapter: `ray-query` on hardware that has it, else `bvh`.
-        Auto = "auto",
+        Auto = "auto": "The faster one of this adapter",
         /// No shadows.
-        None = "none",
+        None = "none": "No shadows",
         /// The adapter's own acceleration structure.
-        RayQuery = "ray-query",
+        RayQuery = "ray-query": "The adapter's ray-tracing hardware",
         /// A compressed wide BVH walked in compute, on any adapter.
-        Bvh = "bvh",
+        Bvh = "bvh": "A bounding volume hierarchy in compute, on any adapter",
         /// Deep images [Niessner2010]: as coarse as their texels. Rays from blended surfaces, and of further samples of a pixel, go
         /// through the BVH.
-        DeepImage = "deep-image",
+        DeepImage = "deep-image": "Deep images: as coarse as their texels (--deep-resolution)",
     }
 }
 
@@ -300,13 +281,13 @@ named_enum! {
     /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].
     RayCulling {
         /// Every listed light gets a ray, even from beyond its range: the yardstick.
-        None = "none",
+        None = "none": "Every listed light gets a ray, even from beyond its range",
         /// Normals from depth, two samples an axis: wrong at edges.
-        Naive = "naive",
+        Naive = "naive": "Normals from depth, two samples an axis: wrong at edges",
         /// Normals from depth, five samples an axis: wrong only on triangles under three pixels.
-        Improved = "improved",
+        Improved = "improved": "Normals from depth, five samples an axis: wrong only on tiny triangles",
         /// The surface target's own normal: exact.
-        Surface = "surface",
+        Surface = "surface": "The surface's own normal: exact",
     }
 }
 
@@ -314,13 +295,13 @@ named_enum! {
     /// From scene-referred radiance to what a display shows. All but `none` compress highlights.
     ToneMap {
         /// Clamps to 0..1.
-        None = "none",
+        None = "none": "Clamps to 0..1",
         /// Khronos PBR Neutral: base colours stay as they are, only highlights are compressed.
-        Neutral = "neutral",
+        Neutral = "neutral": "Keeps colours, compresses highlights only (Khronos PBR Neutral)",
         /// x / (1 + x) on luminance.
-        Reinhard = "reinhard",
+        Reinhard = "reinhard": "x / (1 + x) on luminance: soft",
         /// A fit of the ACES reference rendering and output transforms: contrasty, warm.
-        Aces = "aces",
+        Aces = "aces": "A fit of the ACES film look: contrasty, warm",
     }
 }
 
@@ -328,37 +309,38 @@ named_enum! {
     /// A quantity of the frame, shown instead of its radiance.
     DebugView {
         /// Distance from the camera plane, brighter is nearer, logarithmic.
-        Depth = "depth",
+        Depth = "depth": "Distance from the camera; brighter is nearer",
         /// The shading normal, world space, (n + 1) / 2.
-        Normal = "normal",
+        Normal = "normal": "Shading normal",
         /// The triangle's own normal, world space.
-        GeometricNormal = "geometric-normal",
+        GeometricNormal = "geometric-normal": "The triangle's own normal",
         /// The normal rebuilt from depth with two samples an axis.
-        NormalNaive = "normal-naive",
+        NormalNaive = "normal-naive": "Normal rebuilt from depth, two samples an axis",
         /// The normal rebuilt from depth with five samples an axis.
-        NormalImproved = "normal-improved",
+        NormalImproved = "normal-improved": "Normal rebuilt from depth, five samples an axis",
         /// Perceptual roughness.
-        Roughness = "roughness",
+        Roughness = "roughness": "Perceptual roughness",
         /// Base colour after textures and vertex colours.
-        BaseColor = "base-color",
+        BaseColor = "base-color": "Base colour after textures",
         /// Listed lights a pixel, as a heat map.
-        LightCount = "light-count",
+        LightCount = "light-count": "Lights listed for a pixel, as a heat map",
         /// Listed lights that reach the pixel: those whose range is above their distance, as a logarithmic heat map.
-        LightsPerPixel = "lights-per-pixel",
+        LightsPerPixel = "lights-per-pixel": "Of them, those whose range reaches the pixel, as a logarithmic heat map",
         /// The cluster's place in the grid, each coordinate modulo 3; magenta where it has no visible fragment.
-        ClusterIndex = "cluster-index",
+        ClusterIndex = "cluster-index": "Places of clusters in their grid, modulo 3; magenta where none was marked",
         /// Lights of the pixel's cluster or tile, as a logarithmic heat map.
-        ClusterLights = "cluster-lights",
+        ClusterLights = "cluster-lights": "Lights of a pixel's cluster or tile, as a logarithmic heat map",
         /// Visible fragments of the pixel's cluster, as a logarithmic heat map; magenta where there are none.
-        ClusterFragments = "cluster-fragments",
+        ClusterFragments = "cluster-fragments":
+            "Visible fragments of a pixel's cluster, as a logarithmic heat map; magenta where none",
         /// Shadow rays a pixel, as a heat map.
-        RayCount = "ray-count",
+        RayCount = "ray-count": "Shadow rays of a pixel, as a heat map",
         /// Share of listed lights that reach the pixel.
-        Visibility = "visibility",
+        Visibility = "visibility": "Share of a pixel's listed lights that reach it",
         /// How open a surface is to its surroundings: white where nothing occludes.
-        Occlusion = "occlusion",
+        Occlusion = "occlusion": "How open a surface is to its surroundings; needs --occlusion",
         /// Magenta where the radiance is not finite, grey elsewhere.
-        Nan = "nan",
+        Nan = "nan": "Magenta where the result is not a number",
     }
 }
 
@@ -366,13 +348,13 @@ named_enum! {
     /// Samples a pixel at edges of triangles (multisample antialiasing).
     Samples {
         /// One.
-        One = "1",
+        One = "1": "One",
         /// Two, where the adapter has it.
-        Two = "2",
+        Two = "2": "Two, where the adapter has it",
         /// Four: on every adapter.
-        Four = "4",
+        Four = "4": "Four, on every adapter",
         /// Eight, where the adapter has it.
-        Eight = "8",
+        Eight = "8": "Eight, where the adapter has it",
     }
 }
 
@@ -392,11 +374,11 @@ named_enum! {
     /// How material textures reach the shader.
     TextureBinding {
         /// `array` on hardware that has it, else `per-material`.
-        Auto = "auto",
+        Auto = "auto": "array on hardware that has it",
         /// One array of all textures, chosen by index.
-        Array = "array",
+        Array = "array": "All textures bound at once, chosen by index",
         /// A bind group for every material: works everywhere.
-        PerMaterial = "per-material",
+        PerMaterial = "per-material": "Bound material by material: works everywhere",
     }
 }
 
@@ -404,17 +386,17 @@ named_enum! {
     /// Samples along the long axis of a pixel's footprint in a texture, at most.
     Anisotropy {
         /// 16 on hardware, 4 on a software adapter, 1 on one that stalls on more.
-        Auto = "auto",
+        Auto = "auto": "16 on hardware, 4 on a software adapter, 1 on one that stalls on more",
         /// None: the footprint's long axis decides, and the texture is blurred across it.
-        X1 = "1",
+        X1 = "1": "Blurs what is seen at an angle",
         /// Two.
-        X2 = "2",
+        X2 = "2": "A little sharper",
         /// Four.
-        X4 = "4",
+        X4 = "4": "Almost as sharp as 16, at a lower price",
         /// Eight.
-        X8 = "8",
+        X8 = "8": "Hardly to be told from 16",
         /// Sixteen.
-        X16 = "16",
+        X16 = "16": "Sharpest",
     }
 }
 

@@ -2,6 +2,8 @@
 
 use lanternfish_gpu::{Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, SharedStruct};
 
+use crate::{indirect::Indirect, occlusion::Occlusion};
+
 /// Every `.wesl` file of this crate; a module's path is its file's.
 pub const SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs"))));
 
@@ -11,17 +13,16 @@ pub struct Package(ShaderLibrary);
 
 /// What a folder declares of its shaders.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shaders {
+pub struct Shaders {
     /// Its files with entry points.
     pub roots: &'static [Root],
     /// The structs of its files that the host declares too; a test compares them.
-    #[cfg_attr(not(test), expect(dead_code, reason = "a test reads it"))]
     pub structs: &'static [SharedStruct],
 }
 
 /// A file with entry points, and the features that a room may link it with.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Root {
+pub struct Root {
     /// Its path below `src/`, without an ending.
     pub module: &'static str,
     /// None: a function of the settings says which, and a test asks it under all of them.
@@ -29,31 +30,45 @@ pub(crate) struct Root {
 }
 
 /// Every folder with shaders.
-const FOLDERS: &[Shaders] = &[
-    crate::view::DECLARED,
-    crate::gpu_scene::DECLARED,
-    crate::lights::DECLARED,
-    crate::prepass::DECLARED,
-    crate::light_culling::DECLARED,
-    crate::light_culling::tiled::DECLARED,
-    crate::light_culling::clustered::DECLARED,
-    crate::deep_images::DECLARED,
-    crate::rays::DECLARED,
-    crate::indirect::sampled::DECLARED,
-    crate::environment_light::DECLARED,
-    crate::occlusion::deep::DECLARED,
-    crate::occlusion::hbao::DECLARED,
-    crate::shadows::DECLARED,
-    crate::shading::DECLARED,
-    crate::sky::DECLARED,
-    crate::progressive::DECLARED,
-    crate::output::DECLARED,
-    crate::debug_views::DECLARED,
+const FOLDERS: &[&[Shaders]] = &[
+    &[
+        crate::view::DECLARED,
+        crate::gpu_scene::DECLARED,
+        crate::lights::DECLARED,
+        crate::prepass::DECLARED,
+        crate::light_culling::DECLARED,
+        crate::light_culling::tiled::DECLARED,
+        crate::light_culling::clustered::DECLARED,
+        crate::deep_images::DECLARED,
+        crate::rays::DECLARED,
+        crate::environment_light::DECLARED,
+        crate::shadows::DECLARED,
+        crate::shading::DECLARED,
+        crate::sky::DECLARED,
+        crate::progressive::DECLARED,
+        crate::output::DECLARED,
+        crate::debug_views::DECLARED,
+    ],
+    Indirect::SHADERS,
+    Occlusion::SHADERS,
 ];
+
+fn folders() -> impl Iterator<Item = &'static Shaders> {
+    FOLDERS.iter().copied().flatten()
+}
 
 /// Every file with entry points.
 fn roots() -> impl Iterator<Item = &'static Root> {
-    FOLDERS.iter().flat_map(|folder| folder.roots)
+    folders().flat_map(|folder| folder.roots)
+}
+
+/// Whether a folder declares the file, and these features for it.
+fn is_declared(module: &str, features: &[Feature]) -> bool {
+    let same = |variant: &Vec<Feature>| {
+        variant.len() == features.len() && features.iter().all(|feature| variant.contains(feature))
+    };
+    let root = roots().find(|root| root.module == module);
+    root.is_some_and(|root| root.variants().is_none_or(|variants| variants.iter().any(same)))
 }
 
 impl Root {
@@ -91,16 +106,10 @@ impl Package {
 
     /// Links a file with entry points, these features on and all others off.
     ///
-    /// Panics where no folder declares the file, or its folder does not declare these features for it: a bug.
+    /// Panics with debug assertions, so in every test, where no folder declares the file, or its folder does not declare these features
+    /// for it: a bug.
     pub fn link(&self, module: &str, features: &[Feature]) -> Result<LinkedShader, GpuError> {
-        let root = roots().find(|root| root.module == module);
-        let root = root.unwrap_or_else(|| panic!("{module}: no folder declares this shader"));
-        if let Some(variants) = root.variants() {
-            let same = |variant: &Vec<Feature>| {
-                variant.len() == features.len() && features.iter().all(|feature| variant.contains(feature))
-            };
-            assert!(variants.iter().any(same), "{module}: its folder does not declare {features:?}");
-        }
+        debug_assert!(is_declared(module, features), "{module}: its folder does not declare {features:?}");
         self.0.link(module, features)
     }
 }

@@ -51,7 +51,7 @@ fn every_flag_reaches_its_setting() {
         textures: TextureBinding::PerMaterial,
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
-        occlusion: Occlusion::Deep { max_distance: Some(2.5) },
+        occlusion: Occlusion::deep(Some(2.5)),
         deep_images: DeepImageSettings {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 32,
@@ -70,8 +70,8 @@ fn every_flag_reaches_its_setting() {
         }),
     };
     let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;
-    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::Hbao { radius: Occlusion::DEFAULT_RADIUS });
-    assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::Hbao { radius: 3.0 });
+    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::hbao(1.0));
+    assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::hbao(3.0));
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
     let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \

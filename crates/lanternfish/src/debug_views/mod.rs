@@ -9,9 +9,9 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     light_culling::{LightCulling, LightLists, SCHEMES},
-    occlusion::{OCCLUSION, Occlusion, Openness},
+    occlusion::{self, OCCLUSION, Openness},
     output::{DISPLAY_FORMAT, fullscreen},
-    settings::{Culling, DebugView, Occlusion as OcclusionSetting, Settings},
+    settings::{Culling, DebugView, Occlusion, Settings},
     shaders::{Root, SHADERS, Shaders},
     texture::{Radiance, frame_target},
 };
@@ -95,14 +95,14 @@ impl DebugViews {
         let Some(view) = settings.debug_view else { return Ok(None) };
         let Some(quantity) = quantity(view) else { return Ok(None) };
         check_clusters(view, settings.culling)?;
-        if view == DebugView::Occlusion && settings.occlusion == OcclusionSetting::None {
+        if view == DebugView::Occlusion && settings.occlusion == Occlusion::None {
             return Err(RenderError::Together {
                 setting: "--debug-view occlusion",
                 needed: "--occlusion deep, or --occlusion hbao",
             });
         }
         let mut features: Vec<_> = LightCulling::feature(settings.culling).into_iter().collect();
-        features.extend(Occlusion::feature(settings.occlusion));
+        features.extend(occlusion::feature(settings.occlusion));
         let shader = SHADERS.link("debug_views/debug", &features)?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Some(Self {

@@ -48,13 +48,13 @@ named_enum! {
     /// How deep images are built.
     DeepBuilder {
         /// All from one draw of the scene [Archer2019, §3.1].
-        SinglePass = "single_pass",
+        SinglePass = "single_pass": "All images from one draw of the scene",
         /// Every triangle is put into each image's texels by arithmetic: what a draw for each direction finds, without one.
-        PerTriangle = "per_triangle",
+        PerTriangle = "per_triangle": "By arithmetic from every triangle: exact",
         /// A draw for each direction: the yardstick.
-        PerDirection = "per_direction",
+        PerDirection = "per_direction": "A draw for each direction: exact, and slow",
         /// A draw for each layer of surfaces of all images at once [Niessner2010, §3.1]: another yardstick, which is the slowest.
-        DepthPeeling = "depth_peeling",
+        DepthPeeling = "depth_peeling": "A draw for each layer of surfaces: the yardstick, slowest",
     }
 }
 

@@ -9,7 +9,7 @@ use lanternfish_gpu::is_same_device;
 
 use crate::{
     error::RenderError,
-    settings::{Attenuation, Indirect, Occlusion, Settings},
+    settings::{Attenuation, Indirect, Settings},
 };
 
 use super::{GpuScene, Shading};
@@ -50,7 +50,7 @@ impl Needs {
     /// What a renderer with these settings needs, whose rays go through `traced`.
     pub fn new(settings: &Settings, traced: Traced, texture_arrays: bool, anisotropy: u16) -> Self {
         // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
-        let has_images = matches!(settings.occlusion, Occlusion::Deep { .. });
+        let has_images = settings.occlusion.uses_deep_images();
         let Settings { attenuation, range_threshold, light_radius, shadow_rays, .. } = *settings;
         static RENDERERS: AtomicU64 = AtomicU64::new(0);
         Self {

@@ -9,11 +9,13 @@ pub(crate) mod hbao;
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
+
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 
 pub use self::{
-    deep::{DeepOcclusion, DirectionRun},
+    deep::{Deep, DirectionRun},
     hbao::{Hbao, HbaoParameters},
 };
 use crate::{
@@ -21,7 +23,8 @@ use crate::{
     deep_images::DeepCounts,
     error::RenderError,
     prepass::Surface,
-    settings::{Occlusion as OcclusionSetting, Settings},
+    rooms::{AnyRoom, KnobWords, Range, rooms},
+    settings::Settings,
     texture::frame_target,
 };
 
@@ -31,13 +34,72 @@ pub(crate) const OCCLUSION: Feature = Feature("occlusion");
 /// Pixels a side of a workgroup: the shaders' `TILE`.
 const TILE: u32 = 8;
 
-/// The passes that find it.
-#[derive(Debug)]
-pub enum Occlusion {
-    /// By the directions of deep images.
-    Deep(Box<DeepOcclusion>),
-    /// By horizons in the view's depth.
-    Hbao(Box<Hbao>),
+rooms! {
+    /// How much of the surroundings a surface sees.
+    Occlusion: dyn OcclusionRoom, flag "occlusion", everyday: false,
+    help: "How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with \
+           --indirect none.",
+    none: "It is not: the surroundings light nothing" {
+        Deep(deep::Deep),
+        Hbao(hbao::Hbao),
+    }
+}
+
+impl Default for Occlusion {
+    fn default() -> Self {
+        Self::None
+    }
+}
+
+impl Occlusion {
+    /// By deep images; `max_distance`: from where on nothing occludes, m, > 0.
+    pub const fn deep(max_distance: Option<f32>) -> Self {
+        Self::Deep(Deep { max_distance })
+    }
+
+    /// By horizons; `radius`: from where on nothing occludes, m, > 0.
+    pub const fn hbao(radius: f32) -> Self {
+        Self::Hbao(Hbao { radius })
+    }
+
+    /// Whether it looks along deep images.
+    pub(crate) fn uses_deep_images(&self) -> bool {
+        self.chosen().is_some_and(|room| room.uses_deep_images())
+    }
+}
+
+/// The setting that both rooms have.
+const DISTANCE: KnobWords = KnobWords {
+    name: "occlusion-distance",
+    value: "METRES",
+    range: Range::Positive,
+    help: "Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes, \
+           however far; with hbao 1 m",
+};
+
+/// What every room of occlusion is asked.
+pub(crate) trait OcclusionRoom: AnyRoom {
+    /// From where on nothing occludes, m; none: everything occludes, however far.
+    fn max_distance(&self) -> Option<f32>;
+
+    /// Whether it looks along deep images.
+    fn uses_deep_images(&self) -> bool {
+        false
+    }
+
+    /// Compiles its passes.
+    fn build(&self, device: &wgpu::Device, settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError>;
+}
+
+/// The passes of a room.
+pub(crate) trait OcclusionPasses: fmt::Debug {
+    /// Finds it for a surface that a view shows, one sample a pixel, with normals.
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<Openness, RenderError>;
 }
 
 /// How open every pixel's opaque surface is.
@@ -59,51 +121,26 @@ impl Openness {
     }
 }
 
-impl Occlusion {
-    /// Compiles the passes that these settings want, if any. A distance that is none is an error. Where rays of indirect
-    /// light see the surroundings themselves, it is found for its debug view alone.
-    pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
-        let distance = match settings.occlusion {
-            OcclusionSetting::None => return Ok(None),
-            OcclusionSetting::Deep { max_distance } => max_distance,
-            OcclusionSetting::Hbao { radius } => Some(radius),
-        };
-        if let Some(distance) = distance.filter(|distance| !(*distance > 0.0 && distance.is_finite())) {
-            return Err(RenderError::Value {
-                setting: "--occlusion-distance",
-                got: distance.to_string(),
-                needed: "metres above 0",
-            });
-        }
-        if !settings.finds_openness() {
-            return Ok(None);
-        }
-        Ok(Some(match settings.occlusion {
-            OcclusionSetting::None => return Ok(None),
-            OcclusionSetting::Deep { max_distance } => {
-                Self::Deep(Box::new(DeepOcclusion::new(device, settings.deep_images, max_distance)?))
-            }
-            OcclusionSetting::Hbao { radius } => Self::Hbao(Box::new(Hbao::new(device, radius)?)),
-        }))
+/// Compiles the passes that these settings want, if any. A distance that is none is an error. Where rays of indirect light see the
+/// surroundings themselves, it is found for its debug view alone.
+pub(crate) fn passes(
+    device: &wgpu::Device,
+    settings: &Settings,
+) -> Result<Option<Box<dyn OcclusionPasses>>, RenderError> {
+    let Some(room) = settings.occlusion.chosen() else { return Ok(None) };
+    if let Some(distance) = room.max_distance().filter(|distance| !(*distance > 0.0 && distance.is_finite())) {
+        return Err(RenderError::Value {
+            setting: "--occlusion-distance",
+            got: distance.to_string(),
+            needed: "metres above 0",
+        });
     }
+    settings.finds_openness().then(|| room.build(device, settings)).transpose()
+}
 
-    /// The feature of shaders that read [`Openness`].
-    pub fn feature(setting: OcclusionSetting) -> Option<Feature> {
-        (setting != OcclusionSetting::None).then_some(OCCLUSION)
-    }
-
-    /// Finds it for a surface that a view shows, one sample a pixel, with normals.
-    pub fn record(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        surface: &Surface,
-    ) -> Result<Openness, RenderError> {
-        match self {
-            Self::Deep(deep) => deep.record(frame, view, surface),
-            Self::Hbao(hbao) => Ok(hbao.record(frame, view, surface)),
-        }
-    }
+/// The feature of shaders that read [`Openness`].
+pub(crate) fn feature(setting: Occlusion) -> Option<Feature> {
+    (setting != Occlusion::None).then_some(OCCLUSION)
 }
 
 /// A texture for the answer.

@@ -19,7 +19,7 @@ use crate::{
 /// Not a multiple of a workgroup.
 const SIZE: UVec2 = UVec2::new(61, 45);
 
-const DEEP: Occlusion = Occlusion::Deep { max_distance: None };
+const DEEP: Occlusion = Occlusion::deep(None);
 
 fn settings(occlusion: Occlusion) -> Settings {
     Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
@@ -109,7 +109,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     };
     let occlusion = exact(Integrator::Occlusion);
     let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
-    let near = Occlusion::Deep { max_distance: Some(0.6) };
+    let near = Occlusion::deep(Some(0.6));
     let mut failures = Vec::new();
     for (setting, truth, resolution, most_off, most_mottled, most_biased) in [
         (DEEP, &occlusion, 64, 0.034, 0.022, 0.01),
@@ -128,7 +128,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     }
     assert!(failures.is_empty(), "{failures:#?}");
     // The comparison sees another distance, and that nothing is occluded at all.
-    let farther = found(Occlusion::Deep { max_distance: Some(0.9) }, 64);
+    let farther = found(Occlusion::deep(Some(0.9)), 64);
     assert!(
         off(&farther, &obscurance) > 0.05,
         "blind to a distance half as large again: {}",
@@ -146,7 +146,7 @@ fn pixel_count() -> usize {
 fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     let Some(gpu) = testing::gpu("gpu_an_open_plane_is_open_and_a_closed_box_is_closed") else { return };
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.0, -1.0]);
-    for occlusion in [DEEP, Occlusion::Deep { max_distance: Some(3.0) }, Occlusion::Hbao { radius: 3.0 }] {
+    for occlusion in [DEEP, Occlusion::deep(Some(3.0)), Occlusion::hbao(3.0)] {
         let found = openness_of(gpu, settings(occlusion), &floor(), &camera);
         let least = found.iter().copied().fold(f32::INFINITY, f32::min);
         assert!(least == 1.0, "{occlusion:?}: {least}");
@@ -180,7 +180,7 @@ fn gpu_both_ways_darken_a_corner() {
         Projection::Perspective { fov_y: 1.0, near: 0.05 },
     );
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in [Occlusion::Deep { max_distance: Some(1.0) }, Occlusion::Hbao { radius: 1.0 }] {
+    for occlusion in [Occlusion::deep(Some(1.0)), Occlusion::hbao(1.0)] {
         let found = openness_of(gpu, Settings { deep_images, ..settings(occlusion) }, &scene, &camera);
         let at = |y: u32| found[(y * SIZE.x + SIZE.x / 2) as usize];
         let column: Vec<f32> = (0..SIZE.y).map(at).collect();
@@ -232,7 +232,7 @@ fn gpu_what_moves_occludes_where_it_is_now() {
     moved.instances[1].world_from_object = Affine3A::from_translation(Vec3::new(-1.2, 0.1, -0.4));
     let camera = looking([1.0, 2.5, 4.0], [0.0, 0.0, -0.5]);
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in [DEEP, Occlusion::Hbao { radius: 1.0 }] {
+    for occlusion in [DEEP, Occlusion::hbao(1.0)] {
         let settings = Settings { deep_images, ..settings(occlusion) };
         let mut renderer = renderer(gpu, settings.clone());
         let mut uploaded = renderer.upload(&scene).unwrap();
@@ -265,7 +265,7 @@ fn gpu_the_sky_lights_what_is_open_to_it() {
         renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[pixel_count() / 2]
     };
     assert_eq!(center(Occlusion::None), [0.0, 0.0, 0.0, 1.0]);
-    for occlusion in [DEEP, Occlusion::Hbao { radius: 1.0 }] {
+    for occlusion in [DEEP, Occlusion::hbao(1.0)] {
         assert_eq!(center(occlusion), [1.0, 1.0, 0.5, 1.0], "{occlusion:?}");
     }
     // Half of what a wall beside it leaves.
@@ -302,7 +302,7 @@ fn gpu_what_cannot_be_is_refused_with_a_remedy() {
     let Some(gpu) = testing::gpu("gpu_what_cannot_be_is_refused_with_a_remedy") else { return };
     let refused = |settings| Renderer::new(&gpu.device, &gpu.queue, settings).unwrap_err();
     for distance in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        for occlusion in [Occlusion::Deep { max_distance: Some(distance) }, Occlusion::Hbao { radius: distance }] {
+        for occlusion in [Occlusion::deep(Some(distance)), Occlusion::hbao(distance)] {
             let error = refused(settings(occlusion));
             assert!(matches!(error, RenderError::Value { .. }), "{error}");
         }

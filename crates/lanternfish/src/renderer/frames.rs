@@ -36,13 +36,13 @@ impl Renderer {
         let views = self.views(scene, views)?;
         let device = self.device.clone();
         checked(&device, "render", || {
-            if self.settings.accumulate == 1 {
+            if self.effective.accumulate == 1 {
                 let results = self.frame(&FrameContext { scene, views: &views, is_averaged: false })?;
                 return self.pictures(scene, &views, &results);
             }
             self.passes.progressive.reset();
             let (mut results, mut times) = (Vec::new(), Vec::new());
-            for count in 1..=self.settings.accumulate {
+            for count in 1..=self.effective.accumulate {
                 results = self.next_frame(scene, &views)?;
                 add_times(&mut times, self.finished()?);
                 tell(count);

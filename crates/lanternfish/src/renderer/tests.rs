@@ -4,7 +4,10 @@ mod steady;
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 
-use crate::{Renderer, Settings, settings::Shadows};
+use crate::{
+    Renderer, Settings,
+    settings::{DebugView, Exposure, Occlusion, Shadows},
+};
 
 /// Dispatches that follow each other share a pass: those of a frame of the default settings are few, however many rays a pixel has.
 #[test]
@@ -30,4 +33,17 @@ fn gpu_a_frame_has_few_compute_passes() {
     assert!((1..=7).contains(&passes), "{passes}");
     // Each is timed by itself all the same.
     assert!(!has_timestamps || times.len() > 40, "{times:?}");
+}
+
+/// A debug view leaves out what it does not show, and says nothing else of the settings than what it was given.
+#[test]
+fn gpu_settings_come_back_as_they_were_given() {
+    let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };
+    for view in [DebugView::BaseColor, DebugView::Normal] {
+        let given = Settings { debug_view: Some(view), occlusion: Occlusion::hbao(2.0), ..Settings::default() };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, given.clone()).unwrap();
+        assert_eq!(*renderer.settings(), given);
+        renderer.set_exposure(Exposure::Ev(-1.0)).unwrap();
+        assert_eq!(*renderer.settings(), Settings { exposure: Exposure::Ev(-1.0), ..given });
+    }
 }

@@ -42,7 +42,7 @@ fn all_settings() -> Vec<Settings> {
     let all = with(&all, &[0.0, 0.1], |s, v| s.light_radius = v);
     let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.samples = v);
     let all = with(&all, &[Indirect::None, Indirect::Sampled(Sampled::default())], |s, v| s.indirect = v);
-    let all = with(&all, &[Occlusion::None, Occlusion::Deep { max_distance: None }], |s, v| s.occlusion = v);
+    let all = with(&all, &[Occlusion::None, Occlusion::deep(None)], |s, v| s.occlusion = v);
     let all = with(&all, DeepDepth::ALL, |s, v| s.deep_images.depth = v);
     with(&all, &[None, Some(DebugView::RayCount)], |s, v| s.debug_view = v)
 }
@@ -106,6 +106,7 @@ fn check_entry_points(shaders: &[LinkedShader]) {
 }
 
 #[test]
+#[cfg(debug_assertions)]
 #[should_panic(expected = "light_culling/tiled/bounds: its folder does not declare [Feature(\"payload\")]")]
 fn a_variant_that_is_not_declared_is_never_linked() {
     let _ = SHADERS.link("light_culling/tiled/bounds", &[crate::deep_images::PAYLOAD]);
@@ -205,7 +206,7 @@ fn check_floor(shaders: &[LinkedShader]) {
 
 fn check_shared_structs(shaders: &[LinkedShader]) {
     let mut checked = BTreeSet::new();
-    for SharedStruct { name, check } in FOLDERS.iter().flat_map(|folder| folder.structs) {
+    for SharedStruct { name, check } in folders().flat_map(|folder| folder.structs) {
         let has_it =
             |shader: &&LinkedShader| shader.module.types.iter().any(|(_, ty)| item_name(ty.name.as_deref()) == *name);
         for shader in shaders.iter().filter(has_it) {

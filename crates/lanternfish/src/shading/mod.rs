@@ -14,7 +14,7 @@ use crate::{
     gpu_scene::{Draw, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
     light_culling::{LightCulling, LightLists},
-    occlusion::Occlusion,
+    occlusion,
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
     rays::Tracer,
     settings::{Indirect, Settings},
@@ -184,8 +184,8 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<Feature>; 2]
     let mut blended: Vec<_> = culling.into_iter().chain([TRANSPARENT]).collect();
     // Rays of indirect light see the surroundings themselves.
     let arriving = match settings.indirect {
-        Indirect::None => Occlusion::feature(settings.occlusion),
-        Indirect::Sampled(_) => Some(INDIRECT),
+        Indirect::None => occlusion::feature(settings.occlusion),
+        _ => Some(INDIRECT),
     };
     for features in [&mut opaque, &mut blended] {
         features.extend(arriving);

@@ -7,8 +7,8 @@ use super::Arriving;
 use crate::{
     context::ViewContext,
     error::RenderError,
-    indirect::{Indirect, IndirectLight, IndirectResolution, IndirectTracer, Sampled},
-    occlusion::Occlusion,
+    indirect::{self, Indirect, IndirectPasses},
+    occlusion::{self, OcclusionPasses},
     prepass::Prepass,
     rays::Tracer,
     settings::Settings,
@@ -25,21 +25,16 @@ pub(crate) struct NearestBlended {
 #[derive(Debug)]
 struct Passes {
     prepass: Prepass,
-    occlusion: Option<Occlusion>,
-    indirect: Option<IndirectLight>,
+    occlusion: Option<Box<dyn OcclusionPasses>>,
+    indirect: Option<Box<dyn IndirectPasses>>,
 }
 
 impl NearestBlended {
     /// Glass is smooth: rays go through the BVH, from every pixel, and there is one about the mirror direction at least.
     pub fn new(settings: &Settings, tracer: Tracer) -> Self {
         let mut settings = settings.clone();
-        if let Indirect::Sampled(sampled) = &mut settings.indirect {
-            *sampled = Sampled {
-                tracer: IndirectTracer::Bvh,
-                resolution: IndirectResolution::Full,
-                glossy_rays: sampled.glossy_rays.max(1),
-                ..*sampled
-            };
+        if let Some(room) = settings.indirect.chosen_mut() {
+            room.look_at_glass();
         }
         Self { settings, tracer, passes: None }
     }
@@ -52,10 +47,10 @@ impl NearestBlended {
                 prepass: Prepass::of_blended(),
                 // Rays of indirect light see the surroundings themselves.
                 occlusion: match self.settings.indirect {
-                    Indirect::None => Occlusion::new(frame.device, &self.settings)?,
-                    Indirect::Sampled(_) => None,
+                    Indirect::None => occlusion::passes(frame.device, &self.settings)?,
+                    _ => None,
                 },
-                indirect: IndirectLight::new(frame.device, &self.settings, self.tracer)?,
+                indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
             }),
         };
         let surface = prepass.record_blended(frame, view)?;

@@ -82,7 +82,7 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
     for view in DebugView::ALL.iter().copied() {
         // One shows what is otherwise not asked for; under a black sky it lights nothing.
         let occlusion = match view {
-            DebugView::Occlusion => Occlusion::Deep { max_distance: None },
+            DebugView::Occlusion => Occlusion::deep(None),
             _ => Occlusion::None,
         };
         let settings = Settings { debug_view: Some(view), occlusion, ..Settings::direct_light() };

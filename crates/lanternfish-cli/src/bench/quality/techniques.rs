@@ -4,10 +4,13 @@
 //! values, and [`techniques`] takes [`Settings`] apart whole, so that a new setting does not compile, and a new value does not
 //! pass, without a row.
 
-use lanternfish::settings::{
-    Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet, Indirect,
-    IndirectClamp, IndirectResolution, IndirectTracer, Materials, Occlusion, Quality, RayCulling, Sampled, Samples,
-    Settings, Shadows, TextureBinding, TileSize, Tiled,
+use lanternfish::{
+    rooms::Family,
+    settings::{
+        Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet,
+        Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Materials, Occlusion, Quality, RayCulling,
+        Sampled, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled,
+    },
 };
 
 use super::truths::{SOFT_RADIUS, Truth};
@@ -102,9 +105,10 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     // What is missing from all the light there is, and what one bounce adds.
     let settings = Settings { indirect: Indirect::None, ..default.clone() };
     rows.push(row("indirect none".to_owned(), Truth::Full, settings));
-    let Settings { indirect, deep_images, .. } = Settings::default();
-    let settings = Settings { indirect, deep_images, ..default.clone() };
-    rows.push(row("indirect sampled".to_owned(), Truth::Full, settings));
+    for indirect in Indirect::rooms() {
+        let settings = Settings { indirect, deep_images: Settings::default().deep_images, ..default.clone() };
+        rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
+    }
     rows.extend(bounces(default));
     rows.extend(glossy_bounces(default));
     rows.extend(occlusions(default, diagonal));
@@ -174,8 +178,8 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let kind = truth.name();
         let max_distance = truth.max_distance(diagonal);
         // Horizons have an end in any case: the scene's.
-        let hbao = Occlusion::Hbao { radius: max_distance.unwrap_or(diagonal) };
-        let deep = Occlusion::Deep { max_distance };
+        let hbao = Occlusion::hbao(max_distance.unwrap_or(diagonal));
+        let deep = Occlusion::deep(max_distance);
         let mut row = |name: String, occlusion, deep_images| {
             let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
             rows.push(Technique { name, settings, truth });
@@ -203,11 +207,11 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
     let mut rows = vec![
         of("none".to_owned(), occluded(Occlusion::None)),
-        of("hbao".to_owned(), occluded(Occlusion::Hbao { radius: diagonal })),
+        of("hbao".to_owned(), occluded(Occlusion::hbao(diagonal))),
     ];
     for resolution in [64, 128, 256] {
         let deep_images = DeepImageSettings { resolution, ..default.deep_images };
-        let settings = Settings { deep_images, ..occluded(Occlusion::Deep { max_distance: None }) };
+        let settings = Settings { deep_images, ..occluded(Occlusion::deep(None)) };
         rows.push(of(format!("deep {resolution}"), settings));
     }
     let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..GOOD });
@@ -318,8 +322,8 @@ mod tests {
             rows.retain(|row| row.truth == truth);
             for known in [
                 |o: &Occlusion| *o == Occlusion::None,
-                |o: &Occlusion| matches!(o, Occlusion::Deep { .. }),
-                |o: &Occlusion| matches!(o, Occlusion::Hbao { .. }),
+                |o: &Occlusion| matches!(o, Occlusion::Deep(_)),
+                |o: &Occlusion| matches!(o, Occlusion::Hbao(_)),
             ] {
                 assert!(rows.iter().any(|row| known(&row.settings.occlusion)), "{truth}");
             }
@@ -329,8 +333,8 @@ mod tests {
     #[test]
     fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
         let sampled = |settings: &Settings| match settings.indirect {
-            Indirect::None => None,
             Indirect::Sampled(sampled) => Some(sampled),
+            _ => None,
         };
         for tracer in IndirectTracer::ALL {
             assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer));
@@ -342,6 +346,7 @@ mod tests {
             assert_every(&[Some(*clamp)], |settings| sampled(settings).map(|sampled| sampled.clamp));
         }
         assert_every(&[Indirect::None], |settings| settings.indirect);
+        assert_every(&Indirect::rooms(), |settings| settings.indirect);
     }
 
     #[test]

@@ -17,8 +17,8 @@ use crate::{
 /// Not a multiple of a workgroup.
 const SIZE: UVec2 = UVec2::new(61, 45);
 
-const DEEP: Occlusion = Occlusion::Deep { max_distance: None };
-const HBAO: Occlusion = Occlusion::Hbao { radius: 1.0 };
+const DEEP: Occlusion = Occlusion::deep(None);
+const HBAO: Occlusion = Occlusion::hbao(1.0);
 
 fn settings(occlusion: Occlusion) -> Settings {
     Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }

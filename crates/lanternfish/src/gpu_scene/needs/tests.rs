@@ -62,7 +62,7 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
         ("physical", Settings { attenuation: Attenuation::Physical, ..direct() }),
         ("soft", Settings { light_radius: 0.1, ..direct() }),
         ("textures one by one", Settings { textures: TextureBinding::PerMaterial, ..direct() }),
-        ("hbao", Settings { occlusion: Occlusion::Hbao { radius: 1.0 }, shadows: Shadows::None, ..direct() }),
+        ("hbao", Settings { occlusion: Occlusion::hbao(1.0), shadows: Shadows::None, ..direct() }),
         ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(IndirectTracer::Bvh) }),
         ("indirect, deep images", indirect(IndirectTracer::WithinTexel)),
     ];

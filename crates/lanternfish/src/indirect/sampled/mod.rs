@@ -7,14 +7,18 @@
 //! 3. What a pixel has beyond those around it is cut off, and how noisy it is found (`bound.wesl`).
 //! 4. Filter, along x and along y.
 
+mod settings;
 mod targets;
 
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
-pub use self::targets::RayCounters;
 use self::targets::Targets;
-use super::{IndirectClamp, IndirectResolution, IndirectSums, Sampled};
+pub use self::{
+    settings::{IndirectClamp, IndirectResolution, IndirectTracer, Sampled},
+    targets::RayCounters,
+};
+use super::{IndirectPasses, IndirectSums};
 use crate::{
     context::ViewContext,
     deep_images::{DEPTH_16, DeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST},
@@ -166,10 +170,11 @@ impl SampledLight {
             filter: kernel("indirect/sampled/filter", &[], "filter_axis", "indirect/filter")?,
         })
     }
+}
 
-    /// Finds the light of one view.
-    pub fn record(
-        &self,
+impl IndirectPasses for SampledLight {
+    fn record(
+        &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, view, buffer, .. }: &ViewContext<'_>,
         surface: &Surface,
@@ -251,7 +256,7 @@ impl SampledLight {
             let smoothing = shared.clone().part("sampled", &uniform).texture("filtered_sums", read);
             frame.dispatch(kernel, &smoothing.texture("filtered", written), pixels);
         }
-        Ok(IndirectSums { layers: written.clone(), counters })
+        Ok(IndirectSums { layers: written.clone(), counters: Some(counters) })
     }
 }
 

@@ -4,12 +4,10 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame, GpuError, read_back};
 
 use super::{LightRay, SampledHit};
-use crate::{error::RenderError, texture::frame_layers};
+use crate::{error::RenderError, indirect::layers_target};
 
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;
-/// Of the sums: diffuse and glossy, each at normal and at grazing incidence.
-const LAYERS: u32 = 4;
 /// What is counted in every round: `counters.wesl`.
 const COUNTERS: usize = 4;
 
@@ -27,12 +25,11 @@ impl Targets {
     pub fn new(frame: &mut Frame<'_>, size: UVec2, scale: u32) -> Result<Self, RenderError> {
         let samples = size.map(|side| side.div_ceil(scale));
         let count = u64::from(samples.x) * u64::from(samples.y);
-        let format = wgpu::TextureFormat::Rgba16Float;
         Ok(Self {
             hits: frame.scratch("indirect/hits", size_of::<SampledHit>() as u64 * count)?,
             light_rays: frame.scratch("indirect/light_rays", size_of::<LightRay>() as u64 * count)?,
             sums: frame.scratch("indirect/sums", SUMS_BYTES * count)?,
-            layers: [(); 2].map(|()| frame_layers(frame, "indirect/layers", size, format, LAYERS)),
+            layers: [(); 2].map(|()| layers_target(frame, size)),
         })
     }
 }

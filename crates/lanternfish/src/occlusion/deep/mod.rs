@@ -6,14 +6,15 @@ use glam::{Quat, UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
 use self::cells::CellRadiances;
-use super::{Openness, TILE, openness_target};
+use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
 use crate::{
     context::ViewContext,
     deep_images::{DEPTH_16, KeptDeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions},
     environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
     prepass::Surface,
-    settings::DeepImageSettings,
+    rooms::{Knob, Room},
+    settings::{DeepImageSettings, Settings},
     shaders::{Root, SHADERS, Shaders},
 };
 
@@ -42,6 +43,35 @@ pub(crate) const DECLARED: Shaders = Shaders {
     structs: &[SharedStruct::of::<DirectionRun>()],
 };
 
+/// By rays along every direction of deep images [Aalund2015, §3.3].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deep {
+    /// Distance from which on nothing occludes, m, > 0: obscurance. Higher: darker; none: ambient occlusion, in which everything
+    /// occludes, however far.
+    pub max_distance: Option<f32>,
+}
+
+impl Room for Deep {
+    const NAME: &'static str = "deep";
+    const WORDS: &'static str = "By the directions of deep images, which hold the whole scene";
+    const KNOBS: &'static [Knob<Self>] = &[Knob { words: DISTANCE, of: |deep| &mut deep.max_distance }];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl OcclusionRoom for Deep {
+    fn max_distance(&self) -> Option<f32> {
+        self.max_distance
+    }
+
+    fn uses_deep_images(&self) -> bool {
+        true
+    }
+
+    fn build(&self, device: &wgpu::Device, settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {
+        Ok(Box::new(DeepOcclusion::new(device, settings.deep_images, self.max_distance)?))
+    }
+}
+
 /// Images that one pass looks into. A pass for each would spend its time on reading pixels; one for all keeps a slow device
 /// busy for longer than a driver may allow.
 const IMAGES_A_PASS: u32 = 32;
@@ -53,7 +83,7 @@ const RADIANCE_SUMS_BYTES: u64 = 48;
 
 /// The passes.
 #[derive(Debug)]
-pub struct DeepOcclusion {
+struct DeepOcclusion {
     /// As they are without any rotation.
     directions: Directions,
     images: KeptDeepImages,
@@ -89,12 +119,8 @@ fn turned_towards(directions: &Directions, direction: Vec3) -> Quat {
 }
 
 impl DeepOcclusion {
-    /// Compiles the passes. `max_distance`: where obscurance ends, m, > 0; without it everything occludes, however far.
-    pub fn new(
-        device: &wgpu::Device,
-        settings: DeepImageSettings,
-        max_distance: Option<f32>,
-    ) -> Result<Self, RenderError> {
+    /// Compiles the passes.
+    fn new(device: &wgpu::Device, settings: DeepImageSettings, max_distance: Option<f32>) -> Result<Self, RenderError> {
         // Near fragments are asked for their triangles.
         let settings = DeepImageSettings { payload: true, ..settings };
         let features = settings.fragment_features();
@@ -109,10 +135,12 @@ impl DeepOcclusion {
             max_distance: max_distance.unwrap_or(0.0),
         })
     }
+}
 
-    /// How open every pixel's surface is, and what arrives from the surroundings, by images of the scene as it is now, whose set
-    /// of directions is turned as the frame says; and, where there is a sun, a little more, so that one of them is towards it.
-    pub fn record(
+impl OcclusionPasses for DeepOcclusion {
+    /// By images of the scene as it is now, whose set of directions is turned as the frame says; and, where there is a sun, a little
+    /// more, so that one of them is towards it.
+    fn record(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, rotation, .. }: &ViewContext<'_>,

@@ -5,12 +5,14 @@ mod by_normal;
 use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 
 use self::by_normal::LightByNormal;
-use super::{Openness, TILE, openness_target};
+use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
 use crate::{
     context::ViewContext,
     environment_light::sums_target,
     error::RenderError,
     prepass::Surface,
+    rooms::{Knob, Room},
+    settings::Settings,
     shaders::{Root, SHADERS, Shaders},
 };
 
@@ -32,9 +34,39 @@ pub(crate) const DECLARED: Shaders = Shaders {
     structs: &[SharedStruct::of::<HbaoParameters>()],
 };
 
+/// By horizons in the depth of the view: for comparison [Bavoil2008; Jimenez2016].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hbao {
+    /// Distance from which on nothing occludes, m, > 0. Higher: darker, and more that the view does not show is missed.
+    pub radius: f32,
+}
+
+impl Default for Hbao {
+    fn default() -> Self {
+        Self { radius: 1.0 }
+    }
+}
+
+impl Room for Hbao {
+    const NAME: &'static str = "hbao";
+    const WORDS: &'static str = "By horizons in the picture's depth, which knows what is seen: for comparison";
+    const KNOBS: &'static [Knob<Self>] = &[Knob { words: DISTANCE, of: |hbao| &mut hbao.radius }];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl OcclusionRoom for Hbao {
+    fn max_distance(&self) -> Option<f32> {
+        Some(self.radius)
+    }
+
+    fn build(&self, device: &wgpu::Device, _settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {
+        Ok(Box::new(HbaoOcclusion::new(device, self.radius)?))
+    }
+}
+
 /// The passes.
 #[derive(Debug)]
-pub struct Hbao {
+struct HbaoOcclusion {
     horizons: ComputeKernel,
     blur_across: ComputeKernel,
     blur_down: ComputeKernel,
@@ -42,9 +74,9 @@ pub struct Hbao {
     parameters: wgpu::Buffer,
 }
 
-impl Hbao {
-    /// Compiles the passes. `radius`: from where on nothing occludes, m, > 0.
-    pub fn new(device: &wgpu::Device, radius: f32) -> Result<Self, RenderError> {
+impl HbaoOcclusion {
+    /// Compiles the passes.
+    fn new(device: &wgpu::Device, radius: f32) -> Result<Self, RenderError> {
         let horizon = SHADERS.link("occlusion/hbao/horizon", &[])?;
         let blur = SHADERS.link("occlusion/hbao/blur", &[])?;
         Ok(Self {
@@ -55,9 +87,16 @@ impl Hbao {
             parameters: uniform_buffer_of(device, "occlusion/hbao", &HbaoParameters { radius }),
         })
     }
+}
 
+impl OcclusionPasses for HbaoOcclusion {
     /// How open every pixel's surface is to what the view shows around it, and that share of the surroundings' light.
-    pub fn record(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, surface: &Surface) -> Openness {
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<Openness, RenderError> {
         let [found, across, down] = std::array::from_fn(|_| openness_target(frame, surface.size));
         let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
         let view_bindings = view.buffer.bindings();
@@ -71,6 +110,6 @@ impl Hbao {
         let environment_sums = sums_target(frame, surface.size);
         let openness = Openness { texture: down, environment_sums, images: None };
         self.light.record(frame, view, surface, &openness);
-        openness
+        Ok(openness)
     }
 }

@@ -221,7 +221,7 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
 #[test]
 fn gpu_deep_images_are_refused_where_frames_do_not_wait() {
     let Some(gpu) = testing::gpu("gpu_deep_images_are_refused_where_frames_do_not_wait") else { return };
-    let settings = Settings { occlusion: Occlusion::Deep { max_distance: None }, ..settings(Culling::default()) };
+    let settings = Settings { occlusion: Occlusion::deep(None), ..settings(Culling::default()) };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     assert!(matches!(renderer.set_growth(Growth::Later), Err(RenderError::Together { .. })));
     renderer.set_growth(Growth::Wait).unwrap();

@@ -77,7 +77,7 @@ fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
     let found = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
     assert_near(found, 0.96 * TINT + 0.04, 0.015, "half painted");
     // By occlusion instead of rays.
-    for room in [Occlusion::Deep { max_distance: None }, Occlusion::Hbao { radius: 1.0 }] {
+    for room in [Occlusion::deep(None), Occlusion::hbao(1.0)] {
         let found = middle(gpu, occlusion(room), &sheets(glass(), &[0.0], 0.0));
         assert_near(found, 0.96 * TINT + 0.04, 0.015, "under occlusion");
     }
@@ -105,7 +105,7 @@ fn gpu_glass_is_where_its_alpha_says() {
         (AlphaMode::Blend, 102, 0.4),
         (AlphaMode::Blend, 255, 1.0),
     ] {
-        for settings in [sampled(), occlusion(Occlusion::Hbao { radius: 1.0 })] {
+        for settings in [sampled(), occlusion(Occlusion::hbao(1.0))] {
             let found = middle(gpu, settings, &pane(alpha_mode, alpha));
             assert_near(found, Vec3::ONE.lerp(there, share), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
         }
@@ -121,7 +121,7 @@ fn gpu_glass_may_be_in_a_later_view_alone() {
         let projection = Projection::Perspective { fov_y: 0.1, near: 0.02 };
         Camera::look_at(target + 3.0 * Vec3::Z, target, projection)
     });
-    for settings in [sampled(), occlusion(Occlusion::Hbao { radius: 1.0 })] {
+    for settings in [sampled(), occlusion(Occlusion::hbao(1.0))] {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let [towards, away] = [(&towards, SIZE.x, SIZE.y), (&away, SIZE.y, SIZE.x)];
@@ -155,8 +155,8 @@ fn gpu_the_sky_lights_blended_surfaces() {
     for settings in [
         sampled(),
         Settings { samples: Samples::Four, ..sampled() },
-        occlusion(Occlusion::Deep { max_distance: None }),
-        occlusion(Occlusion::Hbao { radius: 1.0 }),
+        occlusion(Occlusion::deep(None)),
+        occlusion(Occlusion::hbao(1.0)),
     ] {
         assert_near(middle(gpu, settings, &scene), Vec3::ONE, 0.02, "half a white sheet");
     }

@@ -1,0 +1,203 @@
+//! What can be chosen of indirect light by rays from every pixel.
+
+use lanternfish_scene::named_enum;
+
+use super::{DECLARED, SampledLight};
+use crate::{
+    error::RenderError,
+    indirect::{IndirectPasses, IndirectRoom, Quality},
+    rays::Tracer,
+    rooms::{Knob, KnobWords, Range, Room},
+    settings::{Materials, Settings},
+    shaders::Shaders,
+};
+
+/// How rays of indirect light are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampled {
+    /// Rays a pixel by the cosine, at least 1. More: less noise, slower.
+    pub diffuse_rays: u32,
+    /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
+    pub glossy_rays: u32,
+    /// What rays are traced through.
+    pub tracer: IndirectTracer,
+    /// Where rays start.
+    pub resolution: IndirectResolution,
+    /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none. More: less noise, softer detail.
+    /// Over n frames it shrinks with the root of n, and with it what it leaves wrong.
+    pub filter_radius: u32,
+    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and less light
+    /// where few rays find it.
+    pub clamp: IndirectClamp,
+}
+
+impl Default for Sampled {
+    fn default() -> Self {
+        Quality::default().sampled()
+    }
+}
+
+impl Quality {
+    /// How rays are taken.
+    pub const fn sampled(self) -> Sampled {
+        let good = Sampled {
+            diffuse_rays: 8,
+            glossy_rays: 4,
+            tracer: IndirectTracer::Bvh,
+            resolution: IndirectResolution::Full,
+            filter_radius: 8,
+            clamp: IndirectClamp::On,
+        };
+        match self {
+            Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
+            Self::Good => good,
+            Self::Best => {
+                Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, clamp: IndirectClamp::Off, ..good }
+            }
+        }
+    }
+}
+
+named_enum! {
+    /// What rays of indirect light are traced through.
+    IndirectTracer {
+        /// The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].
+        WithinTexel = "within-texel":
+            "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
+        /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
+        AcrossTexels = "across-texels": "Every texel of a deep image that a ray crosses",
+        /// The BVH: exact.
+        Bvh = "bvh": "The bounding volume hierarchy: exact",
+        /// The adapter's own acceleration structure: exact, and fast where it is hardware.
+        RayQuery = "ray-query": "The adapter's own acceleration structure: exact",
+    }
+}
+
+impl IndirectTracer {
+    /// The structure.
+    pub(crate) fn tracer(self) -> Tracer {
+        match self {
+            Self::WithinTexel => Tracer::WithinTexel,
+            Self::AcrossTexels => Tracer::AcrossTexels,
+            Self::Bvh => Tracer::Bvh,
+            Self::RayQuery => Tracer::RayQuery,
+        }
+    }
+}
+
+named_enum! {
+    /// Where rays of indirect light start.
+    IndirectResolution {
+        /// From every pixel.
+        Full = "full": "From every pixel",
+        /// From every second pixel of every second row; between them light is interpolated along surfaces.
+        Half = "half": "From every second pixel of every second row: four times fewer rays",
+    }
+}
+
+named_enum! {
+    /// Whether what a pixel's rays bring is bounded by its neighbours.
+    IndirectClamp {
+        /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
+        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right.
+        On = "on": "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
+        /// It is not: the mean of all pictures is right.
+        Off = "off": "It is not: for the mean of many frames",
+    }
+}
+
+impl Room for Sampled {
+    const NAME: &'static str = "sampled";
+    const WORDS: &'static str = "Rays from every pixel, whose ends are lit by the scene's lights: one bounce";
+    const KNOBS: &'static [Knob<Self>] = &[
+        Knob {
+            words: KnobWords {
+                name: "indirect-rays",
+                value: "N",
+                range: Range::Count(1, 4096),
+                help: "Diffuse rays a pixel. More: less noise, slower",
+            },
+            of: |sampled| &mut sampled.diffuse_rays,
+        },
+        Knob {
+            words: KnobWords {
+                name: "glossy-rays",
+                value: "N",
+                range: Range::Count(0, 4096),
+                help: "Glossy rays a pixel. More: less noise on what shines, slower",
+            },
+            of: |sampled| &mut sampled.glossy_rays,
+        },
+        Knob {
+            words: KnobWords {
+                name: "indirect-tracer",
+                value: "NAME",
+                range: Range::Names,
+                help: "What these rays are traced through",
+            },
+            of: |sampled| &mut sampled.tracer,
+        },
+        Knob {
+            words: KnobWords {
+                name: "indirect-resolution",
+                value: "NAME",
+                range: Range::Names,
+                help: "Where these rays start",
+            },
+            of: |sampled| &mut sampled.resolution,
+        },
+        Knob {
+            words: KnobWords {
+                name: "indirect-filter",
+                value: "PIXELS",
+                range: Range::Count(0, 64),
+                help: "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
+                       noise, less detail",
+            },
+            of: |sampled| &mut sampled.filter_radius,
+        },
+        Knob {
+            words: KnobWords {
+                name: "indirect-clamp",
+                value: "ON|OFF",
+                range: Range::Names,
+                help: "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
+                       --quality best off",
+            },
+            of: |sampled| &mut sampled.clamp,
+        },
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl IndirectRoom for Sampled {
+    fn spend(&mut self, quality: Quality) {
+        *self = quality.sampled();
+    }
+
+    fn tracer(&self) -> Tracer {
+        self.tracer.tracer()
+    }
+
+    fn shades_hits(&self) -> bool {
+        true
+    }
+
+    fn look_at_glass(&mut self) {
+        self.tracer = IndirectTracer::Bvh;
+        self.resolution = IndirectResolution::Full;
+        self.glossy_rays = self.glossy_rays.max(1);
+    }
+
+    fn build(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Tracer,
+    ) -> Result<Box<dyn IndirectPasses>, RenderError> {
+        // Lambertian surfaces do not shine.
+        let glossy_rays = if settings.materials == Materials::Lambert { 0 } else { self.glossy_rays };
+        let sampled = Self { glossy_rays, ..*self };
+        Ok(Box::new(SampledLight::new(device, sampled, settings.deep_images, settings.accumulate, tracer)?))
+    }
+}
