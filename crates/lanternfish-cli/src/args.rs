@@ -17,11 +17,7 @@ use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Viewpoint, generate::DEMOS};
 
 use self::indirect::IndirectArgs;
-pub use self::{
-    light::LightArgs,
-    look::LookArgs,
-    technique::{Switch, TechniqueArgs},
-};
+pub use self::{light::LightArgs, look::LookArgs, technique::TechniqueArgs};
 use crate::{
     bench::BenchArgs,
     choices::choice,

@@ -6,7 +6,7 @@ mod tests;
 use glam::Vec3;
 use lanternfish::{
     deep_images::directions::{DirectionSet, Directions},
-    settings::{ClusterShape, Exposure},
+    settings::Exposure,
 };
 use lanternfish_scene::{Bounds, Light, Scene};
 
@@ -175,34 +175,6 @@ fn light_count(text: &str, expected: &str) -> Result<u32, String> {
     // Digits that do not fit are too many lights as well.
     let count = text.parse().ok().filter(|count| *count <= MOST_LIGHTS);
     count.ok_or_else(|| format!("number of lights {text}: expected at most {MOST_LIGHTS}"))
-}
-
-/// `persp:P`, `ortho:S` or `displ:P:D` [VanGelderen2020, table 5.1].
-pub fn cluster_shape(text: &str) -> Result<ClusterShape, String> {
-    let expected = "expected persp:PIXELS, ortho:METRES or displ:PIXELS:METRES, e.g. persp:32, ortho:2 or displ:64:32";
-    let pixels = |text: &str| {
-        let pixels = text.parse::<u32>().ok().filter(|pixels| (4..=4096).contains(pixels));
-        pixels.ok_or_else(|| format!("{text:?} pixels: expected 4 to 4096"))
-    };
-    let metres = |text: &str| {
-        let metres = number(text).ok_or_else(|| "expected a number".to_owned()).and_then(reach);
-        metres.map_err(|error| format!("{text:?} metres: {error}"))
-    };
-    match text.split(':').collect::<Vec<_>>()[..] {
-        ["persp", size] => Ok(ClusterShape::Perspective { pixels: pixels(size)? }),
-        ["ortho", side] => Ok(ClusterShape::Orthographic { side: metres(side)? }),
-        ["displ", size, distance] => Ok(ClusterShape::Displaced { pixels: pixels(size)?, distance: metres(distance)? }),
-        _ => Err(expected.to_owned()),
-    }
-}
-
-/// As [`cluster_shape`] reads it.
-pub fn cluster_shape_text(shape: ClusterShape) -> String {
-    match shape {
-        ClusterShape::Perspective { pixels } => format!("persp:{pixels}"),
-        ClusterShape::Orthographic { side } => format!("ortho:{side}"),
-        ClusterShape::Displaced { pixels, distance } => format!("displ:{pixels}:{distance}"),
-    }
 }
 
 /// `zonal:N`, `stacks:AxB` or `cube:K`, of as many directions as there may be.

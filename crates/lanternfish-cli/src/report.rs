@@ -5,13 +5,13 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 use lanternfish::{
     Report,
     rooms::Family,
-    settings::{Culling, Indirect, Occlusion, Settings, Shadows},
+    settings::{Indirect, Occlusion, Settings, Shadows},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
 
 use crate::{
-    parse::{Size, cluster_shape_text, direction_set_text},
+    parse::{Size, direction_set_text},
     scene::SceneName,
 };
 
@@ -143,25 +143,9 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
         ("accumulate", settings.accumulate.to_string()),
         ("seed", seed.to_string()),
     ]);
+    add_family(&mut names, &settings.culling);
     add_family(&mut names, &settings.indirect);
     add_family(&mut names, &settings.occlusion);
-    match settings.culling {
-        Culling::All => {
-            names.insert("culling", "all".to_owned());
-        }
-        Culling::Tiled(tiled) => {
-            names.insert("culling", "tiled".to_owned());
-            names.insert("tile-size", tiled.tile_size.to_string());
-            names.insert("aabb", if tiled.aabb_test { "on" } else { "off" }.to_owned());
-        }
-        Culling::Clustered(clustered) => {
-            names.insert("culling", "clustered".to_owned());
-            names.insert("clusters", cluster_shape_text(clustered.shape));
-            names.insert("cluster-views", clustered.grouping.to_string());
-            names.insert("light-assignment", clustered.assignment.to_string());
-            names.insert("cluster-test", clustered.test.to_string());
-        }
-    }
     let finds_arriving = matches!(settings.occlusion, Occlusion::Deep(_)) || settings.indirect != Indirect::None;
     if finds_arriving || settings.shadows == Shadows::DeepImage {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());

@@ -37,6 +37,20 @@ macro_rules! number_settings {
 }
 number_settings! { u32: "a whole number", f32: "a number" }
 
+impl Setting for bool {
+    fn text(&self) -> Option<String> {
+        Some(if *self { "on" } else { "off" }.to_owned())
+    }
+    fn read(&mut self, text: &str) -> Result<(), String> {
+        *self = match text {
+            "on" => true,
+            "off" => false,
+            _ => return Err("expected on or off".to_owned()),
+        };
+        Ok(())
+    }
+}
+
 impl Setting for Option<f32> {
     fn text(&self) -> Option<String> {
         self.as_ref().and_then(Setting::text)

@@ -187,10 +187,7 @@ impl Renderer {
     /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
     /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
-        match &self.passes.light_culling {
-            LightCulling::Clustered(clustered) => clustered.contents(&self.device, &self.queue),
-            LightCulling::All | LightCulling::Tiled(_) => Ok(Vec::new()),
-        }
+        self.passes.light_culling.contents(&self.device, &self.queue)
     }
 
     /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.

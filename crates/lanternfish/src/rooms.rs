@@ -38,6 +38,33 @@ pub struct KnobWords {
     pub range: Range,
     /// What it is, and what more of it does.
     pub help: &'static str,
+    /// Whether help tells its default: not where another flag decides on that.
+    pub shows_default: bool,
+}
+
+impl KnobWords {
+    /// A setting whose default is not told.
+    pub const fn new(name: &'static str, value: &'static str, range: Range, help: &'static str) -> Self {
+        Self { name, value, range, help, shows_default: false }
+    }
+}
+
+impl<R> Knob<R> {
+    /// A setting whose default is not told.
+    pub const fn new(
+        name: &'static str,
+        value: &'static str,
+        range: Range,
+        help: &'static str,
+        of: fn(&mut R) -> &mut dyn Setting,
+    ) -> Self {
+        Self { words: KnobWords::new(name, value, range, help), of }
+    }
+
+    /// The same, and its default is told.
+    pub const fn with_default(self) -> Self {
+        Self { words: KnobWords { shows_default: true, ..self.words }, of: self.of }
+    }
 }
 
 /// What a setting may be.
@@ -49,6 +76,12 @@ pub enum Range {
     Positive,
     /// One of the names that its type has.
     Names,
+    /// One of the names that its type has, which are whole numbers.
+    Numbers,
+    /// On or off: what each means.
+    Switch(&'static str, &'static str),
+    /// What its type reads.
+    Text,
 }
 
 /// A room whose type is not known.
@@ -100,6 +133,8 @@ pub trait Family: Copy + Default + Send + Sync + 'static {
     const IS_EVERYDAY: bool;
     /// No room.
     const NONE: Self;
+    /// What its flag calls no room.
+    const NONE_NAME: &'static str;
     /// One line of help on no room.
     const NONE_WORDS: &'static str;
     /// Every room, as it is where nobody says otherwise.
@@ -109,9 +144,9 @@ pub trait Family: Copy + Default + Send + Sync + 'static {
     /// The room, to be changed.
     fn room_mut(&mut self) -> Option<&mut dyn AnyRoom>;
 
-    /// The name of the room; `none`.
+    /// The name of the room, or of none.
     fn name(&self) -> &'static str {
-        self.room().map_or("none", AnyRoom::name)
+        self.room().map_or(Self::NONE_NAME, AnyRoom::name)
     }
 
     /// The room of this name.
@@ -126,13 +161,13 @@ macro_rules! rooms {
     (
         $(#[$meta:meta])*
         $family:ident: dyn $trait:ident, flag $flag:literal, everyday: $everyday:literal, help: $help:literal,
-        none: $none:literal { $($(#[$attribute:meta])* $room:ident($settings:ty)),+ $(,)? }
+        none: $nothing:ident = $nothing_name:literal, $none:literal { $($(#[$attribute:meta])* $room:ident($settings:ty)),+ $(,)? }
     ) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum $family {
             #[doc = $none]
-            None,
+            $nothing,
             $($(#[$attribute])* #[doc = concat!("The room of [`", stringify!($settings), "`].")] $room($settings)),+
         }
 
@@ -143,12 +178,12 @@ macro_rules! rooms {
 
             /// The room, as its family knows it.
             pub(crate) fn chosen(&self) -> Option<&dyn $trait> {
-                match self { Self::None => None, $($(#[$attribute])* Self::$room(room) => Some(room)),+ }
+                match self { Self::$nothing => None, $($(#[$attribute])* Self::$room(room) => Some(room)),+ }
             }
 
             /// The room, to be changed.
             pub(crate) fn chosen_mut(&mut self) -> Option<&mut dyn $trait> {
-                match self { Self::None => None, $($(#[$attribute])* Self::$room(room) => Some(room)),+ }
+                match self { Self::$nothing => None, $($(#[$attribute])* Self::$room(room) => Some(room)),+ }
             }
         }
 
@@ -156,7 +191,8 @@ macro_rules! rooms {
             const FLAG: &'static str = $flag;
             const HELP: &'static str = $help;
             const IS_EVERYDAY: bool = $everyday;
-            const NONE: Self = Self::None;
+            const NONE: Self = Self::$nothing;
+            const NONE_NAME: &'static str = $nothing_name;
             const NONE_WORDS: &'static str = $none;
 
             fn rooms() -> Vec<Self> {

@@ -108,23 +108,6 @@ impl Settings {
     }
 }
 
-/// How the lights of a point are found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Culling {
-    /// Every light for every point: the oracle.
-    All,
-    /// Lists per screen tile.
-    Tiled(Tiled),
-    /// Lists per cluster of visible fragments.
-    Clustered(Clustered),
-}
-
-impl Default for Culling {
-    fn default() -> Self {
-        Self::Clustered(Clustered::default())
-    }
-}
-
 pub use crate::{
     deep_images::{
         directions::DirectionSet,
@@ -134,102 +117,13 @@ pub use crate::{
         Indirect, Quality,
         sampled::{IndirectClamp, IndirectResolution, IndirectTracer, Sampled},
     },
-    light_culling::clustered::grid::ClusterShape,
+    light_culling::{
+        Culling,
+        clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
+        tiled::{TileSize, Tiled},
+    },
     occlusion::{Deep, Hbao, Occlusion},
 };
-
-/// Lists per cluster [VanGelderen2020, ch. 3].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clustered {
-    /// Which clusters there are. Smaller: fewer lights a pixel, more lists.
-    pub shape: ClusterShape,
-    /// Whether several views share one grid [VanGelderen2020, §4.1].
-    pub grouping: Grouping,
-    /// How the lights of a cluster are found. The lists are the same.
-    pub assignment: Assignment,
-    /// How close to a cluster a light must come. The picture is the same.
-    pub test: ClusterTest,
-}
-
-impl Default for Clustered {
-    fn default() -> Self {
-        Self {
-            shape: ClusterShape::Perspective { pixels: 32 },
-            grouping: Grouping::Enclosed,
-            assignment: Assignment::Hierarchy,
-            test: ClusterTest::PlanesAndBox,
-        }
-    }
-}
-
-/// Lists per screen tile [Elagabani2025, §4.2].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tiled {
-    /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
-    pub tile_size: TileSize,
-    /// Whether lights are also tested against the box around the tile's frustum. On: fewer lights a tile, slightly
-    /// more work to find them [Elagabani2025, §4.2.3].
-    pub aabb_test: bool,
-}
-
-impl Default for Tiled {
-    fn default() -> Self {
-        Self { tile_size: TileSize::Px16, aabb_test: true }
-    }
-}
-
-named_enum! {
-    /// Whether several views share one grid of clusters.
-    Grouping {
-        /// A grid, lists and all for each view.
-        Individual = "individual": "A grid for each view",
-        /// One grid around the frusta of all views.
-        Enclosed = "enclosed": "One grid around all views: lights are assigned once",
-    }
-}
-
-named_enum! {
-    /// How the lights of a cluster are found.
-    Assignment {
-        /// Every light is tested: the thesis'.
-        BruteForce = "brute_force": "Every light is tested against every cluster",
-        /// A tree over the lights is walked.
-        Hierarchy = "hierarchy": "A tree over the lights is walked: for thousands of lights",
-    }
-}
-
-named_enum! {
-    /// How close to a cluster a light must come.
-    ClusterTest {
-        /// Behind none of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
-        Planes = "planes": "Behind none of the cluster's planes: some lights too many",
-        /// And within reach of the box around it: fewer lights that do not reach it.
-        PlanesAndBox = "planes-and-box": "And within reach of the box around it",
-    }
-}
-
-named_enum! {
-    /// Edge of a screen tile, pixels.
-    TileSize {
-        /// 8 × 8.
-        Px8 = "8": "Fewest lights a pixel, most lists",
-        /// 16 × 16.
-        Px16 = "16": "A good balance",
-        /// 32 × 32.
-        Px32 = "32": "Fewest lists, most lights a pixel",
-    }
-}
-
-impl TileSize {
-    /// Edge, pixels.
-    pub const fn pixels(self) -> u32 {
-        match self {
-            Self::Px8 => 8,
-            Self::Px16 => 16,
-            Self::Px32 => 32,
-        }
-    }
-}
 
 /// How bright an image is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::{Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, SharedStruct};
 
-use crate::{indirect::Indirect, occlusion::Occlusion};
+use crate::{indirect::Indirect, light_culling::Culling, occlusion::Occlusion};
 
 /// Every `.wesl` file of this crate; a module's path is its file's.
 pub const SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs"))));
@@ -37,8 +37,6 @@ const FOLDERS: &[&[Shaders]] = &[
         crate::lights::DECLARED,
         crate::prepass::DECLARED,
         crate::light_culling::DECLARED,
-        crate::light_culling::tiled::DECLARED,
-        crate::light_culling::clustered::DECLARED,
         crate::deep_images::DECLARED,
         crate::rays::DECLARED,
         crate::environment_light::DECLARED,
@@ -49,6 +47,7 @@ const FOLDERS: &[&[Shaders]] = &[
         crate::output::DECLARED,
         crate::debug_views::DECLARED,
     ],
+    Culling::SHADERS,
     Indirect::SHADERS,
     Occlusion::SHADERS,
 ];

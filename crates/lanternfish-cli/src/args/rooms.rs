@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
 use lanternfish::rooms::{Family, KnobWords, Range};
 
 use crate::{choices::names, parse};
@@ -14,7 +14,7 @@ pub struct RoomFlag<F>(pub F);
 impl<F: Family> Args for RoomFlag<F> {
     fn augment_args(command: Command) -> Command {
         let rooms = F::rooms().into_iter().filter_map(|family| Some((family.name(), family.room()?.words())));
-        let known = names([("none", F::NONE_WORDS)].into_iter().chain(rooms));
+        let known = names([(F::NONE_NAME, F::NONE_WORDS)].into_iter().chain(rooms));
         let flag = Arg::new(F::FLAG).long(F::FLAG).value_name("NAME").value_parser(known);
         let flag = flag.default_value(F::default().name()).hide_short_help(!F::IS_EVERYDAY);
         command.arg(with_help(flag, F::HELP))
@@ -56,12 +56,17 @@ impl<F: Family> KnobFlags<F> {
     }
 }
 
-/// Every setting of a family's rooms, once, with the names of its values.
-fn knobs<F: Family>() -> Vec<(KnobWords, Vec<(&'static str, &'static str)>)> {
-    let mut all: Vec<(KnobWords, Vec<_>)> = Vec::new();
-    for knob in F::rooms().iter().filter_map(Family::room).flat_map(|room| room.knobs()) {
-        if all.iter().all(|(known, _)| known.name != knob.0.name) {
-            all.push(knob);
+/// A room, what is said of one of its settings, and the names of the setting's values.
+type KnobOf<F> = (F, KnobWords, Vec<(&'static str, &'static str)>);
+
+/// Every setting of a family's rooms, once.
+fn knobs<F: Family>() -> Vec<KnobOf<F>> {
+    let mut all: Vec<KnobOf<F>> = Vec::new();
+    for family in F::rooms() {
+        for (words, known) in family.room().map(|room| room.knobs()).unwrap_or_default() {
+            if all.iter().all(|(_, other, _)| other.name != words.name) {
+                all.push((family, words, known));
+            }
         }
     }
     all
@@ -69,7 +74,7 @@ fn knobs<F: Family>() -> Vec<(KnobWords, Vec<(&'static str, &'static str)>)> {
 
 impl<F: Family> Args for KnobFlags<F> {
     fn augment_args(command: Command) -> Command {
-        command.args(knobs::<F>().into_iter().map(|(words, known)| {
+        command.args(knobs::<F>().into_iter().map(|(family, words, known)| {
             let flag = Arg::new(words.name).long(words.name).value_name(words.value).hide_short_help(true);
             let flag = match words.range {
                 Range::Count(least, most) => {
@@ -78,7 +83,19 @@ impl<F: Family> Args for KnobFlags<F> {
                 }
                 Range::Positive => flag.value_parser(parse::positive).allow_hyphen_values(true),
                 Range::Names => flag.value_parser(names(known)),
+                Range::Numbers => {
+                    flag.value_parser(names(known).map(|name| name.parse::<u32>().expect("these names are numbers")))
+                }
+                Range::Switch(on, off) => flag.value_parser(names([("on", on), ("off", off)]).map(|name| name == "on")),
+                Range::Text => flag.value_parser(move |text: &str| {
+                    let mut tried = family;
+                    let room = tried.room_mut().expect("a room has the setting");
+                    room.set(words.name, text).map(|()| text.to_owned())
+                }),
             };
+            let default = family.room().and_then(|room| room.get(words.name)).filter(|_| words.shows_default);
+            // The parser keeps it as long as it lives, and there are few.
+            let flag = default.into_iter().fold(flag, |flag, text| flag.default_value(&*text.leak()));
             with_help(flag, words.help)
         }))
     }
@@ -91,7 +108,7 @@ impl<F: Family> Args for KnobFlags<F> {
 impl<F: Family> FromArgMatches for KnobFlags<F> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let last = |name: &str| Some(matches.get_raw(name)?.next_back()?.to_string_lossy().into_owned());
-        let said = knobs::<F>().iter().filter_map(|(words, _)| Some((words.name, last(words.name)?))).collect();
+        let said = knobs::<F>().iter().filter_map(|(_, words, _)| Some((words.name, last(words.name)?))).collect();
         Ok(Self { said, family: PhantomData })
     }
 

@@ -1,3 +1,5 @@
+use lanternfish::settings::ClusterShape;
+
 use super::*;
 
 #[test]
@@ -92,12 +94,12 @@ fn sets_of_lights() {
 #[test]
 fn shapes_of_clusters_are_read_as_they_are_written() {
     for text in ["persp:64", "ortho:4", "ortho:0.25", "displ:64:32"] {
-        assert_eq!(cluster_shape_text(cluster_shape(text).unwrap()), text);
+        assert_eq!(text.parse::<ClusterShape>().unwrap().to_string(), text);
     }
     for bad in
         ["", "persp", "persp:3", "persp:1e9", "ortho:0", "ortho:-1", "ortho:nan", "displ:64", "displ:64:x", "cube:4"]
     {
-        assert!(cluster_shape(bad).is_err(), "{bad}");
+        assert!(bad.parse::<ClusterShape>().is_err(), "{bad}");
     }
 }
 

@@ -9,13 +9,10 @@ use std::{
 
 use clap::{Arg, ArgAction, CommandFactory, error::ContextKind, error::ContextValue};
 use glam::Vec3;
-use lanternfish::settings::{Exposure, TileSize};
+use lanternfish::settings::Exposure;
 use lanternfish_scene::Light;
 
-use crate::{
-    args::{Cli, Switch},
-    parse::Size,
-};
+use crate::{args::Cli, parse::Size};
 
 /// A flag as a key.
 #[derive(Debug)]
@@ -69,9 +66,9 @@ impl Key {
         let is = |ids: &[TypeId]| ids.iter().any(|id| value == *id);
         let kind = if matches!(arg.get_action(), ArgAction::SetTrue) {
             Kind::Flag
-        } else if is(&[TypeId::of::<Switch>()]) {
+        } else if is(&[TypeId::of::<bool>()]) {
             Kind::Switch
-        } else if is(&[TypeId::of::<f32>(), TypeId::of::<u32>(), TypeId::of::<TileSize>()]) {
+        } else if is(&[TypeId::of::<f32>(), TypeId::of::<u32>()]) {
             Kind::Number
         } else if is(&[TypeId::of::<Exposure>()]) {
             Kind::NumberOrWord

@@ -3,13 +3,15 @@
 mod scale;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{
+    Bindings, Feature, Frame, RasterPipeline, RasterState, SharedStruct, gpu_struct, uniform_buffer_of,
+};
 
 use crate::{
     context::ViewContext,
     error::RenderError,
-    light_culling::{LightCulling, LightLists, SCHEMES},
-    occlusion::{self, OCCLUSION, Openness},
+    light_culling::{LightCulling, LightLists},
+    occlusion::{self, Openness},
     output::{DISPLAY_FORMAT, fullscreen},
     settings::{Culling, DebugView, Occlusion, Settings},
     shaders::{Root, SHADERS, Shaders},
@@ -29,10 +31,8 @@ gpu_struct! {
 }
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::of("debug_views/debug", &[SCHEMES, &[&[], &[OCCLUSION]]])],
-    structs: &[SharedStruct::of::<DebugParameters>()],
-};
+pub(crate) const DECLARED: Shaders =
+    Shaders { roots: &[Root::by_settings("debug_views/debug")], structs: &[SharedStruct::of::<DebugParameters>()] };
 
 /// What the hottest colour of a heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
 const HOTTEST: f32 = 10.0;
@@ -85,8 +85,13 @@ fn check_clusters(view: DebugView, culling: Culling) -> Result<(), RenderError> 
     };
     match culling {
         Culling::Clustered(_) => Ok(()),
-        Culling::All | Culling::Tiled(_) => Err(RenderError::Together { setting, needed: "--culling clustered" }),
+        _ => Err(RenderError::Together { setting, needed: "--culling clustered" }),
     }
+}
+
+/// What its shader is linked with.
+pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
+    [LightCulling::feature(settings.culling)].into_iter().chain(occlusion::feature(settings.occlusion)).collect()
 }
 
 impl DebugViews {
@@ -101,9 +106,7 @@ impl DebugViews {
                 needed: "--occlusion deep, or --occlusion hbao",
             });
         }
-        let mut features: Vec<_> = LightCulling::feature(settings.culling).into_iter().collect();
-        features.extend(occlusion::feature(settings.occlusion));
-        let shader = SHADERS.link("debug_views/debug", &features)?;
+        let shader = SHADERS.link("debug_views/debug", &features(settings))?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Some(Self {
             pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "debug_views", &state),

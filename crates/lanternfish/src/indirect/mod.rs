@@ -38,7 +38,7 @@ rooms! {
     Indirect: dyn IndirectRoom, flag "indirect", everyday: true,
     help: "Indirect light.\n\nWhere light comes from that is not straight from the lights: other surfaces, emission, the \
            surroundings.",
-    none: "Nowhere: direct light alone" {
+    none: None = "none", "Nowhere: direct light alone" {
         #[cfg(test)]
         NewRoom(new_room::NewRoom),
         Sampled(sampled::Sampled),

@@ -10,15 +10,19 @@ pub mod clustered;
 mod tests;
 pub mod tiled;
 
+use std::fmt;
+
 use glam::Vec4;
 use lanternfish_gpu::{
     Bindings, BufferPart, FAULTY_LOOP_STEPS, Feature, Frame, ListRoom, SharedStruct, faulty_software, gpu_struct,
 };
 
+use self::clustered::GridContents;
 use crate::{
     context::ViewContext,
     error::RenderError,
-    settings::{Assignment, Culling, Samples},
+    rooms::{AnyRoom, rooms},
+    settings::Samples,
     shaders::Shaders,
 };
 
@@ -38,8 +42,51 @@ gpu_struct! {
     }
 }
 
-/// Schemes behind `light_list`, each with the feature that chooses it.
-pub(crate) const SCHEMES: &[&[Feature]] = &[&[], &[all::CULLING_ALL], &[clustered::CULLING_CLUSTERED]];
+rooms! {
+    /// How the lights of a point are found.
+    Culling: dyn LightCullingRoom, flag "culling", everyday: false,
+    help: "How the lights of a pixel are found. The picture is the same.",
+    none: All = "all", "Every light for every pixel: the yardstick for the others" {
+        Tiled(tiled::Tiled),
+        Clustered(clustered::Clustered),
+    }
+}
+
+impl Default for Culling {
+    fn default() -> Self {
+        Self::Clustered(clustered::Clustered::default())
+    }
+}
+
+/// What every room of light culling is asked.
+pub(crate) trait LightCullingRoom: AnyRoom {
+    /// The feature that makes `light_list.wesl` use it.
+    fn feature(&self) -> Feature;
+
+    /// Whether one invocation tests all lights.
+    fn tests_every_light(&self) -> bool {
+        false
+    }
+
+    /// Compiles its passes.
+    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError>;
+}
+
+/// The passes of a room.
+pub(crate) trait LightCullingPasses: fmt::Debug {
+    /// Fills the lists of views of one scene, in their order.
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        views: &[ViewContext<'_>],
+        reach: Reach,
+    ) -> Result<Vec<LightLists>, RenderError>;
+
+    /// What the clusters of the last frame hold, a grid each, where there are any.
+    fn contents(&self, _device: &wgpu::Device, _queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
+        Ok(Vec::new())
+    }
+}
 
 /// The shaders of this folder, but for those of its rooms.
 pub(crate) const DECLARED: Shaders = Shaders { roots: &[], structs: &[SharedStruct::of::<Volume>()] };
@@ -87,45 +134,24 @@ pub enum Reach {
     Anywhere,
 }
 
-/// The room that was chosen.
+/// The passes of the room that was chosen.
 #[derive(Debug)]
-pub enum LightCulling {
-    /// Every light for every point.
-    All,
-    /// Screen tiles.
-    Tiled(Box<tiled::TiledCulling>),
-    /// Clusters.
-    Clustered(Box<clustered::ClusteredCulling>),
+pub(crate) struct LightCulling {
+    /// None: every light for every point.
+    room: Option<Box<dyn LightCullingPasses>>,
+    tests_every_light: bool,
 }
 
 impl LightCulling {
     /// Compiles the room's passes.
     pub fn new(device: &wgpu::Device, culling: Culling, samples: Samples) -> Result<Self, RenderError> {
-        Ok(match culling {
-            Culling::All => Self::All,
-            Culling::Tiled(settings) => Self::Tiled(Box::new(tiled::TiledCulling::new(device, settings)?)),
-            Culling::Clustered(settings) => {
-                Self::Clustered(Box::new(clustered::ClusteredCulling::new(device, settings, samples)?))
-            }
-        })
+        let room = culling.chosen().map(|room| room.build(device, samples)).transpose()?;
+        Ok(Self { room, tests_every_light: culling.chosen().is_none_or(|room| room.tests_every_light()) })
     }
 
-    /// The feature that makes `light_list.wesl` use this room; none for the default.
-    pub fn feature(culling: Culling) -> Option<Feature> {
-        match culling {
-            Culling::All => Some(all::CULLING_ALL),
-            Culling::Tiled(_) => None,
-            Culling::Clustered(_) => Some(clustered::CULLING_CLUSTERED),
-        }
-    }
-
-    /// Whether one invocation tests all lights, or shades them.
-    fn tests_every_light(&self) -> bool {
-        match self {
-            Self::All => true,
-            Self::Tiled(_) => false,
-            Self::Clustered(clustered) => clustered.settings.assignment == Assignment::BruteForce,
-        }
+    /// The feature that makes `light_list.wesl` use this room.
+    pub fn feature(culling: Culling) -> Feature {
+        culling.chosen().map_or(all::CULLING_ALL, |room| room.feature())
     }
 
     /// Fills the lists of views of one scene, in their order.
@@ -136,23 +162,18 @@ impl LightCulling {
         reach: Reach,
     ) -> Result<Vec<LightLists>, RenderError> {
         let Some(ViewContext { scene, .. }) = views.first() else { return Ok(Vec::new()) };
-        if self.tests_every_light() {
+        if self.tests_every_light {
             check_driver(&frame.device.adapter_info(), scene.light_count)?;
         }
-        match self {
-            Self::All => views.iter().map(|_| all::record(frame, scene)).collect(),
-            Self::Tiled(tiled) => {
-                let record = |view: &ViewContext<'_>| {
-                    // Shading looks at a pixel's centre, where there may be none of the samples' depths.
-                    let reach = if view.surface.samples > 1 { Reach::Anywhere } else { reach };
-                    tiled.record(frame, view, reach)
-                };
-                views.iter().map(record).collect()
-            }
-            // The clusters of blended fragments are among those of the surfaces.
-            Self::Clustered(clustered) if reach == Reach::Anywhere => Ok(clustered.lists.clone()),
-            Self::Clustered(clustered) => clustered.record(frame, views),
+        match &mut self.room {
+            None => views.iter().map(|_| all::record(frame, scene)).collect(),
+            Some(room) => room.record(frame, views, reach),
         }
+    }
+
+    /// What the clusters of the last frame hold, a grid each, where there are any.
+    pub fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
+        self.room.as_ref().map_or(Ok(Vec::new()), |room| room.contents(device, queue))
     }
 }
 

@@ -69,7 +69,7 @@ impl<'g> Bench<'g> {
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(true, 1),
             rooms,
-            tiled_pixels: probe(gpu, "testing/pixels", &[], "pixels"),
+            tiled_pixels: probe(gpu, "testing/pixels", &[super::tiled::CULLING_TILED], "pixels"),
             clustered_pixels: probe(gpu, "testing/pixels", &[super::clustered::CULLING_CLUSTERED], "pixels"),
         }
     }
@@ -107,9 +107,9 @@ impl<'g> Bench<'g> {
             let indices = read(&lights.indices, lights.listed as usize);
             let listed = ranges.chunks_exact(2).map(|range| bits(&indices, range)).collect();
             check_cells(&lights, gpu, *settings);
-            if let LightCulling::Clustered(clustered) = room {
+            if let Culling::Clustered(_) = settings {
                 // What is measured is what shading does: nothing is blended here, so the depth buffer has every fragment.
-                let contents = clustered.contents(&gpu.device, &gpu.queue).unwrap().remove(0);
+                let contents = room.contents(&gpu.device, &gpu.queue).unwrap().remove(0);
                 let seen = || ranges.chunks_exact(2).zip(&depths).filter(|(_, depth): &(_, &f32)| **depth > 0.0);
                 let operations = seen().map(|(range, _)| u64::from(range[1])).sum::<u64>();
                 assert_eq!((contents.fragments(), contents.lighting_operations()), (seen().count() as u64, operations));

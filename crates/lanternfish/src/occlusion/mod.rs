@@ -23,7 +23,7 @@ use crate::{
     deep_images::DeepCounts,
     error::RenderError,
     prepass::Surface,
-    rooms::{AnyRoom, KnobWords, Range, rooms},
+    rooms::{AnyRoom, Family, KnobWords, Range, rooms},
     settings::Settings,
     texture::frame_target,
 };
@@ -39,7 +39,7 @@ rooms! {
     Occlusion: dyn OcclusionRoom, flag "occlusion", everyday: false,
     help: "How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with \
            --indirect none.",
-    none: "It is not: the surroundings light nothing" {
+    none: None = "none", "It is not: the surroundings light nothing" {
         Deep(deep::Deep),
         Hbao(hbao::Hbao),
     }
@@ -47,7 +47,7 @@ rooms! {
 
 impl Default for Occlusion {
     fn default() -> Self {
-        Self::None
+        Self::NONE
     }
 }
 
@@ -69,13 +69,13 @@ impl Occlusion {
 }
 
 /// The setting that both rooms have.
-const DISTANCE: KnobWords = KnobWords {
-    name: "occlusion-distance",
-    value: "METRES",
-    range: Range::Positive,
-    help: "Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes, \
-           however far; with hbao 1 m",
-};
+const DISTANCE: KnobWords = KnobWords::new(
+    "occlusion-distance",
+    "METRES",
+    Range::Positive,
+    "Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes, \
+     however far; with hbao 1 m",
+);
 
 /// What every room of occlusion is asked.
 pub(crate) trait OcclusionRoom: AnyRoom {

@@ -9,10 +9,12 @@ use wgpu::naga::{AddressSpace, Module, TypeInner, proc::Layouter};
 
 use super::*;
 use crate::{
+    debug_views,
     gpu_scene::{MASKED, TEXTURES},
     rays::Tracer,
+    rooms::Family,
     settings::{
-        Attenuation, Culling, DebugView, DeepDepth, Indirect, Occlusion, RayCulling, Sampled, Samples, Settings, Tiled,
+        Attenuation, Culling, DebugView, DeepDepth, Indirect, Occlusion, RayCulling, Sampled, Samples, Settings,
         ToneMap,
     },
     shading, shadows,
@@ -36,8 +38,8 @@ fn with<T: Copy>(settings: &[Settings], values: &[T], set: impl Fn(&mut Settings
 
 /// All that finding shadows and shading look at, each with each.
 fn all_settings() -> Vec<Settings> {
-    let tiled = Culling::Tiled(Tiled::default());
-    let all = with(&[Settings::default()], &[Culling::All, tiled, Culling::default()], |s, v| s.culling = v);
+    let cullings: Vec<_> = [Culling::NONE].into_iter().chain(Culling::rooms()).collect();
+    let all = with(&[Settings::default()], &cullings, |s, v| s.culling = v);
     let all = with(&all, RayCulling::ALL, |s, v| s.ray_culling = v);
     let all = with(&all, &[0.0, 0.1], |s, v| s.light_radius = v);
     let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.samples = v);
@@ -51,6 +53,7 @@ fn all_settings() -> Vec<Settings> {
 fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
     let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for settings in all_settings() {
+        asked.entry("debug_views/debug").or_default().insert(debug_views::features(&settings));
         for tracer in [Tracer::None, Tracer::Bvh, Tracer::RayQuery, Tracer::AcrossTexels] {
             // What each draw asks for beside.
             let [opaque, blended] = shading::features(&settings, tracer);

@@ -180,8 +180,8 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<Feature>; 2]
     let tracer = tracer.exact();
     let culling = LightCulling::feature(settings.culling);
     let samples = settings.samples.count();
-    let mut opaque: Vec<_> = culling.into_iter().collect();
-    let mut blended: Vec<_> = culling.into_iter().chain([TRANSPARENT]).collect();
+    let mut opaque = vec![culling];
+    let mut blended = vec![culling, TRANSPARENT];
     // Rays of indirect light see the surroundings themselves.
     let arriving = match settings.indirect {
         Indirect::None => occlusion::feature(settings.occlusion),

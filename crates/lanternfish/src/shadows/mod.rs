@@ -281,7 +281,7 @@ fn counts_rays(settings: &Settings) -> bool {
 /// Of `plan` and of `trace`; an error where the tracer cannot do what is asked of it.
 pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<Feature>; 2], RenderError> {
     let culling = LightCulling::feature(settings.culling);
-    let plan: Vec<_> = culling.into_iter().chain(settings.casts_soft_shadows().then_some(SOFT)).collect();
+    let plan: Vec<_> = [culling].into_iter().chain(settings.casts_soft_shadows().then_some(SOFT)).collect();
     let mut trace = plan.clone();
     trace.push(VISIBILITY_WRITTEN);
     trace.extend(tracer.feature());

@@ -18,7 +18,6 @@ use super::{
 use crate::{
     bench::forward_plus::{differing, median},
     error::CliError,
-    parse::cluster_shape_text,
     report::grouped,
 };
 
@@ -91,7 +90,7 @@ impl Bench<'_> {
         let (mut rows, mut left_out, mut firsts) = (Vec::new(), Vec::new(), Pictures::new());
         let mut lit = Vec::new();
         for shape in shapes {
-            eprintln!("  {}", cluster_shape_text(*shape));
+            eprintln!("  {shape}");
             for (views, assignment) in [
                 (Views::Mono, Assignment::Hierarchy),
                 (Views::StereoIndividual, Assignment::Hierarchy),
@@ -105,13 +104,13 @@ impl Bench<'_> {
                 }
                 for lit in &lit {
                     let name = |reason: String| LeftOut {
-                        clusters: cluster_shape_text(*shape),
+                        clusters: shape.to_string(),
                         lights: lit.lights,
                         views,
                         assignment: assignment.to_string(),
                         reason,
                     };
-                    let tests = tests_of_all(&rows, &cluster_shape_text(*shape), lit.lights, views);
+                    let tests = tests_of_all(&rows, &shape.to_string(), lit.lights, views);
                     if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
                         left_out.push(name(match tests {
                             Some(tests) => format!("{} tests of a light against a cluster", grouped(tests)),
@@ -121,7 +120,7 @@ impl Bench<'_> {
                     }
                     match self.row(&mut renderer, lit, views, &mut firsts) {
                         Ok((counts, ms, differing_pixels)) => rows.push(Row {
-                            clusters: cluster_shape_text(*shape),
+                            clusters: shape.to_string(),
                             lights: lit.lights,
                             views,
                             assignment: assignment.to_string(),

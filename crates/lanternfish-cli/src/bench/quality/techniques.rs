@@ -14,7 +14,6 @@ use lanternfish::{
 };
 
 use super::truths::{SOFT_RADIUS, Truth};
-use crate::parse::cluster_shape_text;
 
 /// One way to make the picture.
 #[derive(Clone, Debug)]
@@ -221,7 +220,7 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows
 }
 
-/// Every scheme of light culling; [`culling_name`] does not compile for one that is not thought of.
+/// Every scheme of light culling.
 fn cullings() -> Vec<Culling> {
     let tiled = TileSize::ALL.iter().flat_map(|tile_size| {
         [true, false].map(|aabb_test| Culling::Tiled(Tiled { tile_size: *tile_size, aabb_test }))
@@ -239,17 +238,19 @@ fn cullings() -> Vec<Culling> {
         clustered(|c| c.assignment = Assignment::BruteForce),
         clustered(|c| c.test = ClusterTest::Planes),
     ];
-    std::iter::once(Culling::All).chain(tiled).chain(clusters).collect()
+    let mut all: Vec<_> = std::iter::once(Culling::All).chain(tiled).chain(clusters).collect();
+    // A room that nothing is said of here, as it is where nobody says otherwise.
+    all.extend(Culling::rooms().into_iter().filter(|room| !matches!(room, Culling::Tiled(_) | Culling::Clustered(_))));
+    all
 }
 
-/// By the flags of the command line. A new scheme goes into [`cullings`] as well.
+/// By the flags of the command line.
 fn culling_name(culling: Culling) -> String {
     match culling {
-        Culling::All => "culling all".to_owned(),
         Culling::Tiled(Tiled { tile_size, aabb_test: true }) => format!("culling tiled {tile_size}"),
         Culling::Tiled(Tiled { tile_size, aabb_test: false }) => format!("culling tiled {tile_size}, aabb off"),
         Culling::Clustered(Clustered { shape, assignment, test, grouping: _ }) => {
-            let mut name = format!("culling clustered {}", cluster_shape_text(shape));
+            let mut name = format!("culling clustered {shape}");
             if assignment != Clustered::default().assignment {
                 name += &format!(", {assignment}");
             }
@@ -258,6 +259,7 @@ fn culling_name(culling: Culling) -> String {
             }
             name
         }
+        other => format!("culling {}", other.name()),
     }
 }
 
@@ -291,11 +293,11 @@ mod tests {
         // `Culling` lists no values of its own: each part of each scheme.
         let clustered = |culling| match culling {
             Culling::Clustered(clustered) => Some(clustered),
-            Culling::All | Culling::Tiled(_) => None,
+            _ => None,
         };
         let tiled = |culling| match culling {
             Culling::Tiled(Tiled { tile_size, aabb_test }) => Some((tile_size, aabb_test)),
-            Culling::All | Culling::Clustered(_) => None,
+            _ => None,
         };
         let shape = |shape| match shape {
             ClusterShape::Perspective { .. } => 0,

@@ -14,7 +14,7 @@ use crate::{
     error::RenderError,
     prepass::Surface,
     rays::Tracer,
-    rooms::{Knob, KnobWords, Range, Room},
+    rooms::{Knob, Range, Room},
     settings::Settings,
     shaders::{Root, SHADERS, Shaders},
 };
@@ -35,15 +35,13 @@ impl Default for NewRoom {
 impl Room for NewRoom {
     const NAME: &'static str = "new-room";
     const WORDS: &'static str = "Light that comes evenly from all around, and less of it from below";
-    const KNOBS: &'static [Knob<Self>] = &[Knob {
-        words: KnobWords {
-            name: "new-room-radiance",
-            value: "NITS",
-            range: Range::Positive,
-            help: "Radiance from above, nits. Higher: brighter",
-        },
-        of: |room| &mut room.radiance,
-    }];
+    const KNOBS: &'static [Knob<Self>] = &[Knob::new(
+        "new-room-radiance",
+        "NITS",
+        Range::Positive,
+        "Radiance from above, nits. Higher: brighter",
+        |room| &mut room.radiance,
+    )];
     const SHADERS: Shaders =
         Shaders { roots: &[Root::new("indirect/new_room/find")], structs: &[SharedStruct::of::<NewRoomParameters>()] };
 }

@@ -7,7 +7,7 @@ use crate::{
     error::RenderError,
     indirect::{IndirectPasses, IndirectRoom, Quality},
     rays::Tracer,
-    rooms::{Knob, KnobWords, Range, Room},
+    rooms::{Knob, Range, Room},
     settings::{Materials, Settings},
     shaders::Shaders,
 };
@@ -110,62 +110,42 @@ impl Room for Sampled {
     const NAME: &'static str = "sampled";
     const WORDS: &'static str = "Rays from every pixel, whose ends are lit by the scene's lights: one bounce";
     const KNOBS: &'static [Knob<Self>] = &[
-        Knob {
-            words: KnobWords {
-                name: "indirect-rays",
-                value: "N",
-                range: Range::Count(1, 4096),
-                help: "Diffuse rays a pixel. More: less noise, slower",
-            },
-            of: |sampled| &mut sampled.diffuse_rays,
-        },
-        Knob {
-            words: KnobWords {
-                name: "glossy-rays",
-                value: "N",
-                range: Range::Count(0, 4096),
-                help: "Glossy rays a pixel. More: less noise on what shines, slower",
-            },
-            of: |sampled| &mut sampled.glossy_rays,
-        },
-        Knob {
-            words: KnobWords {
-                name: "indirect-tracer",
-                value: "NAME",
-                range: Range::Names,
-                help: "What these rays are traced through",
-            },
-            of: |sampled| &mut sampled.tracer,
-        },
-        Knob {
-            words: KnobWords {
-                name: "indirect-resolution",
-                value: "NAME",
-                range: Range::Names,
-                help: "Where these rays start",
-            },
-            of: |sampled| &mut sampled.resolution,
-        },
-        Knob {
-            words: KnobWords {
-                name: "indirect-filter",
-                value: "PIXELS",
-                range: Range::Count(0, 64),
-                help: "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
+        Knob::new(
+            "indirect-rays",
+            "N",
+            Range::Count(1, 4096),
+            "Diffuse rays a pixel. More: less noise, slower",
+            |sampled| &mut sampled.diffuse_rays,
+        ),
+        Knob::new(
+            "glossy-rays",
+            "N",
+            Range::Count(0, 4096),
+            "Glossy rays a pixel. More: less noise on what shines, slower",
+            |sampled| &mut sampled.glossy_rays,
+        ),
+        Knob::new("indirect-tracer", "NAME", Range::Names, "What these rays are traced through", |sampled| {
+            &mut sampled.tracer
+        }),
+        Knob::new("indirect-resolution", "NAME", Range::Names, "Where these rays start", |sampled| {
+            &mut sampled.resolution
+        }),
+        Knob::new(
+            "indirect-filter",
+            "PIXELS",
+            Range::Count(0, 64),
+            "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
                        noise, less detail",
-            },
-            of: |sampled| &mut sampled.filter_radius,
-        },
-        Knob {
-            words: KnobWords {
-                name: "indirect-clamp",
-                value: "ON|OFF",
-                range: Range::Names,
-                help: "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
+            |sampled| &mut sampled.filter_radius,
+        ),
+        Knob::new(
+            "indirect-clamp",
+            "ON|OFF",
+            Range::Names,
+            "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
                        --quality best off",
-            },
-            of: |sampled| &mut sampled.clamp,
-        },
+            |sampled| &mut sampled.clamp,
+        ),
     ];
     const SHADERS: Shaders = DECLARED;
 }

@@ -40,7 +40,11 @@ impl GridContents {
 
 impl ClusteredCulling {
     /// The grids of the last frame, in the order of their first views.
-    pub fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
+    pub(super) fn contents_of_grids(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+    ) -> Result<Vec<GridContents>, RenderError> {
         let mut grids = Vec::new();
         for lists in &self.lists {
             // What views share is the first one's.

@@ -5,7 +5,11 @@
 #[cfg(test)]
 mod tests;
 
+use std::{fmt, str::FromStr};
+
 use glam::{Affine3A, DAffine3, DVec2, DVec3, UVec2, UVec3, Vec3};
+
+use lanternfish_scene::Setting;
 
 use crate::view::frustum::{ViewFrustum, corners_of, enclosing, mean_origin, world_from_head};
 
@@ -30,6 +34,57 @@ pub enum ClusterShape {
         /// and smaller ones far away. More than 16 times the far plane's distance is taken as that.
         distance: f32,
     },
+}
+
+/// The largest number of metres of a shape that is read, which keeps squares and volumes finite.
+const FARTHEST: f32 = 1e12;
+
+/// `persp:P`, `ortho:S` or `displ:P:D` [VanGelderen2020, table 5.1].
+impl fmt::Display for ClusterShape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Perspective { pixels } => write!(f, "persp:{pixels}"),
+            Self::Orthographic { side } => write!(f, "ortho:{side}"),
+            Self::Displaced { pixels, distance } => write!(f, "displ:{pixels}:{distance}"),
+        }
+    }
+}
+
+impl FromStr for ClusterShape {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected =
+            "expected persp:PIXELS, ortho:METRES or displ:PIXELS:METRES, e.g. persp:32, ortho:2 or displ:64:32";
+        let pixels = |text: &str| {
+            let pixels = text.parse::<u32>().ok().filter(|pixels| (4..=4096).contains(pixels));
+            pixels.ok_or_else(|| format!("{text:?} pixels: expected 4 to 4096"))
+        };
+        let metres = |text: &str| {
+            let metres = text.trim().parse().ok().filter(|metres: &f32| metres.is_finite());
+            let metres = metres.ok_or_else(|| format!("{text:?} metres: expected a number"))?;
+            let fits = metres > 0.0 && metres <= FARTHEST;
+            fits.then_some(metres)
+                .ok_or_else(|| format!("{text:?} metres: expected metres, more than 0, at most {FARTHEST:e}"))
+        };
+        match text.split(':').collect::<Vec<_>>()[..] {
+            ["persp", size] => Ok(Self::Perspective { pixels: pixels(size)? }),
+            ["ortho", side] => Ok(Self::Orthographic { side: metres(side)? }),
+            ["displ", size, distance] => Ok(Self::Displaced { pixels: pixels(size)?, distance: metres(distance)? }),
+            _ => Err(expected.to_owned()),
+        }
+    }
+}
+
+impl Setting for ClusterShape {
+    fn text(&self) -> Option<String> {
+        Some(self.to_string())
+    }
+
+    fn read(&mut self, text: &str) -> Result<(), String> {
+        *self = text.parse()?;
+        Ok(())
+    }
 }
 
 /// Where clusters lie.

@@ -7,11 +7,15 @@
 
 mod contents;
 pub mod grid;
+mod settings;
 #[cfg(test)]
 mod tests;
 pub mod tree;
 
-pub use contents::{GridContents, VisibleCluster};
+pub use self::{
+    contents::{GridContents, VisibleCluster},
+    settings::{Assignment, ClusterTest, Clustered, Grouping},
+};
 use glam::{Affine3A, Mat4, UVec3, Vec3};
 use lanternfish_gpu::{BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
@@ -19,13 +23,13 @@ use self::{
     grid::{GridError, GridGeometry, MOST_CLUSTERS},
     tree::TreeBuilder,
 };
-use super::LightLists;
+use super::{LightCullingPasses, LightLists, Reach};
 use crate::{
     context::ViewContext,
     error::RenderError,
     gpu_scene::{PassState, SceneRaster, TEXTURES},
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
-    settings::{Assignment, ClusterTest, Clustered, Grouping, Samples},
+    settings::Samples,
     shaders::{Root, SHADERS, Shaders},
     view::frustum::ViewFrustum,
 };
@@ -100,7 +104,7 @@ pub struct ClusteredCulling {
     scan: Scan,
     tree: TreeBuilder,
     /// Lists of the last call, which hold blended fragments too.
-    pub(super) lists: Vec<LightLists>,
+    lists: Vec<LightLists>,
 }
 
 impl ClusteredCulling {
@@ -138,9 +142,20 @@ impl ClusteredCulling {
             lists: Vec::new(),
         })
     }
+}
 
-    /// Lists for these views, in their order. Where views share a grid they share its lists.
-    pub fn record(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<LightLists>, RenderError> {
+impl LightCullingPasses for ClusteredCulling {
+    /// Where views share a grid they share its lists.
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        views: &[ViewContext<'_>],
+        reach: Reach,
+    ) -> Result<Vec<LightLists>, RenderError> {
+        if reach == Reach::Anywhere {
+            // The clusters of blended fragments are among those of the surfaces.
+            return Ok(self.lists.clone());
+        }
         let groups: Vec<&[ViewContext<'_>]> = match self.settings.grouping {
             Grouping::Individual => views.chunks(1).collect(),
             Grouping::Enclosed => vec![views],
@@ -153,6 +168,12 @@ impl ClusteredCulling {
         Ok(lists)
     }
 
+    fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
+        self.contents_of_grids(device, queue)
+    }
+}
+
+impl ClusteredCulling {
     fn record_group(
         &mut self,
         frame: &mut Frame<'_>,

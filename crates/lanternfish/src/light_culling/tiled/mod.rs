@@ -1,14 +1,16 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
-use glam::UVec2;
-use lanternfish_gpu::{ComputeKernel, Counted, Frame, SharedStruct, gpu_struct, primitives::Scan};
+mod settings;
 
-use super::{LightLists, Reach, Volume};
+use glam::UVec2;
+use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
+
+pub use self::settings::{TileSize, Tiled};
+use super::{LightCullingPasses, LightLists, Reach, Volume};
 use crate::{
     context::ViewContext,
     error::RenderError,
     prepass::DEPTH_FORMAT,
-    settings::Tiled,
     shaders::{Root, SHADERS, Shaders},
     texture::frame_target,
 };
@@ -35,6 +37,9 @@ gpu_struct! {
     }
 }
 
+/// This room is behind `light_list`.
+pub(crate) const CULLING_TILED: Feature = Feature("culling_tiled");
+
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[Root::new("light_culling/tiled/bounds"), Root::new("light_culling/tiled/assign")],
@@ -54,6 +59,22 @@ pub struct TiledCulling {
     scan: Scan,
 }
 
+impl LightCullingPasses for TiledCulling {
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        views: &[ViewContext<'_>],
+        reach: Reach,
+    ) -> Result<Vec<LightLists>, RenderError> {
+        let record = |view: &ViewContext<'_>| {
+            // Shading looks at a pixel's centre, where there may be none of the samples' depths.
+            let reach = if view.surface.samples > 1 { Reach::Anywhere } else { reach };
+            self.record_view(frame, view, reach)
+        };
+        views.iter().map(record).collect()
+    }
+}
+
 impl TiledCulling {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: Tiled) -> Result<Self, RenderError> {
@@ -69,7 +90,7 @@ impl TiledCulling {
     }
 
     /// Tile bounds, count, scan, write. A list that is too small is grown before it is written.
-    pub fn record(
+    fn record_view(
         &self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer: view, surface, .. }: &ViewContext<'_>,

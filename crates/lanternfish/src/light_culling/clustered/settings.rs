@@ -1,0 +1,122 @@
+//! What can be chosen of clusters.
+
+use lanternfish_gpu::Feature;
+use lanternfish_scene::named_enum;
+
+use super::{CULLING_CLUSTERED, ClusteredCulling, DECLARED, grid::ClusterShape};
+use crate::{
+    error::RenderError,
+    light_culling::{LightCullingPasses, LightCullingRoom},
+    rooms::{Knob, Range, Room},
+    settings::Samples,
+    shaders::Shaders,
+};
+
+/// Lists per cluster [VanGelderen2020, ch. 3].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clustered {
+    /// Which clusters there are. Smaller: fewer lights a pixel, more lists.
+    pub shape: ClusterShape,
+    /// Whether several views share one grid [VanGelderen2020, §4.1].
+    pub grouping: Grouping,
+    /// How the lights of a cluster are found. The lists are the same.
+    pub assignment: Assignment,
+    /// How close to a cluster a light must come. The picture is the same.
+    pub test: ClusterTest,
+}
+
+impl Default for Clustered {
+    fn default() -> Self {
+        Self {
+            shape: ClusterShape::Perspective { pixels: 32 },
+            grouping: Grouping::Enclosed,
+            assignment: Assignment::Hierarchy,
+            test: ClusterTest::PlanesAndBox,
+        }
+    }
+}
+
+named_enum! {
+    /// Whether several views share one grid of clusters.
+    Grouping {
+        /// A grid, lists and all for each view.
+        Individual = "individual": "A grid for each view",
+        /// One grid around the frusta of all views.
+        Enclosed = "enclosed": "One grid around all views: lights are assigned once",
+    }
+}
+
+named_enum! {
+    /// How the lights of a cluster are found.
+    Assignment {
+        /// Every light is tested: the thesis'.
+        BruteForce = "brute_force": "Every light is tested against every cluster",
+        /// A tree over the lights is walked.
+        Hierarchy = "hierarchy": "A tree over the lights is walked: for thousands of lights",
+    }
+}
+
+named_enum! {
+    /// How close to a cluster a light must come.
+    ClusterTest {
+        /// Behind none of its planes [VanGelderen2020, §3.3]. Orthographic clusters are boxes and always tested as such.
+        Planes = "planes": "Behind none of the cluster's planes: some lights too many",
+        /// And within reach of the box around it: fewer lights that do not reach it.
+        PlanesAndBox = "planes-and-box": "And within reach of the box around it",
+    }
+}
+
+impl Room for Clustered {
+    const NAME: &'static str = "clustered";
+    const WORDS: &'static str = "A list of lights for every cluster of what is visible";
+    const KNOBS: &'static [Knob<Self>] = &[
+        Knob::new(
+            "clusters",
+            "SHAPE",
+            Range::Text,
+            "Shape of the clusters, with --culling clustered: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or \
+             displ:P:D (as persp, from D m behind the camera). The picture is the same",
+            |clustered: &mut Self| &mut clustered.shape,
+        )
+        .with_default(),
+        Knob::new(
+            "cluster-views",
+            "NAME",
+            Range::Names,
+            "Whether several views share one grid of clusters. The picture is the same",
+            |clustered: &mut Self| &mut clustered.grouping,
+        )
+        .with_default(),
+        Knob::new(
+            "light-assignment",
+            "NAME",
+            Range::Names,
+            "How the lights of a cluster are found. The picture is the same",
+            |clustered: &mut Self| &mut clustered.assignment,
+        )
+        .with_default(),
+        Knob::new(
+            "cluster-test",
+            "NAME",
+            Range::Names,
+            "How close to a cluster a light must come to be listed. The picture is the same",
+            |clustered: &mut Self| &mut clustered.test,
+        )
+        .with_default(),
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl LightCullingRoom for Clustered {
+    fn feature(&self) -> Feature {
+        CULLING_CLUSTERED
+    }
+
+    fn tests_every_light(&self) -> bool {
+        self.assignment == Assignment::BruteForce
+    }
+
+    fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+        Ok(Box::new(ClusteredCulling::new(device, *self, samples)?))
+    }
+}

@@ -1,0 +1,86 @@
+//! What can be chosen of tiles.
+
+use lanternfish_gpu::Feature;
+use lanternfish_scene::named_enum;
+
+use super::{CULLING_TILED, DECLARED, TiledCulling};
+use crate::{
+    error::RenderError,
+    light_culling::{LightCullingPasses, LightCullingRoom},
+    rooms::{Knob, Range, Room},
+    settings::Samples,
+    shaders::Shaders,
+};
+
+/// Lists per screen tile [Elagabani2025, §4.2].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tiled {
+    /// Edge of a tile, pixels. Smaller: fewer lights a pixel, more lists.
+    pub tile_size: TileSize,
+    /// Whether lights are also tested against the box around the tile's frustum. On: fewer lights a tile, slightly
+    /// more work to find them [Elagabani2025, §4.2.3].
+    pub aabb_test: bool,
+}
+
+impl Default for Tiled {
+    fn default() -> Self {
+        Self { tile_size: TileSize::Px16, aabb_test: true }
+    }
+}
+
+named_enum! {
+    /// Edge of a screen tile, pixels.
+    TileSize {
+        /// 8 × 8.
+        Px8 = "8": "Fewest lights a pixel, most lists",
+        /// 16 × 16.
+        Px16 = "16": "A good balance",
+        /// 32 × 32.
+        Px32 = "32": "Fewest lists, most lights a pixel",
+    }
+}
+
+impl TileSize {
+    /// Edge, pixels.
+    pub const fn pixels(self) -> u32 {
+        match self {
+            Self::Px8 => 8,
+            Self::Px16 => 16,
+            Self::Px32 => 32,
+        }
+    }
+}
+
+impl Room for Tiled {
+    const NAME: &'static str = "tiled";
+    const WORDS: &'static str = "A list of lights for every tile of the screen";
+    const KNOBS: &'static [Knob<Self>] = &[
+        Knob::new(
+            "tile-size",
+            "PIXELS",
+            Range::Numbers,
+            "Edge of a tile, pixels, with --culling tiled. The picture is the same",
+            |tiled: &mut Self| &mut tiled.tile_size,
+        )
+        .with_default(),
+        Knob::new(
+            "aabb",
+            "on|off",
+            Range::Switch("Fewer lights a tile, slightly more work to find them", "Leaves the test out"),
+            "Also tests lights against a box around the tile, with --culling tiled. The picture is the same",
+            |tiled: &mut Self| &mut tiled.aabb_test,
+        )
+        .with_default(),
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl LightCullingRoom for Tiled {
+    fn feature(&self) -> Feature {
+        CULLING_TILED
+    }
+
+    fn build(&self, device: &wgpu::Device, _samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
+        Ok(Box::new(TiledCulling::new(device, *self)?))
+    }
+}
