@@ -228,6 +228,46 @@ fn gpu_one_bounce_is_the_path_tracers() {
     assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
 }
 
+/// What rays meet sends back the light of the surroundings too, whether they are a constant or an image, alone or beside a lamp: as
+/// much as paths of up to three segments.
+#[test]
+fn gpu_hits_are_lit_by_the_surroundings() {
+    let Some(gpu) = testing::gpu("gpu_hits_are_lit_by_the_surroundings") else { return };
+    // A box without a lid.
+    let mut scene = closed_box(matt(0.7));
+    scene.meshes[0].primitives.remove(3);
+    let camera = looking([0.0, 0.8, 0.8], [0.0, -1.0, -0.6]);
+    let gradient =
+        (0..128).map(|i| Vec3::new(0.2 + 0.01 * (i % 16) as f32, 0.5, 1.0 - 0.05 * (i / 16) as f32)).collect();
+    let image = Environment { width: 16, height: 8, pixels: gradient, rotation: 0.3 };
+    let lamp = Light::point(Vec3::new(0.3, 0.2, 0.0), Vec3::splat(0.3));
+    for (name, sky, environment, lights) in [
+        ("a constant sky", Vec3::splat(0.6), None, vec![]),
+        ("an image", Vec3::ZERO, Some(image.clone()), vec![]),
+        ("an image and a lamp", Vec3::ZERO, Some(image), vec![lamp]),
+    ] {
+        (scene.sky, scene.environment, scene.lights) = (sky, environment, lights);
+        let seen = |max_depth| mean(&traced(&scene, &camera, max_depth, 256));
+        let (direct, truth) = (seen(2), seen(3));
+        let found = mean(&picture(gpu, settings(sampled(IndirectTracer::Bvh)), &scene, &camera));
+        println!("{name}: direct {direct:.4}, with a bounce {truth:.4}, found {:.4} of that", found / truth);
+        assert!(direct < 0.8 * truth, "{name}: a bounce brings little");
+        assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found} of {truth}");
+    }
+    // Metal that mirrors metal.
+    scene.lights.clear();
+    for perceptual_roughness in [0.2, 0.8] {
+        scene.materials = vec![Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) }];
+        let [direct, truth] = [2, 3].map(|max_depth| mean(&traced(&scene, &camera, max_depth, 256)));
+        let found = mean(&picture(gpu, settings(sampled(IndirectTracer::Bvh)), &scene, &camera));
+        println!(
+            "metal of roughness {perceptual_roughness}: direct {direct:.4}, {truth:.4}, found {:.4} of that",
+            found / truth
+        );
+        assert!((found / truth - 1.0).abs() < 0.05, "roughness {perceptual_roughness}: {found} of {truth}");
+    }
+}
+
 /// A small lit wall and a dark floor: what arrives is in inverse proportion to the square of the distance.
 #[test]
 fn gpu_what_moves_sends_its_light_from_where_it_is() {

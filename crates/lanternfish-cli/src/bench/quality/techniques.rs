@@ -215,7 +215,8 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     }
     let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..GOOD });
     for tracer in [IndirectTracer::AcrossTexels, IndirectTracer::Bvh] {
-        rows.push(of(format!("sampled {tracer}"), Settings { indirect: sampled(tracer), ..default.clone() }));
+        let settings = Settings { indirect: sampled(tracer), ..default.clone() };
+        rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
     }
     rows
 }
@@ -369,7 +370,7 @@ mod tests {
                 row.truth == Truth::DirectSoft,
                 row.truth == Truth::Full,
                 matches!(row.truth, Truth::OneBounce | Truth::OneBounceFile),
-                row.truth == Truth::Environment,
+                matches!(row.truth, Truth::Environment | Truth::EnvironmentBounce),
                 matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
             ];
             let count = changes.iter().filter(|changed| **changed).count();

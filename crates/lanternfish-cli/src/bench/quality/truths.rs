@@ -46,6 +46,8 @@ named_enum! {
         OneBounceFile = "one-bounce-file",
         /// Light from an image of the surroundings by one reflection: nothing else shines.
         Environment = "environment",
+        /// The same by one or two reflections.
+        EnvironmentBounce = "environment-bounce",
         /// How open surfaces are to their surroundings, whatever the distance of what closes them [Aalund2015, eq. 1].
         Occlusion = "occlusion",
         /// The same up to a large distance, attenuated.
@@ -70,6 +72,7 @@ impl Truth {
                 "paths of 2 segments, from an image of the surroundings alone, which is seen as well: kloppenheim_05_1k.hdr, \
                  or a sky built in where that is not there"
             }
+            Self::EnvironmentBounce => "the same, paths of 2 or 3 segments",
             Self::Full => "paths of any length, emission and surroundings included",
             Self::Occlusion => {
                 "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map"
@@ -90,7 +93,7 @@ impl Truth {
                 (scene.sky, scene.environment) = (Vec3::ZERO, None);
                 darken(&mut scene);
             }
-            Self::Environment => {
+            Self::Environment | Self::EnvironmentBounce => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, Some(surroundings.clone()));
                 scene.lights.clear();
                 darken(&mut scene);
@@ -113,6 +116,7 @@ impl Truth {
             | Self::OneBounce
             | Self::OneBounceFile
             | Self::Environment
+            | Self::EnvironmentBounce
             | Self::Full
             | Self::Occlusion => None,
         }
@@ -127,6 +131,7 @@ impl Truth {
             | Self::OneBounce
             | Self::OneBounceFile
             | Self::Environment
+            | Self::EnvironmentBounce
             | Self::Full => shot.clone(),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() }
@@ -139,7 +144,11 @@ impl Truth {
     pub fn samples(self, spp: u64) -> u64 {
         match self {
             Self::Direct | Self::Environment | Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => 8 * spp,
-            Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => 2 * spp,
+            Self::DirectLambert
+            | Self::DirectSoft
+            | Self::OneBounce
+            | Self::OneBounceFile
+            | Self::EnvironmentBounce => 2 * spp,
             Self::Full => spp,
         }
     }
@@ -159,7 +168,7 @@ impl Truth {
             Self::DirectLambert => path(2, Materials::Lambert),
             Self::DirectSoft => TracerSettings { light_radius: SOFT_RADIUS, ..path(2, Materials::File) },
             Self::OneBounce => path(3, Materials::Lambert),
-            Self::OneBounceFile => path(3, Materials::File),
+            Self::OneBounceFile | Self::EnvironmentBounce => path(3, Materials::File),
             Self::Full => path(UNLIMITED, Materials::File),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 let obscurance = |max_distance| Integrator::Obscurance { max_distance };

@@ -208,7 +208,7 @@ impl IndirectPasses for SampledLight {
             glossy_rays: settings.glossy_rays,
             radius,
             diffuse_blur: diffuse_blur(settings.diffuse_rays, frames),
-            glossy_blur: ((settings.glossy_rays.max(1) as f32) * frames as f32).powf(-0.25),
+            glossy_blur: glossy_blur(settings.glossy_rays, frames),
             ..Default::default()
         };
         let shared = buffer.bindings().with(&surface.bindings());
@@ -266,6 +266,16 @@ fn diffuse_blur(rays: u32, frames: u32) -> f32 {
     let cosine = 1.0 - 1.0 / (rays as f32 * frames as f32).max(1.0);
     let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
     alpha.sqrt()
+}
+
+/// Glossy rays of a picture up to which each reads the surroundings as blurred as the whole lobe: so few of them would find a lamp of a dark
+/// studio here and miss it there.
+const RAYS_OF_A_WHOLE_LOBE: f32 = 4.0;
+
+/// Roughness by whose lobe the surroundings that a glossy ray sees are blurred, over its surface's own: squares of alphas are
+/// shared out by the number of rays.
+fn glossy_blur(rays: u32, frames: u32) -> f32 {
+    (RAYS_OF_A_WHOLE_LOBE / (rays as f32 * frames as f32)).min(1.0).powf(0.25)
 }
 
 /// An error where the numbers make no sense.

@@ -1,5 +1,7 @@
 //! What few rays leave, and what the clamp and the filter make of it.
 
+use lanternfish_scene::rig;
+
 use super::*;
 
 /// Errors of pixels that are four apart, where the squares of pixels that share their rays would repeat, are not alike.
@@ -147,4 +149,30 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
     println!("300 lights: off by {noisy:.4}, filtered {smooth:.4}; one light: {without:.4}, {edges:.4}");
     assert!(smooth < 0.6 * noisy, "{smooth} of {noisy}");
     assert!(edges < 0.05, "{edges}");
+}
+
+/// Four glossy rays of a rough metal find the studio's lamps here and miss them there: the surroundings that they see are blurred for the
+/// rest of the lobe, no more than the lobe is wide, and the less, the more rays there are.
+#[test]
+fn gpu_rough_metal_in_the_studio_is_not_speckled() {
+    let Some(gpu) = testing::gpu("gpu_rough_metal_in_the_studio_is_not_speckled") else { return };
+    // All of the picture is floor.
+    let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(IndirectTracer::Bvh) };
+    let unclamped = IndirectClamp::Off;
+    // Between what is found and what it was when rays saw the image in their own direction: 0.138, 0.197, 0.217.
+    for (perceptual_roughness, most) in [(0.3, 0.09), (0.5, 0.155), (0.7, 0.18)] {
+        let mut scene = floor(Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) });
+        // Turned away from the camera that it was made for, so that the floor mirrors a lamp's edge.
+        scene.environment = Some(rig::studio(&looking([0.0, 0.0, 1.0], [0.3, 0.0, 0.0])));
+        let of = |sampled| picture(gpu, settings(sampled), &scene, &camera);
+        let truth = of(Sampled { glossy_rays: 2048, clamp: unclamped, ..few });
+        let [noisy, smooth] = [0, 8].map(|filter_radius| off(&of(Sampled { filter_radius, ..few }), &truth));
+        let many = off(&of(Sampled { glossy_rays: 64, clamp: unclamped, filter_radius: 0, ..few }), &truth);
+        println!(
+            "roughness {perceptual_roughness}: four rays off by {noisy:.4}, filtered {smooth:.4}, 64 rays by {many:.4}"
+        );
+        assert!(noisy < most && smooth < 0.085, "roughness {perceptual_roughness}: {noisy}, filtered {smooth}");
+        assert!(many < 0.05, "roughness {perceptual_roughness}: {many}");
+    }
 }
