@@ -34,6 +34,11 @@ fn write(library: &Path, family: &str, name: &str) -> Result<(), String> {
     if !is_word {
         return Err(format!("{name}: expected a module's name: small letters, digits, _"));
     }
+    // A module may not be called so, or the family has a variant or a trait of this name.
+    let taken = ["none", "room", "settings", "loop", "match", "move", "static", "type", "use", "where", "while"];
+    if taken.contains(&name) || name.ends_with("_room") || name.len() < 3 {
+        return Err(format!("{name}: choose another name: it is a word of Rust or of the family"));
+    }
     let room = library.join(family).join(name);
     if room.exists() || room.with_extension("rs").exists() {
         return Err(format!("{family}/{name} is there already"));

@@ -71,6 +71,18 @@ impl Shaded {
 }
 
 impl Passes {
+    /// Forgets what rooms keep from frame to frame: the last one was not handed to the device, or the device refused it.
+    pub fn forget(&mut self) {
+        if let Some(images) = &mut self.deep_images {
+            images.forget();
+        }
+        if let Some(occlusion) = &mut self.occlusion {
+            occlusion.forget();
+        }
+        self.light_culling.forget();
+        self.progressive.forget();
+    }
+
     /// Records a frame of views of one scene.
     pub fn record(
         &mut self,

@@ -152,8 +152,11 @@ impl Renderer {
     /// Renderers of one device may share it: those whose settings agree in `materials`, `textures`, `anisotropy`, `attenuation`,
     /// `range_threshold`, `light_radius` and `shadow_rays`, and which trace through nothing that it was not uploaded for
     /// (`shadows`, `indirect`, `occlusion`). Rendered by another one it is [`RenderError::OtherSettings`].
+    ///
+    /// A renderer holds on to a scene that it has rendered, dropped or not, until it uploads another, is dropped itself, or has
+    /// rendered others for five frames.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
-        // A scene that is gone frees its memory before the next one takes its own.
+        // A scene that is gone frees its memory before the next one takes its own, as far as this renderer's frames hold it.
         self.pool.lock().unwrap_or_else(PoisonError::into_inner).forget_bind_groups();
         checked(&self.device, "upload", || GpuScene::new(&self.device, &self.queue, scene, &self.effective, self.needs))
     }
@@ -233,9 +236,22 @@ impl Renderer {
     pub(crate) fn frame(&mut self, context: &FrameContext<'_>) -> Result<Vec<FrameResult>, RenderError> {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         let mut frame = Frame::pooled(&self.device, &self.queue, &mut self.profiler, pool);
-        let results = self.passes.record(&mut frame, context)?;
-        frame.submit();
-        Ok(results)
+        let results = self.passes.record(&mut frame, context);
+        match &results {
+            Ok(_) => frame.submit(),
+            Err(_) => drop(frame),
+        }
+        if results.is_err() {
+            self.forget_frames();
+        }
+        results
+    }
+
+    /// Forgets what frames have kept, as after an error: a frame that was recorded in part never ran, and what the device refused to make
+    /// may be among what is used again.
+    fn forget_frames(&mut self) {
+        self.pool.get_mut().unwrap_or_else(PoisonError::into_inner).empty(&self.device);
+        self.passes.forget();
     }
 
     /// When lists of frames get more room: in the frame that needs it, which waits for the device, unless something else is said here. A
@@ -249,6 +265,8 @@ impl Renderer {
             return Err(RenderError::Together { setting: "frames that do not wait", needed: "no deep images" });
         }
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
+        // The frames of a mean are counted on the device or on the host.
+        self.passes.progressive.reset();
         Ok(pool.set_growth(&self.device, growth)?)
     }
 

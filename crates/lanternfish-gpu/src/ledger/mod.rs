@@ -198,6 +198,10 @@ impl Frame<'_> {
                 let ledger = &mut self.pool.ledger;
                 let list = ledger.lists.entry(counted.list).or_default();
                 let (capacity, words) = (list.later(counted), list.last);
+                if u64::from(words[0]) > counted.limit {
+                    // It is told once. Whether it is so still, the next frame finds out.
+                    list.last = [0; LIST_WORDS];
+                }
                 self.note(counted, capacity)?;
                 Ok(ListRoom { capacity, elements: words[0].into(), words })
             }
@@ -207,7 +211,11 @@ impl Frame<'_> {
     fn note(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<(), GpuError> {
         let Some(mut later) = self.pool.ledger.later.take() else { return Ok(()) };
         let list = later.noted.len();
-        assert!(list < MOST_LISTS, "{}: more lists than the ledger holds", counted.list);
+        if list >= MOST_LISTS {
+            self.pool.ledger.later = Some(later);
+            let needed = LEDGER_BYTES + 4 * LIST_WORDS as u64;
+            return Err(GpuError::TooLarge { what: "lists of a frame".to_owned(), needed, limit: LEDGER_BYTES });
+        }
         later.noted.push(counted.list);
         let capacity = u32::try_from(capacity).unwrap_or(u32::MAX);
         let parameters = self.uniform(&NoteParameters { list: list as u32, capacity });

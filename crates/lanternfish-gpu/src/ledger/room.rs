@@ -13,7 +13,7 @@ const LEAST: u64 = 1 << 12;
 pub(super) struct Room {
     capacity: u64,
     limit: u64,
-    /// What arrived last.
+    /// The words of the longest list of the frame that arrived last.
     pub last: [u32; LIST_WORDS],
     /// The most elements that any list of the frame has had which is arriving.
     arriving: Option<u64>,
@@ -39,8 +39,11 @@ impl Room {
 
     /// One list of a frame that has run.
     pub fn arrives(&mut self, words: [u32; LIST_WORDS]) {
-        self.last = words;
-        self.arriving = Some(self.arriving.unwrap_or(0).max(words[0].into()));
+        let elements = u64::from(words[0]);
+        if self.arriving.is_none_or(|most| elements > most) {
+            self.last = words;
+        }
+        self.arriving = Some(self.arriving.unwrap_or(0).max(elements));
     }
 
     /// All lists of a frame have arrived: half as much room again as the most that was needed lately, as soon as four fifths of what is
@@ -84,6 +87,16 @@ mod tests {
         // Never beyond the limit, whatever was counted: a total of 2³² and more arrives as the largest number.
         assert_eq!(after([u32::MAX], 100_000).capacity, 100_000);
         assert_eq!(after([], 100).capacity, 100);
+    }
+
+    #[test]
+    fn the_longest_of_a_frames_lists_is_kept() {
+        let mut room = Room::default();
+        for (frame, expected) in [([9, 70, 3], 70), ([5, 4, 6], 6), ([0, 0, 0], 0)] {
+            frame.iter().for_each(|needed| room.arrives([*needed, 1, 2, 3]));
+            room.adapt();
+            assert_eq!(room.last, [expected, 1, 2, 3], "{frame:?}");
+        }
     }
 
     #[test]

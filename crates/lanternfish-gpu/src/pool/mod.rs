@@ -80,6 +80,14 @@ impl Pool {
         self.bind_groups.forget();
     }
 
+    /// Drops everything but what is known of lists: after an error, things that the device refused to make may be among it.
+    pub fn empty(&mut self, device: &wgpu::Device) {
+        self.buffers = Buffers::new(device);
+        self.textures = Textures::default();
+        self.uniforms = Uniforms::new(device);
+        self.bind_groups = BindGroups::new(device);
+    }
+
     /// Everything is free again; what a request may want to be zero becomes so at the start of these commands.
     pub(crate) fn begin(&mut self, commands: &mut wgpu::CommandEncoder) {
         self.frame += 1;

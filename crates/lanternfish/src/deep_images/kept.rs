@@ -46,6 +46,11 @@ impl KeptDeepImages {
         Ok(&self.kept.as_ref().expect("just built, if not there").images)
     }
 
+    /// Lets the next frame build them again: the one that built them was not handed to the device.
+    pub fn forget(&mut self) {
+        self.kept = None;
+    }
+
     /// How often images were built.
     pub fn builds(&self) -> u64 {
         self.builds

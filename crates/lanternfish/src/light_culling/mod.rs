@@ -86,6 +86,9 @@ pub(crate) trait LightCullingPasses: fmt::Debug {
     fn contents(&self, _device: &wgpu::Device, _queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
         Ok(Vec::new())
     }
+
+    /// Forgets what is kept from frame to frame: the last one was not handed to the device.
+    fn forget(&mut self) {}
 }
 
 /// The shaders of this folder, but for those of its rooms.
@@ -171,6 +174,13 @@ impl LightCulling {
         }
     }
 
+    /// Forgets what is kept from frame to frame: the last one was not handed to the device.
+    pub fn forget(&mut self) {
+        if let Some(room) = &mut self.room {
+            room.forget();
+        }
+    }
+
     /// What the clusters of the last frame hold, a grid each, where there are any.
     pub fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
         self.room.as_ref().map_or(Ok(Vec::new()), |room| room.contents(device, queue))
@@ -192,7 +202,8 @@ const INDICES: &str = "light_culling/indices";
 
 /// Entries of it that one binding holds.
 fn most_indices(device: &wgpu::Device) -> u64 {
-    (device.limits().max_storage_buffer_binding_size / 4).min(u32::MAX.into())
+    // Buffers are whole 16 bytes.
+    (device.limits().max_storage_buffer_binding_size / 16 * 4).min(u32::MAX.into())
 }
 
 /// An error where more entries were counted than one binding holds.

@@ -100,6 +100,9 @@ pub(crate) trait OcclusionPasses: fmt::Debug {
         view: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<Openness, RenderError>;
+
+    /// Forgets what is kept from frame to frame: the last one was not handed to the device.
+    fn forget(&mut self) {}
 }
 
 /// How open every pixel's opaque surface is.

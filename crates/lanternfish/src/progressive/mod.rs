@@ -71,6 +71,12 @@ impl Progressive {
         self.subject = None;
     }
 
+    /// The same, and their textures: the device may have refused to make one.
+    pub fn forget(&mut self) {
+        self.means.clear();
+        self.reset();
+    }
+
     /// The index of the next frame of these views: 0 where the means are of others, or of a scene that has changed since. A
     /// frame that is begun and does not [`Self::finish`] leaves no mean.
     pub fn begin(&mut self, scene: &GpuScene, views: &[View]) -> u32 {

@@ -34,20 +34,19 @@ impl Renderer {
         mut tell: impl FnMut(u32),
     ) -> Result<Vec<Picture>, RenderError> {
         let views = self.views(scene, views)?;
-        let device = self.device.clone();
-        checked(&device, "render", || {
-            if self.effective.accumulate == 1 {
-                let results = self.frame(&FrameContext { scene, views: &views, is_averaged: false })?;
-                return self.pictures(scene, &views, &results);
+        self.checked_frames(|this| {
+            if this.effective.accumulate == 1 {
+                let results = this.frame(&FrameContext { scene, views: &views, is_averaged: false })?;
+                return this.pictures(scene, &views, &results);
             }
-            self.passes.progressive.reset();
+            this.passes.progressive.reset();
             let (mut results, mut times) = (Vec::new(), Vec::new());
-            for count in 1..=self.effective.accumulate {
-                results = self.next_frame(scene, &views)?;
-                add_times(&mut times, self.finished()?);
+            for count in 1..=this.effective.accumulate {
+                results = this.next_frame(scene, &views)?;
+                add_times(&mut times, this.finished()?);
                 tell(count);
             }
-            let mut pictures = self.pictures(scene, &views, &results)?;
+            let mut pictures = this.pictures(scene, &views, &results)?;
             if let Some(first) = pictures.first_mut() {
                 first.report.passes = times;
             }
@@ -66,11 +65,23 @@ impl Renderer {
             return Err(NO_MEAN_OF_DEBUG_VIEWS);
         }
         let views = self.views(scene, views)?;
-        let device = self.device.clone();
-        checked(&device, "render", || {
-            let results = self.next_frame(scene, &views)?;
-            self.pictures(scene, &views, &results)
+        self.checked_frames(|this| {
+            let results = this.next_frame(scene, &views)?;
+            this.pictures(scene, &views, &results)
         })
+    }
+
+    /// Runs `work`, which renders, and turns what the device reports into an error; after any, no frame relies on one before it.
+    pub(super) fn checked_frames<R>(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
+    ) -> Result<R, RenderError> {
+        let device = self.device.clone();
+        let result = checked(&device, "render", || work(self));
+        if result.is_err() {
+            self.forget_frames();
+        }
+        result
     }
 
     /// Lets the next [`Self::refine`] start anew: for a change that it does not see.

@@ -171,6 +171,10 @@ impl LightCullingPasses for ClusteredCulling {
     fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
         self.contents_of_grids(device, queue)
     }
+
+    fn forget(&mut self) {
+        self.lists.clear();
+    }
 }
 
 impl ClusteredCulling {

@@ -25,6 +25,11 @@ struct Kept {
 }
 
 impl CellRadiances {
+    /// Lets the next frame fill the buffer anew.
+    pub fn forget(&mut self) {
+        self.kept = None;
+    }
+
     /// Bound as `cell_radiances`.
     pub fn get(
         &mut self,

@@ -138,6 +138,11 @@ impl DeepOcclusion {
 }
 
 impl OcclusionPasses for DeepOcclusion {
+    fn forget(&mut self) {
+        self.images.forget();
+        self.cells.forget();
+    }
+
     /// By images of the scene as it is now, whose set of directions is turned as the frame says; and, where there is a sun, a little
     /// more, so that one of them is towards it.
     fn record(

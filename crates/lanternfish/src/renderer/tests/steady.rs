@@ -8,9 +8,10 @@ use lanternfish_scene::{
 };
 
 use crate::{
-    GpuScene, Renderer, Settings,
+    GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
-    settings::{Culling, Exposure, Samples, Shadows, Tiled},
+    deep_images::KeptDeepImages,
+    settings::{Culling, DeepImageSettings, Exposure, Samples, Shadows, Tiled},
 };
 
 /// The same on every adapter.
@@ -74,6 +75,28 @@ fn gpu_a_steady_frame_makes_nothing() {
         let other = made() - before;
         assert!(other.buffers > 0 && other.textures > 0 && other.bind_groups > 0, "{name}: {other:?}");
     }
+}
+
+/// After an error nothing that a frame kept is used: the device may have refused to make it, or never have run what fills it.
+#[test]
+fn gpu_after_an_error_frames_begin_anew() {
+    let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_anew") else { return };
+    let scene = demo("cornell").unwrap();
+    let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
+    let settings = Settings { shadows: Shadows::DeepImage, deep_images, ..Settings::direct_light() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let render = |renderer: &mut Renderer| {
+        let picture = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
+        let builds = renderer.passes.deep_images.as_ref().map(KeptDeepImages::builds);
+        (picture.radiance, builds, renderer.pool.get_mut().unwrap().bytes())
+    };
+    let (radiance, builds, bytes) = render(&mut renderer);
+    assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "what a frame kept is used again");
+    let failed = renderer.checked_frames::<()>(|_| Err(RenderError::NoFrames));
+    assert!(matches!(failed, Err(RenderError::NoFrames)));
+    assert!(renderer.pool.get_mut().unwrap().bytes() < bytes, "nothing was dropped");
+    assert_eq!(render(&mut renderer), (radiance, builds.map(|builds| builds + 1), bytes));
 }
 
 /// Bytes of the pool after the first and after the second number of frames. Sizes, lights, exposure and the number of views change from
