@@ -234,6 +234,9 @@ mod tests {
             ("indirect", "Fog", "small letters"),
             ("indirect", "../fog", "small letters"),
             ("indirect", "", "small letters"),
+            ("indirect", "none", "another name"),
+            ("indirect", "loop", "another name"),
+            ("indirect", "indirect_room", "another name"),
             ("nowhere", "fog", "indirect"),
             ("", "fog", "indirect"),
         ] {
