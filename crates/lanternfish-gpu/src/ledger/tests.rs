@@ -68,13 +68,19 @@ fn gpu_a_frame_that_does_not_wait_says_whether_it_had_room() {
         assert_eq!(frames.next(elements).1, Some(false), "{elements:?}");
         let (rooms, whole) = frames.next(elements);
         assert_eq!(whole, Some(true), "{elements:?} in {rooms:?}");
-        assert_eq!((rooms[0].elements, &rooms[0].words[1..]), (elements[1].into(), &[5, 6, 7][..]));
-        assert_eq!(rooms[0].capacity, u64::from(elements.into_iter().max().unwrap()) * 3 / 2);
+        // The longest of the frame.
+        let most = u64::from(elements.into_iter().max().unwrap());
+        assert_eq!((rooms[0].elements, &rooms[0].words[1..]), (most, &[5, 6, 7][..]));
+        assert_eq!(rooms[0].capacity, most * 3 / 2);
     }
     // What saturated lacks room, whatever the limit.
     assert_eq!(frames.next([u32::MAX, 0]).1, Some(false));
-    frames.next([1, 1]);
-    assert_eq!(frames.pool.arrived(), Arrived { frames: 6, held: 3 });
+    // It is told once, even where the frame that is told of it is given up; the next one finds out whether it is so still.
+    let (rooms, _) = frames.next([1, 1]);
+    assert_eq!([rooms[0].elements, rooms[1].elements], [u32::MAX.into(), 0]);
+    let (rooms, _) = frames.next([1, 1]);
+    assert_eq!([rooms[0].elements, rooms[1].elements], [1, 1]);
+    assert_eq!(frames.pool.arrived(), Arrived { frames: 7, held: 3 });
     assert_eq!(frames.pool.waits(), 0);
 }
 
