@@ -236,15 +236,9 @@ impl Renderer {
     pub(crate) fn frame(&mut self, context: &FrameContext<'_>) -> Result<Vec<FrameResult>, RenderError> {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         let mut frame = Frame::pooled(&self.device, &self.queue, &mut self.profiler, pool);
-        let results = self.passes.record(&mut frame, context);
-        match &results {
-            Ok(_) => frame.submit(),
-            Err(_) => drop(frame),
-        }
-        if results.is_err() {
-            self.forget_frames();
-        }
-        results
+        let results = self.passes.record(&mut frame, context)?;
+        frame.submit();
+        Ok(results)
     }
 
     /// Forgets what frames have kept, as after an error: a frame that was recorded in part never ran, and what the device refused to make
