@@ -17,11 +17,11 @@ pub enum RenderError {
     /// The image has no pixels, or more than the device can draw.
     #[error("image of {width} x {height} pixels: each side must be from 1 to {limit}")]
     Size {
-        /// Asked for.
+        /// Width asked for, pixels.
         width: u32,
-        /// Asked for.
+        /// Height asked for, pixels.
         height: u32,
-        /// The device's largest texture side.
+        /// The device's largest texture side, pixels.
         limit: u32,
     },
     /// A setting needs a feature that the device was not opened with.
@@ -29,9 +29,9 @@ pub enum RenderError {
     MissingFeature {
         /// The setting, as on the command line.
         setting: &'static str,
-        /// What is missing.
+        /// The feature that is missing.
         feature: &'static str,
-        /// What works everywhere.
+        /// A setting that works on every device.
         instead: &'static str,
     },
     /// A setting meets a fault of the device's driver.
@@ -41,30 +41,30 @@ pub enum RenderError {
         setting: &'static str,
         /// The driver and its version.
         driver: String,
-        /// What it does.
+        /// The fault: what the driver does.
         fault: &'static str,
-        /// What works there.
+        /// A setting that works with this driver.
         instead: &'static str,
     },
-    /// A mean of no frames.
+    /// [`crate::settings::Settings::accumulate`] is 0: a mean of no frames.
     #[error("--accumulate 0: a picture is the mean of 1 frame or more")]
     NoFrames,
-    /// Two settings that go together only otherwise.
+    /// A setting needs another one beside it, or a value within other bounds.
     #[error("{setting} needs {needed}")]
     Together {
         /// The setting, as on the command line.
         setting: &'static str,
-        /// What it needs beside it, as on the command line.
+        /// What the setting needs: another setting, as on the command line, or the values it can have.
         needed: &'static str,
     },
-    /// A number that a setting cannot be.
+    /// A setting has a value that it cannot have.
     #[error("{setting} {got}: expected {needed}")]
     Value {
         /// The setting, as on the command line.
         setting: &'static str,
-        /// What it is.
+        /// The value it has.
         got: String,
-        /// What it can be.
+        /// The values it can have.
         needed: &'static str,
     },
     /// No one frustum looks the way of all views that are to share a grid of clusters.
@@ -100,29 +100,29 @@ pub enum RenderError {
         /// The first thing that is not as it was uploaded.
         what: String,
     },
-    /// There is no such set of directions.
+    /// A set of directions that cannot be made.
     #[error("deep images: {what}")]
     Directions {
-        /// What is wrong with it.
+        /// What is wrong with the set.
         what: String,
     },
-    /// Deep images are not what they must be.
+    /// A check of the lists of deep images has failed.
     #[error("deep images: {0}; this is a bug, or another driver is needed")]
     Lists(#[from] ListFault),
-    /// A picture of something in deep images that is not there.
+    /// An image or a layer of deep images was asked for that does not exist.
     #[error("deep images: there is no {what} {number}: {known}")]
     NoSuch {
         /// An image, or a layer of one.
         what: &'static str,
-        /// Asked for.
+        /// The number that was asked for.
         number: i64,
-        /// What there is.
+        /// The numbers there are.
         known: String,
     },
     /// A list outgrew what one binding of the device can hold.
     #[error("{list}: {needed} entries needed, at most {limit} fit this device: {remedy}")]
     Overflow {
-        /// The list.
+        /// The name of the list.
         list: &'static str,
         /// Entries it would need.
         needed: u64,

@@ -10,9 +10,9 @@ use crate::{error::RenderError, gpu_scene::GpuScene};
 /// direction. Two fragments of one texel are the same surface where their depths differ by a texel at most. Shares, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Holes {
-    /// Of the yardstick's fragments, those without a partner in the images.
+    /// Share of the yardstick's fragments that have no partner in the images.
     pub missing: f64,
-    /// Of the images' fragments, those without a partner in the yardstick.
+    /// Share of the images' fragments that have no partner in the yardstick.
     pub spurious: f64,
     /// `missing` among the fragments whose surface's normal and the image's axis have a cosine of up to 1/4, 1/2, 3/4 and 1.
     pub missing_by_cosine: [f64; 4],
@@ -20,7 +20,7 @@ pub struct Holes {
     pub fragments: f64,
 }
 
-/// How many there are, and how many of them have no partner.
+/// Counts of fragments: all, and those without a partner.
 #[derive(Clone, Copy, Default)]
 struct Alone {
     all: usize,

@@ -17,7 +17,7 @@ pub struct KeptDeepImages {
 #[derive(Debug)]
 struct Kept {
     images: DeepImages,
-    /// Of the scene that they are of: [`GpuScene::generation`].
+    /// [`GpuScene::generation`] of the scene that the images were built of.
     generation: u64,
     rotation: Quat,
 }
@@ -51,7 +51,7 @@ impl KeptDeepImages {
         self.kept = None;
     }
 
-    /// How often images were built.
+    /// How often images have been built.
     pub fn builds(&self) -> u64 {
         self.builds
     }

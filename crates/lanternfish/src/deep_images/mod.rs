@@ -36,7 +36,7 @@ use crate::{
     shaders::{Root, Shaders},
 };
 
-/// Stores, and whether fragments know their triangles.
+/// Features of each store, without and with the fragments' triangles.
 const STORES: &[&[Feature]] = &[
     &[APPEND],
     &[APPEND, PAYLOAD],
@@ -88,9 +88,9 @@ pub(crate) const DEPTH_16: Feature = Feature("depth_16");
 gpu_struct! {
     /// Where deep images lie.
     pub struct DeepGrid {
-        /// Of the sphere around the scene, world space, m.
+        /// Centre of the sphere around the scene, world space, m.
         center: Vec3,
-        /// Of the same, m.
+        /// Radius of that sphere, m.
         radius: f32,
         /// Texels across an image over its width in metres.
         texels_per_metre: f32,
@@ -106,7 +106,7 @@ gpu_struct! {
         capacity: u32,
         /// Fragments of one list nearer to each other than this are one surface, m.
         merge_distance: f32,
-        /// Between the single pass' samples, across the axis that a triangle is drawn along, m.
+        /// Distance between the single pass' samples, across the axis that a triangle is drawn along, m.
         sample_spacing: f32,
         /// Rotation into the space of the set of directions, a unit quaternion.
         set_from_world: Vec4,
@@ -133,10 +133,10 @@ gpu_struct! {
 
 /// Workgroups along x of passes over lists: the shaders' `WIDTH`.
 pub(crate) const WIDTH: u32 = 1024;
-/// Invocations of their workgroups.
+/// Invocations of one workgroup of those passes: the shaders' `WORKGROUP`.
 pub(crate) const WORKGROUP: u32 = 64;
 
-/// Workgroups of a pass with an invocation for each of so many.
+/// Workgroups along x, y and z of a pass with this many invocations, [`WORKGROUP`] each.
 pub(crate) fn workgroups(invocations: u32) -> [u32; 3] {
     let groups = invocations.div_ceil(WORKGROUP);
     [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]
@@ -145,21 +145,21 @@ pub(crate) fn workgroups(invocations: u32) -> [u32; 3] {
 /// Deep images of a scene, in chunks.
 #[derive(Debug)]
 pub struct DeepImages {
-    /// What they were built with.
+    /// The settings they were built with.
     pub settings: DeepImageSettings,
-    /// Their directions.
+    /// The directions of the images.
     pub directions: Directions,
-    /// The table that finds the nearest, bound as `direction_cells`.
+    /// The table that finds the image of the direction nearest to another, bound as `direction_cells`.
     pub direction_cells: wgpu::Buffer,
     /// Axes of all images on the device, bound as `deep_frames`.
     pub frames: wgpu::Buffer,
-    /// Together they hold every image.
+    /// The images' lists; every image is in one chunk.
     pub chunks: Vec<Chunk>,
-    /// What building came to.
+    /// How many fragments building drew and kept, and the bytes they take.
     pub counts: DeepCounts,
 }
 
-/// Some of the images.
+/// Some of the images, with the buffers that their lists and fragments lie in.
 #[derive(Clone, Debug)]
 pub struct Chunk {
     /// Where the chunk's images lie.
@@ -174,18 +174,19 @@ pub struct Chunk {
     pub depths: wgpu::Buffer,
     /// Triangle of each fragment, in the order of the BVH's leaves, where there is a payload.
     pub triangles: Option<wgpu::Buffer>,
-    /// Fragments of all lists.
+    /// How many fragments all lists of the chunk hold.
     pub fragments: u64,
 }
 
-/// What building came to. All but `bytes` of linked lists, which depends on what was built before, is exact.
+/// How many fragments building drew and kept, and the bytes they take. All but `bytes` of linked lists, which depends on what was built
+/// before, is exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeepCounts {
     /// Fragments that were drawn into lists.
     pub drawn: u64,
-    /// Those that are left after merging; all, of linked lists.
+    /// Fragments that are left after merging; all that were drawn, in linked lists.
     pub kept: u64,
-    /// Of all buffers that lists and fragments lie in: 4 a list; and a fragment, 4 or 2 for its depth, 4 for its triangle, 4 for
+    /// Bytes of all buffers that lists and fragments lie in: 4 a list; and a fragment, 4 or 2 for its depth, 4 for its triangle, 4 for
     /// the link of a linked list.
     pub bytes: u64,
 }
@@ -204,14 +205,14 @@ impl DeepImageSettings {
 }
 
 impl DeepImages {
-    /// What `nearest_image.wesl` needs beside the grid of any chunk.
+    /// Bindings of `nearest_image.wesl`, beside the grid of any chunk.
     pub fn direction_bindings(&self) -> Bindings<'_> {
         Bindings::new().buffer("direction_cells", &self.direction_cells)
     }
 }
 
 impl Chunk {
-    /// What shaders call it; with `frames`, of the images it is a chunk of.
+    /// Bindings under the names that the shaders use; `frames`: [`DeepImages::frames`] of the images that this is a chunk of.
     pub fn bindings<'a>(&'a self, frames: &'a wgpu::Buffer) -> Bindings<'a> {
         let bindings = Bindings::new()
             .buffer("deep_grid", &self.grid_buffer)
@@ -225,12 +226,12 @@ impl Chunk {
         })
     }
 
-    /// Lists: a texel of an image each.
+    /// How many lists the chunk has: a texel of an image each.
     pub fn list_count(&self) -> u32 {
         self.grid.list_count()
     }
 
-    /// Bytes of its lists and fragments.
+    /// Bytes that its lists and fragments take.
     fn bytes(&self) -> u64 {
         let buffers = [Some(&self.list_starts), Some(&self.depths), self.next.as_ref(), self.triangles.as_ref()];
         buffers.into_iter().flatten().map(wgpu::Buffer::size).sum()
@@ -238,20 +239,20 @@ impl Chunk {
 }
 
 impl DeepGrid {
-    /// Lists of the chunk in hand: a texel of an image each.
+    /// How many lists the chunk has: a texel of an image each.
     fn list_count(&self) -> u32 {
         self.image_count * self.resolution * self.resolution
     }
 }
 
 gpu_struct! {
-    /// Where the single pass meets a surface.
+    /// A sample of the scene's surfaces: where the single pass meets one.
     pub struct SurfaceSample {
-        /// World space, m.
+        /// Position, world space, m.
         p_world: Vec3,
-        /// In the order of the BVH's leaves.
+        /// Index of the triangle, in the order of the BVH's leaves.
         triangle: u32,
-        /// Of the second and third corner.
+        /// Barycentric weights of the triangle's second and third corner.
         weights: Vec2,
         /// Unused.
         _pad: UVec2,

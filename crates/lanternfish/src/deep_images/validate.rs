@@ -23,26 +23,26 @@ pub enum ListFault {
     /// Chunks leave images out, or hold them twice.
     #[error("chunks hold images up to {found}, where image {expected} is due")]
     Images {
-        /// Where a chunk begins, or the last one ends.
+        /// First image of a chunk, or the number of images in all chunks.
         found: u32,
-        /// Where the one before it ends, or all do.
+        /// The image that is due after the chunk before it, or the number of images there are.
         expected: u32,
     },
     /// An image's axes on the device are not those of its direction, or its direction's opposite does not read the same image
     /// backwards.
     #[error("image {image} does not lie along its direction and the opposite one")]
     Direction {
-        /// Which.
+        /// Index of the image.
         image: u32,
     },
     /// Starts of a linear array descend, or do not begin at zero.
     #[error("list {list} starts at {start}, the one before it at {before}")]
     Start {
-        /// Which; one more than there are: the end.
+        /// Index of the list; one more than there are: the end of the last one.
         list: usize,
-        /// Where it starts.
+        /// Index of its first fragment.
         start: u32,
-        /// Where the one before it does.
+        /// Index of the first fragment of the list before it.
         before: u32,
     },
     /// Lists hold more or fewer fragments than there are.
@@ -56,33 +56,33 @@ pub enum ListFault {
     /// Fragments went missing between drawing and keeping, though none are merged.
     #[error("{drawn} fragments were drawn, {kept} kept")]
     Lost {
-        /// Drawn into lists.
+        /// Fragments that were drawn into lists.
         drawn: u64,
-        /// Left, in all chunks.
+        /// Fragments that are left, in all chunks.
         kept: u64,
     },
     /// A fragment was counted, but never written.
     #[error("fragment {index} was never written")]
     Unwritten {
-        /// Which.
+        /// Index of the fragment.
         index: usize,
     },
     /// A depth that no surface of the scene can have, or none at all.
     #[error("fragment {index} has the depth {depth} m; the scene ends at {end} m")]
     Depth {
-        /// Which.
+        /// Index of the fragment.
         index: usize,
-        /// Its depth.
+        /// Its depth, m along the image's axis from the scene's middle.
         depth: f32,
-        /// The largest there can be.
+        /// The largest depth that a fragment can have, m.
         end: f32,
     },
     /// A triangle that there is not.
     #[error("fragment {index} is of triangle {triangle} of {count}")]
     Triangle {
-        /// Which.
+        /// Index of the fragment.
         index: usize,
-        /// Its triangle.
+        /// Index of its triangle, in the order of the BVH's leaves.
         triangle: u32,
         /// Triangles that there are.
         count: u32,
@@ -90,13 +90,13 @@ pub enum ListFault {
     /// Fragments that are not in order.
     #[error("list {list} is not sorted")]
     Unsorted {
-        /// Which.
+        /// Index of the list.
         list: usize,
     },
     /// A link to a fragment that there is not.
     #[error("list {list} has a link to slot {slot} of {fragments}")]
     Link {
-        /// Which.
+        /// Index of the list.
         list: usize,
         /// Where the link points.
         slot: u32,
@@ -106,15 +106,15 @@ pub enum ListFault {
     /// A fragment that two links name: a circle, or two lists that run into each other.
     #[error("list {list} comes to fragment {index}, which was in a list already")]
     Twice {
-        /// The second.
+        /// Index of the list that comes to the fragment second.
         list: usize,
-        /// Which.
+        /// Index of the fragment.
         index: usize,
     },
     /// A fragment that is in no list.
     #[error("fragment {index} is in no list")]
     Unlisted {
-        /// Which.
+        /// Index of the fragment.
         index: usize,
     },
 }
@@ -239,10 +239,10 @@ impl DeepImages {
     }
 }
 
-/// Of `store/depth_16.wesl`: `STEPS`.
+/// Steps of a 16-bit depth across the sphere around the scene: `STEPS` of `store/depth_16.wesl`.
 pub(crate) const STEPS_16: f32 = 65534.0;
 
-/// Of one fragment by itself.
+/// Checks what must hold of one fragment by itself: that it was written, its depth, its triangle.
 fn check(chunk: &Chunk, index: usize, fragment: &Fragment) -> Result<(), ListFault> {
     // Where a texel's axis passes beside a triangle, its plane is followed for up to a texel.
     let end = chunk.grid.radius + 1.0 / chunk.grid.texels_per_metre;

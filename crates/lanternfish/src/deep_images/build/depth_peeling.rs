@@ -15,17 +15,17 @@ use crate::{
 gpu_struct! {
     /// A fragment of a layer.
     pub struct PeeledFragment {
-        /// Of the chunk.
+        /// Index of its list in the chunk.
         list: u32,
-        /// m along the image's axis.
+        /// Depth along the image's axis from the scene's middle, m.
         depth: f32,
-        /// In the order of the BVH's leaves.
+        /// Index of its triangle, in the order of the BVH's leaves.
         triangle: u32,
     }
 }
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// Triangle and depth.
+/// Format of a layer: triangle and depth.
 const LAYER: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
 
 /// The passes.
@@ -36,7 +36,7 @@ pub(super) struct DepthPeeling {
     put: ComputeKernel,
 }
 
-/// What a layer has.
+/// The fragments of one layer, on the device.
 #[derive(Debug)]
 struct Layer {
     fragments: wgpu::Buffer,

@@ -16,7 +16,7 @@ pub(crate) struct LinearArray {
     fill: ComputeKernel,
     sort: ComputeKernel,
     compact: ComputeKernel,
-    /// Where depths have 16 bits.
+    /// Packs depths, where they have 16 bits.
     pack: Option<ComputeKernel>,
     payload: bool,
     /// Fragments of the fullest chunk so far.
@@ -63,8 +63,8 @@ impl LinearArray {
             let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
             let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
             (source.gather)(frame, &grid, &bindings.buffer("list_counters", &filled_starts))?;
-            // Of as many values as are scanned below. What follows the lists becomes the end of the last one, and in the total
-            // the slots that were taken are counted a second time.
+            // As many values are scanned here as below. The value after the lists becomes the end of the last one, and in the total
+            // the slots that were taken are counted twice.
             let total = self.scan.record(frame, &filled_starts, lists + 2)?;
             let taken = u64::from(frame.read_now::<u32>(&total, 1)?[0]) / 2;
             if taken <= self.capacity {

@@ -16,8 +16,8 @@ use crate::{
     testing::{quad, scene_of},
 };
 
-/// Of texels where the exact axis meets something: how many are empty, and how many first surfaces are off by more than a
-/// texel. And how many texels hold something where there is nothing.
+/// Over the texels where the exact axis meets something: the share that is empty, the share whose first surface is off by more than a
+/// texel, and the number of texels that hold something where there is nothing, over the same number.
 pub(super) fn compare(found: &[Vec<Fragment>], exact: &[Vec<Fragment>], texel: f32) -> (f64, f64, f64) {
     let (mut met, mut empty, mut off, mut false_hits) = (0, 0, 0, 0);
     for (found, exact) in found.iter().zip(exact) {

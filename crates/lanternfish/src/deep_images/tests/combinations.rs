@@ -184,7 +184,7 @@ fn check_all(gpu: &Gpu, builder: DeepBuilder, most_wrong: f64) {
 #[test]
 fn gpu_every_combination_with_a_single_pass_is_the_twins() {
     let Some(gpu) = testing::gpu("gpu_every_combination_with_a_single_pass_is_the_twins") else { return };
-    // Of texels of this raster: see `gpu_a_single_pass_leaves_few_holes`.
+    // Fewer than 5 % of the texels of this raster are wrong in each way: see `gpu_a_single_pass_leaves_few_holes`.
     check_all(gpu, DeepBuilder::SinglePass, 0.05);
 }
 

@@ -8,7 +8,8 @@ use crate::{
     testing::{quad, scene_of},
 };
 
-/// Of all lists, how many do not have the same depths, to a thousandth of a texel, and how many do, but of other triangles.
+/// Two shares of all lists: those whose depths differ, by more than a thousandth of a texel, and those of the same depths but of other
+/// triangles.
 ///
 /// Tiles lie elsewhere in their target, so the middle of a texel is another number in its last place, and a surface that is
 /// seen edge-on multiplies that. Which of two touching surfaces comes first, and is kept when they are merged, changes with it.

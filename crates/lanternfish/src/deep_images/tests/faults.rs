@@ -104,7 +104,7 @@ fn gpu_stores_hold_what_is_put_into_them() {
                     let of_list = put.iter().filter(|fragment| fragment.x as usize == list);
                     let mut expected: Vec<Fragment> = of_list
                         .map(|fragment| Fragment {
-                            // Of put_fragment.wesl: LEAST_DEPTH.
+                            // A depth of 0 is stored as LEAST_DEPTH of put_fragment.wesl.
                             depth: if fragment.y == 0.0 { 1e-30 } else { fragment.y },
                             triangle: Some(fragment.z as u32),
                         })

@@ -11,11 +11,11 @@ use crate::{
 gpu_struct! {
     /// Which fragments of a chunk are drawn, and how large.
     pub struct PointRange {
-        /// Of the chunk.
+        /// The first list whose fragments are drawn, counted from the chunk's first.
         first_list: u32,
-        /// From there on.
+        /// How many lists are drawn, from the first one on.
         list_count: u32,
-        /// Of a point, m.
+        /// Radius of a point, m.
         radius: f32,
         /// Radius that no point is smaller than, pixels.
         least_pixels: f32,
@@ -48,7 +48,7 @@ pub struct PointPicture {
     pub depth: wgpu::TextureView,
 }
 
-/// The pass.
+/// The pass that draws the cloud.
 #[derive(Debug)]
 pub struct PointCloud {
     pipeline: RasterPipeline,

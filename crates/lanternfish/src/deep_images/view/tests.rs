@@ -106,7 +106,7 @@ fn lists_of(gpu: &Gpu, images: &DeepImages, image: u32) -> Vec<Vec<Fragment>> {
     lists(gpu, images, chunk).into_iter().skip(image as usize * 48 * 48).take(48 * 48).collect()
 }
 
-/// Of an image's fragments within the picture, how many are not seen, nor hidden by a nearer point.
+/// How many of an image's fragments within the picture are neither seen nor hidden by a nearer point, and how many lie within it.
 fn fragments_without_point(gpu: &Gpu, images: &DeepImages, image: u32, view: &View, depths: &[f32]) -> (usize, usize) {
     let grid = images.chunks[0].grid;
     let axes = images.directions.frame(image);

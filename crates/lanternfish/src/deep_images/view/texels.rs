@@ -16,9 +16,9 @@ use crate::{
 gpu_struct! {
     /// What is asked of every texel.
     pub struct TexelQuery {
-        /// Of the chunk.
+        /// Index of the image, counted from the chunk's first.
         image: u32,
-        /// 0: the list's first fragment; -1: its last.
+        /// Which fragment of a list is asked for: 0 is the first, -1 the last.
         layer: i32,
     }
 }
@@ -26,22 +26,22 @@ gpu_struct! {
 gpu_struct! {
     /// How numbers become colours.
     pub struct TexelScale {
-        /// White (grey), or black (heat).
+        /// Number that is shown white (grey), or black (heat).
         lowest: f32,
-        /// Darkest grey, or red.
+        /// Number that is shown in the darkest grey, or red.
         highest: f32,
-        /// Texels across and down.
+        /// Texels across and down the image.
         resolution: u32,
         /// Pixels of a texel across and down.
         upscale: u32,
-        /// 1: by half a turn.
+        /// 1: the picture is turned by half a turn.
         turned: u32,
         /// 0: grey; 1: heat.
         colors: u32,
     }
 }
 
-/// In a texel whose list ends before the layer: `NO_FRAGMENT` of `fragments.wesl`.
+/// Number of a texel whose list ends before the layer: `NO_FRAGMENT` of `fragments.wesl`.
 pub(super) const NO_FRAGMENT: f32 = 3e38;
 
 /// The scale that numbers are shown on.
@@ -74,7 +74,7 @@ impl TexelValues {
         Some(numbers.fold((first, first), join))
     }
 
-    /// Of the numbers there are; 0 without any.
+    /// The mean of the numbers there are; 0 without any.
     pub fn mean(&self) -> f64 {
         let numbers = || self.values.iter().flatten();
         numbers().map(|number| f64::from(*number)).sum::<f64>() / numbers().count().max(1) as f64
