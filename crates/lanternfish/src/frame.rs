@@ -52,12 +52,12 @@ pub(crate) struct FrameResult {
 #[derive(Debug)]
 pub(crate) struct Shaded {
     pub radiance: Radiance,
-    /// Of this and the frames before it, where frames are averaged.
+    /// Mean radiance of this frame and the frames before it, where frames are averaged.
     pub mean: Option<wgpu::TextureView>,
     pub visibility: Option<VisibilityPlan>,
     pub openness: Option<Openness>,
     pub indirect: Option<IndirectSums>,
-    /// At the nearest blended surfaces.
+    /// Indirect light at the nearest blended surfaces.
     pub indirect_of_blended: Option<IndirectSums>,
     /// The opaque surfaces' light lists.
     pub lights: LightLists,

@@ -17,7 +17,7 @@ pub struct Settings {
     pub shadows: Shadows,
     /// Which shadow rays are not worth tracing.
     pub ray_culling: RayCulling,
-    /// Of point and spot lights, m; 0: they are points, and shadows are hard. Higher: shadows are softer the farther what casts
+    /// Radius of point and spot lights, m; 0: they are points, and shadows are hard. Higher: shadows are softer the farther what casts
     /// them is from what they fall on. It moves where shadow rays end and nothing else; directional lights have none.
     pub light_radius: f32,
     /// Rays from a pixel to each light that has a radius, 1 to 255. More: less noise, slower in proportion.

@@ -21,11 +21,11 @@ use crate::{
 pub use scale::Scale;
 
 gpu_struct! {
-    /// What is shown.
+    /// Which quantity a debug view shows, and on which scale.
     pub struct DebugParameters {
-        /// A constant of `debug.wesl`.
+        /// Number of the quantity: a constant of `debug.wesl`.
         quantity: u32,
-        /// What the hottest colour stands for; of a logarithmic heat map, the number of doublings.
+        /// The value that the hottest colour stands for; of a logarithmic heat map, the number of doublings.
         hottest: f32,
     }
 }
@@ -34,12 +34,12 @@ gpu_struct! {
 pub(crate) const DECLARED: Shaders =
     Shaders { roots: &[Root::by_settings("debug_views/debug")], structs: &[SharedStruct::of::<DebugParameters>()] };
 
-/// What the hottest colour of a heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
+/// The value that the hottest colour of a linear heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
 const HOTTEST: f32 = 10.0;
-/// Of a logarithmic one: 2¹⁰ − 1 = 1,023; every colour is a factor of four.
+/// Doublings that the hottest colour of a logarithmic heat map stands for: 2¹⁰ − 1 = 1,023; every colour is a factor of four.
 const DOUBLINGS: f32 = 10.0;
 
-/// The pass.
+/// The pass that draws a debug view.
 #[derive(Debug)]
 pub struct DebugViews {
     pipeline: RasterPipeline,
@@ -68,7 +68,7 @@ fn quantity(view: DebugView) -> Option<u32> {
     })
 }
 
-/// What the hottest colour of a view stands for.
+/// The value, or the number of doublings, that the hottest colour of a view stands for.
 fn hottest(view: DebugView) -> f32 {
     match view {
         DebugView::LightsPerPixel | DebugView::ClusterLights | DebugView::ClusterFragments => DOUBLINGS,
@@ -89,7 +89,7 @@ fn check_clusters(view: DebugView, culling: Culling) -> Result<(), RenderError> 
     }
 }
 
-/// What its shader is linked with.
+/// Features with which the shader of the debug view is linked.
 pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
     [LightCulling::feature(settings.culling)].into_iter().chain(occlusion::feature(settings.occlusion)).collect()
 }
@@ -114,7 +114,7 @@ impl DebugViews {
         }))
     }
 
-    /// Makes the picture. `ray_counts`: where shadows were traced.
+    /// Draws the debug view. `ray_counts`: shadow rays of each pixel, where shadows were traced.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,

@@ -60,7 +60,7 @@ impl Default for Culling {
 
 /// What every room of light culling is asked.
 pub(crate) trait LightCullingRoom: AnyRoom {
-    /// The feature that makes `light_list.wesl` use it.
+    /// The feature that makes `light_list.wesl` read this room's lists.
     fn feature(&self) -> Feature;
 
     /// Whether one invocation tests all lights.
@@ -128,12 +128,12 @@ impl LightLists {
     }
 }
 
-/// Lights in reach of which points.
+/// The points that lights are listed for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
-    /// Of the surfaces in the depth buffer.
+    /// Points of the surfaces in the depth buffer.
     Surface,
-    /// Of any point of the view: for transparent surfaces, which the depth buffer does not hold.
+    /// Any point of the view: for transparent surfaces, which the depth buffer does not hold.
     Anywhere,
 }
 
@@ -187,7 +187,7 @@ impl LightCulling {
     }
 }
 
-/// An error where a loop over so many lights ends too early.
+/// An error where this driver ends a loop over so many lights too early.
 fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), RenderError> {
     if light_count <= FAULTY_LOOP_STEPS || !faulty_software(adapter) {
         return Ok(());
@@ -197,10 +197,10 @@ fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), Ren
     Err(RenderError::Driver { setting: "a test of every light", driver, fault, instead: "the default --culling" })
 }
 
-/// The list that every room fills.
+/// Name of the list of light indices, which every room fills.
 const INDICES: &str = "light_culling/indices";
 
-/// Entries of it that one binding holds.
+/// How many entries of that list one binding holds.
 fn most_indices(device: &wgpu::Device) -> u64 {
     // Buffers are whole 16 bytes.
     (device.limits().max_storage_buffer_binding_size / 16 * 4).min(u32::MAX.into())

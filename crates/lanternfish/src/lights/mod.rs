@@ -43,7 +43,7 @@ gpu_struct! {
         inverse_cos_span: f32,
         /// Spot: tangent of the outer angle, for culling.
         tan_outer: f32,
-        /// Of the disk around its centre that shadow rays end on, m; 0: a point.
+        /// Radius of the disk around the light's centre that shadow rays end on, m; 0: a point.
         radius: f32,
     }
 }

@@ -35,7 +35,7 @@ pub(crate) const OCCLUSION: Feature = Feature("occlusion");
 const TILE: u32 = 8;
 
 rooms! {
-    /// How much of the surroundings a surface sees.
+    /// How it is found how much of the surroundings a surface sees.
     Occlusion: dyn OcclusionRoom, flag "occlusion", everyday: false,
     help: "How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with \
            --indirect none.",
@@ -52,17 +52,17 @@ impl Default for Occlusion {
 }
 
 impl Occlusion {
-    /// By deep images; `max_distance`: from where on nothing occludes, m, > 0.
+    /// Occlusion by deep images; `max_distance`: distance from which on nothing occludes, m, > 0; none: everything occludes, however far.
     pub const fn deep(max_distance: Option<f32>) -> Self {
         Self::Deep(Deep { max_distance })
     }
 
-    /// By horizons; `radius`: from where on nothing occludes, m, > 0.
+    /// Occlusion by horizons; `radius`: distance from which on nothing occludes, m, > 0.
     pub const fn hbao(radius: f32) -> Self {
         Self::Hbao(Hbao { radius })
     }
 
-    /// Whether it looks along deep images.
+    /// Whether the chosen room looks along deep images.
     pub(crate) fn uses_deep_images(&self) -> bool {
         self.chosen().is_some_and(|room| room.uses_deep_images())
     }
@@ -79,10 +79,10 @@ const DISTANCE: KnobWords = KnobWords::new(
 
 /// What every room of occlusion is asked.
 pub(crate) trait OcclusionRoom: AnyRoom {
-    /// From where on nothing occludes, m; none: everything occludes, however far.
+    /// Distance from which on nothing occludes, m; none: everything occludes, however far.
     fn max_distance(&self) -> Option<f32>;
 
-    /// Whether it looks along deep images.
+    /// Whether the room looks along deep images.
     fn uses_deep_images(&self) -> bool {
         false
     }
@@ -93,7 +93,7 @@ pub(crate) trait OcclusionRoom: AnyRoom {
 
 /// The passes of a room.
 pub(crate) trait OcclusionPasses: fmt::Debug {
-    /// Finds it for a surface that a view shows, one sample a pixel, with normals.
+    /// Finds the openness of a surface that a view shows, one sample a pixel, with normals.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -113,7 +113,7 @@ pub struct Openness {
     pub texture: wgpu::TextureView,
     /// What arrives from the surroundings: `environment_light/environment_light.wesl`.
     pub environment_sums: wgpu::TextureView,
-    /// Of the deep images that it was found by.
+    /// Counts of the deep images that the openness was found by, where it was.
     pub images: Option<DeepCounts>,
 }
 
@@ -124,8 +124,8 @@ impl Openness {
     }
 }
 
-/// Compiles the passes that these settings want, if any. A distance that is none is an error. Where rays of indirect light see the
-/// surroundings themselves, it is found for its debug view alone.
+/// Compiles the passes that these settings want, if any; an error where the distance is not above 0 and finite. Where rays of indirect
+/// light see the surroundings themselves, openness is found for its debug view alone.
 pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,
@@ -146,7 +146,7 @@ pub(crate) fn feature(setting: Occlusion) -> Option<Feature> {
     (setting != Occlusion::None).then_some(OCCLUSION)
 }
 
-/// A texture for the answer.
+/// A texture for the openness of each pixel.
 fn openness_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
     frame_target(frame, "openness", size, wgpu::TextureFormat::R32Float, usage, 1)

@@ -31,7 +31,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
     structs: &[],
 };
 
-/// The pass.
+/// The pass that draws depth and the surface target.
 #[derive(Debug)]
 pub struct Prepass {
     raster: SceneRaster,
@@ -42,11 +42,11 @@ pub struct Prepass {
 /// What the view shows: the prepass's result.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Reverse-Z; 0 where nothing is.
+    /// Depth, reverse-Z; 0 where nothing is.
     pub depth: wgpu::TextureView,
     /// Normals and roughness; where a later pass asks for them.
     pub target: Option<wgpu::TextureView>,
-    /// Pixels.
+    /// Size of the picture, pixels.
     pub size: UVec2,
     /// Samples a pixel.
     pub samples: u32,
@@ -62,7 +62,7 @@ impl Surface {
         }
     }
 
-    /// As an attachment that is tested and not written.
+    /// Its depth as an attachment that is tested and not written.
     pub(crate) fn read_depth(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
         wgpu::RenderPassDepthStencilAttachment { view: &self.depth, depth_ops: None, stencil_ops: None }
     }
@@ -78,7 +78,7 @@ impl Prepass {
         Self { raster, with_target, samples }
     }
 
-    /// Of blended surfaces, with normals and roughness, one sample a pixel.
+    /// A prepass of blended surfaces, with normals and roughness, one sample a pixel.
     pub fn of_blended() -> Self {
         let raster = SceneRaster::new("prepass/blended", "prepass/prepass", &[BLENDED], false, state(true, 1));
         Self { raster, with_target: true, samples: 1 }
@@ -154,7 +154,7 @@ fn state(with_target: bool, samples: u32) -> PassState {
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
         depth_write_enabled: Some(true),
-        // Of two surfaces at one depth the later is kept, as it is where shading tests for equal depth.
+        // Where two surfaces have the same depth the later one is kept, as in shading, which tests for equal depth.
         depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
         stencil: Default::default(),
         bias: Default::default(),

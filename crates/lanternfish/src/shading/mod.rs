@@ -37,7 +37,7 @@ const SHADOW_RAYS: Feature = Feature("shadow_rays");
 pub(crate) const DECLARED: Shaders =
     Shaders { roots: &[Root::by_settings("shading/forward"), Root::of("shading/dim", &[TEXTURES])], structs: &[] };
 
-/// The passes.
+/// The passes that shade opaque and blended surfaces.
 #[derive(Debug)]
 pub struct Forward {
     opaque: SceneRaster,
@@ -175,7 +175,7 @@ impl Forward {
     }
 }
 
-/// Of the opaque and of the blended pass, before those that draws ask for.
+/// Features of the shaders of the opaque and of the blended pass, before those that draws ask for.
 pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<Feature>; 2] {
     let tracer = tracer.exact();
     let culling = LightCulling::feature(settings.culling);
@@ -208,7 +208,8 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<Feature>; 2]
     [opaque, blended]
 }
 
-/// At most the target's largest number, as all that is drawn to it: a mean of frames stays a number.
+/// Clear colour of the sky. It is at most the target's largest number, like all that is drawn to it, so that a mean of frames stays a
+/// number.
 fn sky(radiance: Vec3) -> wgpu::Color {
     let [r, g, b] = radiance.min(Vec3::splat(half::f16::MAX.to_f32())).to_array().map(f64::from);
     wgpu::Color { r, g, b, a: 0.0 }

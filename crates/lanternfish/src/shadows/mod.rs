@@ -1,8 +1,8 @@
 //! Which listed lights reach which pixel, by rays [Elagabani2025, §4.3].
 //!
-//! The answer is a bit a pixel and listed light (of lights that have a size eight bits: how many rays are open), in as many
-//! words as the lists are long. Where the words of all pixels do not fit one buffer, the frame is made in bands of pixel rows: no
-//! light is left out.
+//! The answer is one bit for each pixel and listed light, or, where lights have a size, eight bits: how many of their rays are open. It
+//! takes as many words as the lists are long. Where the words of all pixels do not fit one buffer, the frame is made in bands of pixel
+//! rows: no light is left out.
 
 #[cfg(test)]
 mod tests;
@@ -75,9 +75,9 @@ const WORDS: &str = "shadows/words";
 
 /// Rays of a band at most, however large the device's bindings: they are counted in a u32.
 const MOST_RAYS: u64 = 1 << 31;
-/// The setting of [`Tracer::AcrossTexels`].
+/// Flag that chooses [`Tracer::AcrossTexels`], for errors.
 const DEEP_SHADOWS: &str = "--shadows deep-image";
-/// Bits of a light that has a size: `SOFT_LIGHT_BITS`. More rays than they can count are an error.
+/// Bits of a light that has a size: `SOFT_LIGHT_BITS` of `visibility_bits.wesl`. More rays than they can count are an error.
 const SOFT_LIGHT_BITS: u32 = 8;
 
 /// The passes of shadows for every listed light.
@@ -94,7 +94,7 @@ pub struct Shadows {
     pub(crate) word_limit: u64,
 }
 
-/// How a frame's visibility is divided.
+/// How a frame's visibility is divided into bands.
 #[derive(Debug)]
 pub struct VisibilityPlan {
     words: wgpu::Buffer,
@@ -109,7 +109,7 @@ pub struct VisibilityPlan {
 pub struct Visibility<'p> {
     plan: &'p VisibilityPlan,
     grid: BufferPart,
-    /// Pixel rows.
+    /// Rows of the picture that the band covers, pixels.
     pub rows: Range<u32>,
 }
 
@@ -278,7 +278,7 @@ fn counts_rays(settings: &Settings) -> bool {
     matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
 }
 
-/// Of `plan` and of `trace`; an error where the tracer cannot do what is asked of it.
+/// Features of the shaders `plan` and `trace`; an error where the tracer cannot do what is asked of it.
 pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<Feature>; 2], RenderError> {
     let culling = LightCulling::feature(settings.culling);
     let plan: Vec<_> = [culling].into_iter().chain(settings.casts_soft_shadows().then_some(SOFT)).collect();
@@ -314,7 +314,7 @@ fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
     Err(RenderError::Overflow { list: WORDS, needed: most, limit: u32::MAX.into(), remedy })
 }
 
-/// An error where lights have a size that is none, or more rays than are counted.
+/// An error where the lights' radius is negative or not finite, or a light gets no ray or more rays than are counted.
 pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
     if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
         return Err(RenderError::Together { setting: "--light-radius", needed: "a number of metres, 0 or more" });

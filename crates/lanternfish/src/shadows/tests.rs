@@ -347,9 +347,9 @@ fn gpu_visibility_is_whole_at_shared_edges() {
     }
 }
 
-/// Of 6,000 segments aimed at edges that two triangles share, how many may slip between them. None where edge functions
-/// and boxes are ours: Möller and Trumbore's test let 248 through, and boxes without slack for rounding 37. What an
-/// adapter's own tracer does is not ours to say; 64 on Mesa 25.0.7's lavapipe, twice that is a report.
+/// How many of 6,000 segments aimed at edges that two triangles share may slip between them, for each tracer. None where edge functions
+/// and boxes are ours: Möller and Trumbore's test let 248 through, and boxes without slack for rounding 37. What an adapter's own tracer
+/// does is not ours to say; 64 on Mesa 25.0.7's lavapipe, twice that is a report.
 const LEAKS: [(Tracer, usize); 2] = [(Tracer::Bvh, 0), (Tracer::RayQuery, 128)];
 
 #[test]

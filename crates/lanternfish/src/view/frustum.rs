@@ -42,7 +42,7 @@ impl ViewFrustum {
     ///
     /// Perspective: every point lies ahead of the camera by more than what f32 rounds its position by.
     pub(crate) fn around(world_from_view: DAffine3, p_worlds: &[DVec3], parallel: bool, size: UVec2) -> Self {
-        // Of the camera as it is stored, so that its rounding takes no point out.
+        // The camera is used as it is stored, in f32, so that its rounding takes no point out.
         let world_from_view = world_from_view.as_affine3a();
         let view_from_world = world_from_view.as_daffine3().inverse();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -97,13 +97,13 @@ fn position_error(distance: f64) -> f64 {
     4.0 * f64::from(f32::EPSILON) * distance
 }
 
-/// The greatest f32 that is no greater.
+/// The greatest f32 that is no greater than `value`.
 fn rounded_down(value: f64) -> f32 {
     let nearest = value as f32;
     if f64::from(nearest) > value { nearest.next_down() } else { nearest }
 }
 
-/// The least f32 that is no less.
+/// The least f32 that is no less than `value`.
 fn rounded_up(value: f64) -> f32 {
     -rounded_down(-value)
 }
@@ -183,8 +183,8 @@ fn enclosing_eye(views: &[ViewFrustum], world_from_head: &DAffine3) -> f64 {
 /// Where the supporting line of one side crosses the axis behind the corners, m ahead of the origin; −∞: nowhere, the
 /// line runs along the axis. None: it draws in towards the axis, and crosses it ahead if at all.
 ///
-/// Of the lines from a near to a far corner, the one that has all corners on one side is the outermost where it passes
-/// between the two sets: there it lies on their convex hull, and of the hull's edges one on each side passes.
+/// Among the lines from a near to a far corner, the one that has all corners on one side is the outermost where it passes between the two
+/// sets: there it lies on their convex hull, and of the hull's edges one on each side passes.
 fn supported_crossing(side: DVec3, near: &[DVec3], far: &[DVec3]) -> Option<f64> {
     // Distance, and how far out.
     let project = |p_heads: &[DVec3]| p_heads.iter().map(|p| DVec2::new(-p.z, p.dot(side))).collect::<Vec<_>>();

@@ -6,7 +6,7 @@ use lanternfish_scene::Bounds;
 
 use crate::{error::RenderError, gpu_scene::GpuScene, settings::Assignment, shaders::SHADERS};
 
-/// Children a node, and levels at most: the shader's.
+/// Children of a node, and levels at most: constants of `light_tree.wesl`.
 const FANOUT: u32 = 8;
 const MOST_LEVELS: usize = 9;
 /// Bits of a Morton code.
@@ -17,27 +17,27 @@ gpu_struct! {
     pub struct LightTree {
         /// x: first node of each level; y: nodes of it.
         levels: [UVec4; MOST_LEVELS],
-        /// World-space box of the lights' centres, m.
+        /// Least corner of the box around the centres of lights that have one, world space, m.
         low: Vec3,
-        /// Levels.
+        /// How many levels the tree has.
         level_count: u32,
-        /// Of the box, m.
+        /// Size of that box, m.
         size: Vec3,
-        /// Lights.
+        /// How many lights the tree holds.
         light_count: u32,
     }
 }
 
 gpu_struct! {
-    /// Which level is made of the one below.
+    /// The level that a pass makes of the one below.
     pub struct LevelToJoin {
-        /// Its number.
+        /// Number of the level; those of the lowest, 0, hold lights.
         level: u32,
     }
 }
 
 impl LightTree {
-    /// Over so many lights.
+    /// The levels of a tree over so many lights, whose centres lie in this box.
     fn new(light_count: u32, bounds: &Bounds) -> Self {
         let mut tree = Self { low: bounds.min, size: bounds.size(), light_count, ..Self::default() };
         let (mut nodes, mut first) = (light_count.div_ceil(FANOUT).max(1), 0);
@@ -95,7 +95,7 @@ pub struct TreeBuilder {
 }
 
 impl TreeBuilder {
-    /// Compiles them.
+    /// Compiles the passes.
     pub fn new(device: &wgpu::Device, assignment: Assignment) -> Result<Self, RenderError> {
         let shader = SHADERS.link("light_culling/clustered/build_tree", &[])?;
         let kernel =

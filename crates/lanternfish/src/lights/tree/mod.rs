@@ -16,38 +16,38 @@ use crate::settings::Settings;
 gpu_struct! {
     /// A node of a tree over emitters; world space, m.
     pub struct LightNode {
-        /// Of the box of what shines.
+        /// Centre of the box of what shines.
         center: Vec3,
         /// Two floats of 16 bits: radiant intensity, or radiance times area, of the brightest channel (low); 1/m, over the distance
         /// from the box beyond which nothing arrives (high).
         power_and_range: u32,
         /// Two floats of 16 bits: half the box's size, x (low), y (high).
         half_xy: u32,
-        /// The same: z (low); sine of the half angle of the cone about which normals lie (high).
+        /// Two floats of 16 bits: half the box's size, z (low); sine of the half angle of the cone about which normals lie (high).
         half_z_and_spread: u32,
         /// Four snorms: axis of that cone; cosine of the largest angle between a normal and the light that leaves.
         cone: u32,
-        /// Of a leaf: the light, or the triangle.
+        /// Leaf: index of the light, or of the triangle in the order of the BVH's leaves.
         link: u32,
     }
 }
 
 gpu_struct! {
-    /// Where in the nodes which emitters are.
+    /// Where the trees and the list of directional lights lie among the nodes.
     pub struct LightTrees {
         /// Emissive triangles; their root is node 0.
         triangle_count: u32,
-        /// Levels below it.
+        /// Levels of that tree below its root.
         triangle_depth: u32,
-        /// Root of the lights with a place.
+        /// Root of the tree over lights with a place.
         first_light: u32,
-        /// How many of them.
+        /// How many lights with a place there are.
         light_count: u32,
-        /// Levels below it.
+        /// Levels of their tree below its root.
         light_depth: u32,
-        /// First of the directional lights.
+        /// Node of the first directional light; the others follow it.
         first_sun: u32,
-        /// How many of them.
+        /// How many directional lights there are.
         sun_count: u32,
         /// Unused.
         _pad: u32,
@@ -57,9 +57,9 @@ gpu_struct! {
 /// An emissive triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EmissiveTriangle {
-    /// In the order of the BVH's leaves.
+    /// Index of the triangle, in the order of the BVH's leaves.
     pub triangle: u32,
-    /// What the tree knows of it.
+    /// What the tree knows of the triangle.
     pub emitter: Emitter,
 }
 
@@ -70,7 +70,7 @@ pub(crate) struct PackedTrees {
     trees: LightTrees,
 }
 
-/// On the device, and what of it does not come from the lights.
+/// The trees of a scene on the device, and what of them does not come from the lights.
 #[derive(Debug)]
 pub(crate) struct SceneLightTrees {
     triangles: Vec<EmissiveTriangle>,
@@ -80,7 +80,7 @@ pub(crate) struct SceneLightTrees {
 }
 
 impl SceneLightTrees {
-    /// Over the lights of a scene and these triangles.
+    /// Builds the trees over the lights of a scene and over these triangles.
     pub fn new(
         device: &wgpu::Device,
         scene: &Scene,
@@ -93,7 +93,7 @@ impl SceneLightTrees {
         Ok(Self { triangles, tree, nodes, trees })
     }
 
-    /// Brings lights that have moved, more or fewer too.
+    /// Builds anew what depends on the lights: they may have moved, and be more or fewer.
     pub fn update_lights(&mut self, device: &wgpu::Device, scene: &Scene, settings: &Settings) -> Result<(), GpuError> {
         (self.nodes, self.trees) = upload(device, &pack(scene, settings, &self.triangles, &self.tree))?;
         Ok(())
@@ -153,7 +153,7 @@ fn pack(scene: &Scene, settings: &Settings, triangles: &[EmissiveTriangle], tree
     PackedTrees { nodes, trees }
 }
 
-/// Puts a tree behind the nodes that are there; `link_of` an emitter.
+/// Appends a tree to the nodes; `link_of` gives the link of an emitter.
 fn append(nodes: &mut Vec<LightNode>, tree: &LightTree, link_of: impl Fn(u32) -> u32) {
     let first_leaf = (1 << tree.depth()) - 1;
     nodes.extend(tree.nodes().iter().enumerate().map(|(i, node)| {

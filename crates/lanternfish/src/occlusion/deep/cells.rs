@@ -11,7 +11,8 @@ use crate::{
     error::RenderError,
 };
 
-/// Of one image of the surroundings and one set of directions; the set is the same whenever it is asked for, but for its rotation.
+/// Mean radiance of one image of the surroundings about each direction of one set. The set must be the same whenever the buffer is asked
+/// for, but for its rotation.
 #[derive(Debug, Default)]
 pub(super) struct CellRadiances {
     kept: Option<Kept>,
@@ -30,7 +31,7 @@ impl CellRadiances {
         self.kept = None;
     }
 
-    /// Bound as `cell_radiances`.
+    /// The radiances, bound as `cell_radiances`; made anew where the image or the rotation is not that of before.
     pub fn get(
         &mut self,
         device: &wgpu::Device,
