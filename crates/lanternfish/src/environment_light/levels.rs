@@ -8,13 +8,13 @@ use crate::{error::RenderError, gpu_scene::EnvironmentImage, shaders::SHADERS};
 const LAST_FACE: u32 = 8;
 
 gpu_struct! {
-    /// What one pass makes a level of.
+    /// What a pass needs to make one level of the cube.
     pub struct LevelParameters {
         /// Texels of a face's edge.
         size: u32,
         /// Points of a texel's edge at which the image is read.
         points: u32,
-        /// Of the surface that reflects it so.
+        /// Perceptual roughness of the surface that reflects the surroundings as this level shows them.
         perceptual_roughness: f32,
         /// Texels of a face's edge of the cube that it is filtered from.
         source_size: u32,
@@ -27,7 +27,7 @@ pub(super) fn face_size(width: usize) -> u32 {
     (width / 4).next_power_of_two().clamp(128, 512) as u32
 }
 
-/// Between texels, faces and levels.
+/// A sampler that is linear between texels, faces and levels.
 pub(super) fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
     device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("environment_light"),
@@ -56,7 +56,7 @@ fn as_cube(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
 }
 
-/// Its six faces.
+/// The six faces of one level.
 fn level(texture: &wgpu::Texture, level: u32) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -66,7 +66,7 @@ fn level(texture: &wgpu::Texture, level: u32) -> wgpu::TextureView {
     })
 }
 
-/// One texel a face, which sends nothing.
+/// A black cube of one texel a face.
 pub(super) fn black(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::TextureView {
     let texture = cube(device, "environment_light/black", 1, 1, wgpu::TextureUsages::COPY_DST);
     let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8), rows_per_image: Some(1) };

@@ -45,9 +45,9 @@ pub(crate) const DECLARED: Shaders = Shaders {
 gpu_struct! {
     /// What shaders know of the image of the surroundings.
     pub struct EnvironmentLightParameters {
-        /// Of polynomials in the normal, nits: `samples.rs`.
+        /// Factors of the polynomials in the normal that sum to irradiance over π, nits: `samples.rs`.
         harmonics: [Vec4; 9],
-        /// Of the cube; the last is of roughness 1.
+        /// Number of the cube's last level, which is of roughness 1.
         last_level: f32,
         /// Unused.
         _pad: f32,
@@ -59,9 +59,9 @@ gpu_struct! {
 /// A scene's surroundings as light. Without an image all of it is black: one radiance everywhere is the view's.
 #[derive(Debug)]
 pub struct EnvironmentLight {
-    /// Of the image.
+    /// Pieces of the image with their mean radiance; `None` without an image.
     pub samples: Option<Arc<[EnvironmentSample]>>,
-    /// Towards a spot of it that sends much of all light, if there is one.
+    /// Unit direction, world space, towards a spot of the image that sends much of all light, if there is one.
     pub sun: Option<Vec3>,
     levels: wgpu::TextureView,
     brdf_shares: wgpu::TextureView,
@@ -99,7 +99,7 @@ impl EnvironmentLight {
         })
     }
 
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
             .buffer("environment_light_parameters", &self.parameters)
@@ -109,7 +109,7 @@ impl EnvironmentLight {
     }
 }
 
-/// A texture for what arrives at every pixel, of two layers.
+/// A texture of two layers for what arrives at every pixel from the surroundings.
 pub(crate) fn sums_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "environment_sums", size, wgpu::TextureFormat::Rgba16Float, 2)
 }

@@ -16,9 +16,9 @@ const ROWS: usize = 128;
 pub struct EnvironmentSample {
     /// Its middle: unit, world space, away from who looks.
     pub direction: Vec3,
-    /// sr.
+    /// Its solid angle, sr.
     pub solid_angle: f32,
-    /// Its mean, nits.
+    /// Its mean radiance, nits.
     pub radiance: Vec3,
 }
 
@@ -49,7 +49,7 @@ fn zone_height(rows: &Range<usize>, whole: usize) -> f64 {
     cosine(rows.start) - cosine(rows.end)
 }
 
-/// Mean over the solid angle of some pixels.
+/// Mean radiance of some pixels, weighed by their solid angle, nits.
 fn mean_of(environment: &Environment, across: &Range<usize>, down: &Range<usize>) -> Vec3 {
     let mut sum = DVec3::ZERO;
     for y in down.clone() {
@@ -82,9 +82,9 @@ pub fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) ->
     sums.into_iter().enumerate().map(mean).collect()
 }
 
-/// Within so many radians of the brightest piece lies what may be a sun.
+/// Angle from the brightest piece within which lies what may be a sun, rad.
 const SUN_RADIUS: f32 = 0.05;
-/// Of all light, at least: less is no sun.
+/// Least share of all light that a sun sends.
 const SUN_SHARE: f32 = 0.05;
 
 /// Where a sun stands, if the image has one: a spot that sends much of all light. Unit, world space.

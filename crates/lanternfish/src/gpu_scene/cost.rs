@@ -6,14 +6,14 @@ use lanternfish_scene::{Scene, bvh};
 use super::{Shading, geometry::DrawInstance, hits::HitTriangle, textures, tracing::TracedTriangle};
 use crate::gpu_scene::BvhTriangle;
 
-/// Of a stored vertex or index: as it is packed, and in the buffer.
+/// Bytes of a stored vertex or index: as it is packed, and in the buffer.
 const BYTES_PER_VERTEX: u64 = 160;
-/// Texels with their mip levels, as they are made, on their way, and in the texture.
+/// Copies of each texel and its mip levels: as they are made, on their way, and in the texture.
 const COPIES_OF_TEXELS: u64 = 4;
-/// Of a triangle that rays meet: gathered by part and together, sorted, packed, in its buffers.
+/// Bytes of a triangle that rays meet: gathered by part and together, sorted, packed, in its buffers.
 const BYTES_PER_TRACED: u64 = bvh::BYTES_PER_BOX
     + (3 * size_of::<TracedTriangle>() + 2 * size_of::<BvhTriangle>() + 2 * size_of::<HitTriangle>()) as u64;
-/// Of a primitive that is placed: its draw, and twice what the shader knows of it.
+/// Bytes of a primitive that is placed: its draw, and twice what the shader knows of it.
 const BYTES_PER_DRAW: u64 = 2 * size_of::<DrawInstance>() as u64 + 96;
 
 /// An error where this process may not take what uploading `scene` needs. `traces`: rays meet its triangles.

@@ -11,16 +11,16 @@ use super::{
 };
 use crate::lights::tree::EmissiveTriangle;
 
-/// What of a material decides which triangles shine: emission, from both sides, unlit.
+/// What decides which of a material's triangles shine: its emission, whether both sides emit, whether it is unlit.
 pub type Shining = (Vec3, bool, bool);
 
-/// Of every material.
+/// [`Shining`] of every material.
 pub fn shining(scene: &Scene) -> Vec<Shining> {
     scene.materials.iter().map(|material| (material.emissive, material.double_sided, material.unlit)).collect()
 }
 
-/// Of the traced triangles, in their order. Left out, and found by chance alone: those of alpha masks, which may be holes anywhere, and
-/// unlit surfaces, which send no light.
+/// The traced triangles that shine, in the order of `traced`. Left out, and found by chance alone: those of alpha masks, which may be
+/// holes anywhere, and those of unlit surfaces, whose radiance is their base colour.
 pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[TracedTriangle]) -> Vec<EmissiveTriangle> {
     let shines = |part: &Part| {
         let material = &scene.materials[part.of(scene).1.material];

@@ -71,7 +71,7 @@ impl EnvironmentImage {
         self.texture.texture().width()
     }
 
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().buffer("environment_parameters", &self.parameters).texture("environment_texture", &self.texture)
     }

@@ -20,21 +20,21 @@ use super::{
 use crate::error::RenderError;
 
 gpu_struct! {
-    /// A triangle, in the order of the BVH's leaves.
+    /// A triangle as hits are shaded, in the order of the BVH's leaves.
     pub struct HitTriangle {
         /// Texture coordinates of the first corner: two half floats.
         uv_a: u32,
-        /// Of the second.
+        /// Texture coordinates of the second corner.
         uv_b: u32,
-        /// Of the third.
+        /// Texture coordinates of the third corner.
         uv_c: u32,
-        /// Index into the hit materials.
+        /// Index of its [`HitMaterial`].
         material: u32,
         /// Normal of the first corner, world space, octahedral: two snorms of 16 bits.
         normal_a: u32,
-        /// Of the second.
+        /// Normal of the second corner.
         normal_b: u32,
-        /// Of the third.
+        /// Normal of the third corner.
         normal_c: u32,
         /// Multiplies the base colour, linear RGBA, four unorms of 8 bits: the mean of the corners'.
         color: u32,
@@ -42,23 +42,23 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// A surface as hits are shaded.
+    /// A material as hits are shaded.
     pub struct HitMaterial {
-        /// Linear.
+        /// Base colour, linear.
         base_color: Vec3,
-        /// Layer of the hit textures that multiplies it; [`NO_LAYER`]: none.
+        /// Layer of the hit textures that multiplies the base colour; [`NO_LAYER`]: none.
         base_color_layer: u32,
-        /// Nits.
+        /// Emitted radiance, nits.
         emissive: Vec3,
-        /// Layer that multiplies it.
+        /// Layer of the hit textures that multiplies the emission; [`NO_LAYER`]: none.
         emissive_layer: u32,
-        /// Of the dielectric part, at normal incidence.
+        /// Reflectance of the dielectric part, at normal incidence.
         dielectric_f0: Vec3,
-        /// And at grazing incidence.
+        /// Reflectance of the dielectric part, at grazing incidence.
         dielectric_f90: f32,
-        /// Mean over the texture.
+        /// Metallic factor times the mean of its texture.
         metallic: f32,
-        /// Mean over the texture.
+        /// Perceptual roughness times the mean of its texture.
         perceptual_roughness: f32,
         /// Sum of `UNLIT`, `LAMBERT` of `material.wesl` and of [`EMITS_FROM_BACK`].
         flags: u32,
@@ -67,26 +67,26 @@ gpu_struct! {
     }
 }
 
-/// No texture.
+/// In place of a layer: there is no texture.
 pub const NO_LAYER: u32 = u32::MAX;
-/// It shines from its back, too.
+/// Flag of a material that shines from its back, too.
 const EMITS_FROM_BACK: u32 = 256;
 /// Texels along an edge of a hit texture.
 const SIDE: u32 = 128;
 
-/// On the device.
+/// What the shading of hits reads of a scene, on the device.
 #[derive(Debug)]
 pub struct Hits {
     triangles: wgpu::Buffer,
     materials: wgpu::Buffer,
-    /// What each material's textures come to.
+    /// What each material's textures come to where hits are shaded.
     read: Vec<HitTextures>,
     textures: wgpu::TextureView,
     sampler: wgpu::Sampler,
 }
 
 impl Hits {
-    /// Of the traced triangles, in their order.
+    /// Uploads the traced triangles, in their order, with their materials and textures.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -132,7 +132,7 @@ impl Hits {
         queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&materials));
     }
 
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
             .buffer("hit_triangles", &self.triangles)
@@ -196,7 +196,7 @@ fn coordinates(primitive: &Primitive, material: &Material, corners: [usize; 3]) 
     })
 }
 
-/// As `unit_from_octahedral(unpack2x16snorm(bits))` reads it.
+/// A unit normal as `unit_from_octahedral(unpack2x16snorm(bits))` reads it.
 fn packed_normal(n: Vec3) -> u32 {
     let p = Vec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
     let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
@@ -358,13 +358,13 @@ fn shrunk(image: &Image) -> Vec<u8> {
     texels
 }
 
-/// Mean coverage, 0 to 1.
+/// Mean of the alpha channel, 0 to 1.
 fn mean_alpha(image: &Image) -> f32 {
     let sum: u64 = image.rgba.par_chunks(4).map(|texel| u64::from(texel[3])).sum();
     (sum as f64 / 255.0 / f64::from(image.width) / f64::from(image.height)) as f32
 }
 
-/// Mean colour, 0 to 1; in linear light where it is sRGB.
+/// Mean of the colour channels, 0 to 1; in linear light where they are sRGB.
 fn mean(image: &Image, srgb: bool) -> Vec3 {
     let value = |byte: u8| if srgb { linear_from_srgb(byte) } else { f32::from(byte) / 255.0 };
     let sum: glam::DVec3 = image

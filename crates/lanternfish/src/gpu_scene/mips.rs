@@ -39,7 +39,7 @@ pub fn half_alpha(alpha: &[u8], width: u32, height: u32) -> (Vec<u8>, u32, u32) 
     half_of_any::<1>(alpha, width, height, |_| false)
 }
 
-/// Along each axis the size is even or one.
+/// [`half`] of an image whose size along each axis is even or one.
 fn half_of_pairs(rgba: &[u8], width: u32, height: u32, srgb: bool) -> (Vec<u8>, u32, u32) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let mut out = Vec::with_capacity((w * h * 4) as usize);
@@ -62,8 +62,8 @@ fn half_of_pairs(rgba: &[u8], width: u32, height: u32, srgb: bool) -> (Vec<u8>, 
     (out, w, h)
 }
 
-/// Texels 2i, 2i + 1 and 2i + 2 of `n` make texel i below, with these weights. Of a
-/// size n = 2m + 1, texel i covers the n / m texels from i n / m on; of an even size, two.
+/// Weights with which texels 2i, 2i + 1 and 2i + 2 of `n` make texel i below. Where n = 2m + 1, texel i covers the n / m texels
+/// from i n / m on; where n is even, two.
 fn box_weights(n: u32, i: u32) -> [f32; 3] {
     let m = n / 2;
     if n == 1 {
@@ -75,7 +75,7 @@ fn box_weights(n: u32, i: u32) -> [f32; 3] {
     }
 }
 
-/// Any size: rows are averaged first, then columns. `CHANNELS` bytes a texel.
+/// [`half`] of an image of any size: rows are averaged first, then columns. `CHANNELS` bytes a texel.
 fn half_of_any<const CHANNELS: usize>(
     texels: &[u8],
     width: u32,
@@ -84,7 +84,7 @@ fn half_of_any<const CHANNELS: usize>(
 ) -> (Vec<u8>, u32, u32) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let srgb: [bool; CHANNELS] = std::array::from_fn(is_srgb);
-    // Of each channel, the value of every byte; what is not sRGB stays in bytes.
+    // The value of every byte, for each channel: linear light where it is sRGB, else the byte itself.
     let bytes: [f32; 256] = std::array::from_fn(|i| i as f32);
     let values: [&[f32; 256]; CHANNELS] = srgb.map(|srgb| if srgb { &*LINEAR_FROM_SRGB } else { &bytes });
     let columns: Vec<[f32; 3]> = (0..w).map(|x| box_weights(width, x)).collect();

@@ -192,7 +192,7 @@ impl GpuScene {
         })
     }
 
-    /// What shaders call the scene's buffers.
+    /// Bindings of the scene's buffers, under the names that the shaders use.
     pub(crate) fn bindings(&self) -> Bindings<'_> {
         let mut bindings = self
             .materials

@@ -71,7 +71,7 @@ impl SceneRaster {
         }
     }
 
-    /// Of its pass.
+    /// The label of the pass.
     pub fn label(&self) -> &'static str {
         self.label
     }

@@ -13,7 +13,7 @@ use crate::settings::Anisotropy;
 const BATCH: usize = 16;
 /// What [`Anisotropy::Auto`] is on hardware: what every adapter has.
 const HARDWARE_ANISOTROPY: u16 = 16;
-/// And on a software adapter: the README has what each value costs there, and how far it is from the truth.
+/// What [`Anisotropy::Auto`] is on a software adapter: the README has what each value costs there, and how far it is from the truth.
 const SOFTWARE_ANISOTROPY: u16 = 4;
 /// Mesa's software rasteriser from which anisotropic filtering is usable. 22.3.6 takes minutes for a frame that takes a
 /// second without; 25.0.7 is fine; those between are untested.
@@ -44,7 +44,7 @@ pub struct Textures {
     samplers: Vec<wgpu::Sampler>,
     /// Texture and sampler of each scene texture, by (index, whether read as sRGB).
     slots: HashMap<(usize, bool), (u32, u32)>,
-    /// Of each material: its textures and samplers.
+    /// Textures and samplers of each material, by index.
     by_material: Vec<[(u32, u32); MAPS]>,
 }
 

@@ -17,7 +17,7 @@ mod tests;
 /// A triangle in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TracedTriangle {
-    /// World space, m.
+    /// Corners in world space, m.
     pub corners: [Vec3; 3],
     /// Which triangle of the scene it is.
     pub source: Source,
@@ -28,7 +28,7 @@ pub struct TracedTriangle {
 pub struct Source {
     /// Index into [`Tracing::parts`].
     pub part: u32,
-    /// Of the part's primitive.
+    /// Index of the triangle in the part's primitive.
     pub triangle: u32,
     /// 0: solid; else the index of its mask record plus one.
     pub record: u32,
@@ -39,7 +39,7 @@ pub struct Source {
 pub struct Part {
     /// Index into [`Scene::instances`].
     pub instance: u32,
-    /// Of the instance's mesh.
+    /// Index of the primitive in the instance's mesh.
     pub primitive: u32,
 }
 
@@ -48,15 +48,15 @@ gpu_struct! {
     pub struct MaskRecord {
         /// Texture coordinates of the first corner.
         uv_a: Vec2,
-        /// Of the second.
+        /// Texture coordinates of the second corner.
         uv_b: Vec2,
-        /// Of the third.
+        /// Texture coordinates of the third corner.
         uv_c: Vec2,
         /// Factor of the mask's alpha at the first corner.
         alpha_a: f32,
-        /// At the second.
+        /// Factor of the mask's alpha at the second corner.
         alpha_b: f32,
-        /// At the third.
+        /// Factor of the mask's alpha at the third corner.
         alpha_c: f32,
         /// Address of the mask's header, words.
         header: u32,
@@ -66,13 +66,13 @@ gpu_struct! {
 gpu_struct! {
     /// How an image's alpha is read as a mask.
     pub struct MaskHeader {
-        /// Of the image, texels.
+        /// Size of the mask, texels: the image's, or less where it was halved to fit.
         size: UVec2,
-        /// Along u and v: constants in `mask.wesl`.
+        /// How coordinates wrap along u and v: constants in `mask.wesl`.
         wrap: UVec2,
-        /// 1: bilinear, 0: nearest.
+        /// 1: bilinear filter, 0: nearest texel.
         linear_filter: u32,
-        /// Alpha from which it is solid.
+        /// Alpha from which the surface is solid.
         cutoff: f32,
         /// Address of the first word of texels.
         texels: u32,
@@ -135,7 +135,7 @@ impl Tracing {
     }
 }
 
-/// What of an instance stops light.
+/// The parts of an instance that stop light.
 fn parts_of<'s>(scene: &'s Scene, (index, instance): (u32, &'s Instance)) -> impl Iterator<Item = Part> + 's {
     let primitives = (0..).zip(&scene.meshes[instance.mesh].primitives);
     let solid = primitives.filter(|(_, p)| !scene.materials[p.material].is_blended());
@@ -205,7 +205,7 @@ fn mask_record(primitive: &Primitive, material: &Material, triangle: [u32; 3]) -
 struct MaskImage {
     /// `None`: one opaque texel, for materials without a texture.
     image: Option<usize>,
-    /// After halving, texels.
+    /// Size after halving, texels.
     size: UVec2,
     /// How often each side was halved.
     halvings: u32,

@@ -30,10 +30,10 @@ pub(super) struct Placed {
     outline: Outline,
     /// World from object, of each instance.
     transforms: Vec<Affine3A>,
-    /// What traced triangles are, in leaf order.
+    /// What traced triangles are: the scene's parts, and for each triangle, in leaf order, its source.
     parts: Vec<Part>,
     sources: Vec<Source>,
-    /// What its materials emit.
+    /// What each material emits.
     shining: Vec<emissive::Shining>,
     /// See [`GpuScene::generation`].
     generation: u64,
@@ -42,7 +42,7 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// Of what was just uploaded.
+    /// The state of a scene that was just uploaded.
     pub fn new(scene: &Scene, tracing: Tracing) -> Self {
         Self {
             outline: Outline::of(scene),
@@ -147,7 +147,7 @@ fn transforms(scene: &Scene) -> impl Iterator<Item = Affine3A> + '_ {
     scene.instances.iter().map(|instance| instance.world_from_object)
 }
 
-/// One that was never given before.
+/// A number that was never given before.
 fn next_number() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
     LAST.fetch_add(1, Ordering::Relaxed) + 1

@@ -152,7 +152,7 @@ pub struct IndirectSums {
 }
 
 impl IndirectSums {
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("indirect_sums", &self.layers)
     }

@@ -91,7 +91,7 @@ fn cornell() -> Scene {
     scene
 }
 
-/// Those that the device has.
+/// The tracers that the device has.
 fn tracers(gpu: &Gpu) -> impl Iterator<Item = &'static IndirectTracer> {
     let has_ray_query = gpu.description.ray_query;
     IndirectTracer::ALL.iter().filter(move |tracer| **tracer != IndirectTracer::RayQuery || has_ray_query)
@@ -114,7 +114,7 @@ fn gpu_the_surroundings_light_an_open_floor() {
             let found = picture(gpu, settings(sampled(*tracer)), &scene, &camera);
             // Albedo times the sky's radiance, whatever the rays.
             let worst = found.iter().map(|pixel| (*pixel / (0.5 * sky) - 1.0).abs().max_element()).fold(0.0, f32::max);
-            // Of 64 rays three may run along the floor and, in an image, into it.
+            // Up to three of 64 rays may run along the floor and, in an image, into it.
             let most = if is_exact(*tracer) { 2e-3 } else { 3.1 / 64.0 };
             assert!(worst < most, "{tracer}, image {is_image}: {worst}");
         }
@@ -299,7 +299,7 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
     }
 }
 
-/// Of thousands of lights few reach a hit: those are the ones that it asks.
+/// Few of thousands of lights reach a hit: those are the ones that it asks.
 #[test]
 fn gpu_many_short_lights_are_as_right_as_few() {
     let Some(gpu) = testing::gpu("gpu_many_short_lights_are_as_right_as_few") else { return };

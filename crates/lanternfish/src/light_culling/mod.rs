@@ -114,7 +114,7 @@ pub struct LightLists {
 }
 
 impl LightLists {
-    /// What shaders call them.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = Bindings::new().buffer("light_cells", &self.cells).buffer("light_indices", &self.indices);
         let bindings = match &self.grid {

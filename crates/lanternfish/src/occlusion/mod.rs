@@ -118,7 +118,7 @@ pub struct Openness {
 }
 
 impl Openness {
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("occlusion_texture", &self.texture).texture("environment_sums", &self.environment_sums)
     }

@@ -53,7 +53,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = Bindings::new().texture("depth_texture", &self.depth);
         match &self.target {

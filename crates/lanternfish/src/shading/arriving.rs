@@ -16,7 +16,7 @@ pub struct Arriving {
 }
 
 impl Arriving {
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = self.surface.bindings();
         let found =

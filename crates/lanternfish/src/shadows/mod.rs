@@ -114,7 +114,7 @@ pub struct Visibility<'p> {
 }
 
 impl Visibility<'_> {
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().part("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
     }

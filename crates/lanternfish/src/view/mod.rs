@@ -117,7 +117,7 @@ pub struct ViewBuffer {
 }
 
 impl ViewBuffer {
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().part("view", &self.part)
     }

@@ -74,9 +74,9 @@ fn a_sun_is_a_spot_that_sends_much() {
 fn nine_numbers_are_the_irradiance() {
     let mut random = Random::new(9);
     let normals: Vec<Vec3> = (0..200).map(|_| random.direction()).collect();
-    // Of a white half: all orders above the first vanish in it or in the cosine.
+    // The upper half of the sphere is white: all orders above the first vanish in it or in the cosine.
     let half = harmonics(&samples_of(&half_white()));
-    // Of a small patch: the cosine's first three orders [Ramamoorthi2001, eq. 8].
+    // A small patch shines: its irradiance is the cosine's first three orders [Ramamoorthi2001, eq. 8].
     let towards = Vec3::new(0.6, 0.3, -0.7).normalize();
     let patch = samples_of(&image(1024, 512, 0.0, |d| Vec3::splat(f32::from(d.dot(towards) > 0.999))));
     let flux: f32 = patch.iter().map(|sample| sample.solid_angle * sample.radiance.x).sum();

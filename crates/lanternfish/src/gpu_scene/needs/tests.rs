@@ -101,7 +101,7 @@ fn gpu_a_shared_scene_is_the_same_picture_or_is_refused() {
         }
     }
     println!("{same} shared, {refused} refused");
-    // Of the seven that agree in materials, lights and textures, those that need less may take the scenes of those that need more.
+    // Seven choices agree in materials, lights and textures: those that need less may take the scenes of those that need more.
     assert!(same >= renderers.len() + 6 && refused > 40, "{same} shared, {refused} refused");
 }
 

@@ -10,16 +10,16 @@ use rayon::prelude::*;
 use super::super::geometry::mirrors;
 use crate::error::RenderError;
 
-/// Texels by which an image is recognised, beside its size; a smaller one by all of its own.
+/// Texels of an image that are hashed to recognise it, beside its size; a smaller image is recognised by all of its texels.
 const TEXELS: usize = 1024;
 
 /// All of a scene that an update does not bring; large lists by a hash.
 #[derive(Debug)]
 pub struct Outline {
     meshes: Vec<MeshOutline>,
-    /// Mesh, and whether it is mirrored.
+    /// Mesh of each instance, and whether it is mirrored.
     instances: Vec<(usize, bool)>,
-    /// As [`fixed`] leaves them.
+    /// Materials as [`fixed`] leaves them.
     materials: Vec<Material>,
     textures: Vec<Texture>,
     samplers: Vec<Sampler>,
@@ -27,14 +27,14 @@ pub struct Outline {
     environment: Option<u64>,
 }
 
-/// Of each primitive.
+/// The outlines of a mesh's primitives.
 type MeshOutline = Vec<PrimitiveOutline>;
 
 #[derive(Debug, PartialEq)]
 struct PrimitiveOutline {
-    /// Material, vertices and indices.
+    /// Index of the material; numbers of vertices and of indices.
     counts: [usize; 3],
-    /// Of everything that vertices and indices are.
+    /// A hash of all vertices and indices.
     content: u64,
 }
 

@@ -62,25 +62,25 @@ pub(crate) const DECLARED: Shaders = Shaders {
 };
 
 gpu_struct! {
-    /// What the passes share.
+    /// Parameters that the passes share.
     pub struct SampledParameters {
         /// Pixels of the picture over samples' own, along an edge: 1 or 2.
         scale: u32,
-        /// Which of a pixel's rays: diffuse ones first, then glossy ones.
+        /// Number of the round's ray among those of a pixel: diffuse ones first, then glossy ones.
         round: u32,
-        /// A pixel's diffuse rays.
+        /// How many diffuse rays a pixel has.
         diffuse_rays: u32,
-        /// A pixel's glossy rays.
+        /// How many glossy rays a pixel has.
         glossy_rays: u32,
-        /// Of the filter: pixels to each side.
+        /// Radius of the filter: pixels to each side.
         radius: u32,
-        /// Along which axis: 0 is x.
+        /// Axis of the filter: 0 is x, 1 is y.
         axis: u32,
         /// Roughness of the surface that would see as much of the surroundings at once as a diffuse ray stands for.
         diffuse_blur: f32,
         /// The same of a glossy ray, over its surface's roughness.
         glossy_blur: f32,
-        /// A pixel's rays to emissive triangles; 0 where nothing shines.
+        /// Rays from a pixel to emissive triangles; 0 where nothing shines.
         emitter_rays: u32,
         /// Frames whose mean the picture is, where a pixel's sums are bounded by those around it; 0: they are not.
         clamp_frames: f32,
@@ -94,29 +94,29 @@ gpu_struct! {
 gpu_struct! {
     /// What a ray met.
     pub struct SampledHit {
-        /// In the order of the BVH's leaves, or that there is none.
+        /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of `hit.wesl`.
         triangle: u32,
-        /// m.
+        /// Distance from the ray's start, m.
         distance: f32,
-        /// Octahedral.
+        /// Unit direction along which the distance is, octahedral: two snorms of 16 bits.
         direction: u32,
     }
 }
 
 gpu_struct! {
-    /// From what a ray met to the light that was chosen for it.
+    /// A ray from what a ray met to the light that was chosen for it; world space, m.
     pub struct LightRay {
-        /// Off the surface that the ray met.
+        /// Start, off the surface that the ray met.
         start: Vec3,
-        /// What became of the ray.
+        /// What became of the round's ray: a constant of `light_ray.wesl`.
         met: u32,
-        /// At the light.
+        /// End, at the light.
         end: Vec3,
-        /// Of the radiance in the pixel's sums, at normal incidence.
+        /// Weight of the radiance in the pixel's sums, at normal incidence.
         weight: f32,
-        /// Nits.
+        /// Radiance sent back along the round's ray, if the light is seen; nits.
         radiance: Vec3,
-        /// At grazing incidence.
+        /// Weight of the radiance in the pixel's sums, at grazing incidence.
         grazing_weight: f32,
     }
 }
@@ -124,11 +124,11 @@ gpu_struct! {
 /// Largest reach of the filter, pixels.
 const MOST_RADIUS: u32 = 64;
 
-/// The passes.
+/// The passes of indirect light by rays from every pixel.
 #[derive(Debug)]
 pub struct SampledLight {
     settings: Sampled,
-    /// That a picture is the mean of.
+    /// Frames that a picture is the mean of, at least.
     frames: u32,
     trace: ComputeKernel,
     shade: ComputeKernel,
@@ -198,7 +198,8 @@ impl IndirectPasses for SampledLight {
         let sample_size = surface.size.map(|side| side.div_ceil(scale));
         let samples = groups(&self.trace, sample_size);
         let pixels = groups(&self.filter, surface.size);
-        // Of the two ways of finding what shines, rays that run into it come for nothing.
+        // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
+        // nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { settings.diffuse_rays.div_ceil(2) } else { 0 };
         let parameters = SampledParameters {
             emitter_rays,
@@ -278,7 +279,7 @@ fn glossy_blur(rays: u32, frames: u32) -> f32 {
     (RAYS_OF_A_WHOLE_LOBE / (rays as f32 * frames as f32)).min(1.0).powf(0.25)
 }
 
-/// An error where the numbers make no sense.
+/// An error where the number of rays or the filter's radius is out of range, or deep images lack the triangles that are needed.
 fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), RenderError> {
     if settings.diffuse_rays == 0 || settings.diffuse_rays > 4096 || settings.glossy_rays > 4096 {
         return Err(RenderError::Together { setting: "--indirect sampled", needed: "1 to 4096 rays a pixel" });

@@ -42,14 +42,14 @@ fn gpu_rays_are_counted() {
     assert!(looked > pixels / 10 && looked <= 2 * pixels, "{looked} of {pixels} pixels");
     let down = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let [rays, hits, shadow_rays, _] = counted(&floor(matt(0.5)), &down);
-    // Of rays over a floor those count that go up, all but a few that leave it at the very edge of the hemisphere.
+    // Over a floor all rays go up, and count, but a few that leave it at the very edge of the hemisphere.
     assert!(
         rays > 29 * pixels / 10 && rays <= 3 * pixels && (hits, shadow_rays) == (0, 0),
         "{rays} {hits} {shadow_rays}"
     );
 }
 
-/// Of segments that would bring little some are traced, and count for those that are not; of closed ones none counts.
+/// Some of the segments that would bring little are traced, and count for those that are not; closed ones never count.
 #[test]
 fn gpu_rays_left_out_change_no_mean() {
     let Some(gpu) = testing::gpu("gpu_rays_left_out_change_no_mean") else { return };

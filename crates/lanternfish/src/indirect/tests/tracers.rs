@@ -82,7 +82,7 @@ fn gpu_every_store_gives_the_same_light() {
         (DeepStore::LinkedList, DeepDepth::Bits32),
         (DeepStore::SortedLinkedList, DeepDepth::Bits32),
     ] {
-        // Of surfaces at one depth a linked list finds any.
+        // Where several surfaces have the same depth, a linked list finds any of them.
         let off = off(&of(store, depth), &expected);
         assert!(off < 0.01, "{store}, {depth} bits: {off}");
     }

@@ -70,7 +70,7 @@ pub struct PlacedLights {
 }
 
 impl PlacedLights {
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         let bindings = Bindings::new()
             .part("light_tree", &self.tree)

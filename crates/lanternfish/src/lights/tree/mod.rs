@@ -109,7 +109,7 @@ impl SceneLightTrees {
         self.triangles.iter().map(|triangle| triangle.triangle).zip(self.tree.leaves().iter().copied())
     }
 
-    /// What shaders call it.
+    /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().buffer("light_nodes", &self.nodes).buffer("light_trees", &self.trees)
     }
