@@ -63,13 +63,13 @@ fn families(library: &Path) -> Vec<String> {
 
 /// The spellings of a room's name.
 struct Names {
-    /// Of folders and functions.
+    /// Word in names of folders, modules and functions, such as `my_room`.
     snake: String,
-    /// Of flags.
+    /// Word in the command line's flags, such as `my-room`.
     kebab: String,
-    /// Of types.
+    /// Word in names of types, such as `MyRoom`.
     camel: String,
-    /// Of the page.
+    /// Title of the room's page, such as `My room`.
     title: String,
 }
 
@@ -85,7 +85,7 @@ impl Names {
         }
     }
 
-    /// A text of the template with this room's name.
+    /// A text of the template with the template's name, in every spelling, replaced by this room's.
     fn put_into(&self, text: &str) -> String {
         let text = text.replace(TEMPLATE, &self.snake).replace("new-room", &self.kebab);
         text.replace("NewRoom", &self.camel).replace("New room", &self.title)
@@ -110,7 +110,8 @@ fn copy(from: &Path, to: &Path, names: &Names) -> Result<(), String> {
     Ok(())
 }
 
-/// With a line for the module among those of its group, which are in order.
+/// The text of a family's `mod.rs` with a line for the module `name` among its modules, which are in alphabetical order. `None` where
+/// the text does not declare the template's module.
 fn with_module(text: &str, name: &str) -> Option<String> {
     let lines: Vec<&str> = text.lines().collect();
     let module = |line: &str| {
@@ -126,7 +127,7 @@ fn with_module(text: &str, name: &str) -> Option<String> {
     Some(with_line(&lines, at, &format!("pub mod {name};")))
 }
 
-/// With a line for the variant, before the template's.
+/// The text of a family's `mod.rs` with a line for the room's variant before the template's. `None` where the template has none.
 fn with_variant(text: &str, names: &Names) -> Option<String> {
     let lines: Vec<&str> = text.lines().collect();
     let template = lines.iter().position(|line| line.trim() == "NewRoom(new_room::NewRoom),")?;
@@ -145,7 +146,7 @@ mod tests {
 
     use super::*;
 
-    /// A copy of the library's sources, which goes with the test.
+    /// A copy of the library's sources in a temporary folder, which is deleted when this is dropped.
     struct Copy(PathBuf);
 
     impl Copy {

@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-/// Rooms, each with those that its files import. Tests do not count.
+/// Rooms by name, each with the names of the rooms that its files import. What tests import does not count.
 type Arrows = BTreeMap<String, BTreeSet<String>>;
 
 /// The arrows between the folders of `source`.
@@ -27,7 +27,7 @@ fn arrows(source: &Path) -> Arrows {
     rooms.iter().map(arrows_of).collect()
 }
 
-/// Shows every source file of a folder that is not of tests, by its name.
+/// Calls `show` with the name and the text of every source file below a folder that is neither a test nor a twin.
 fn visit(folder: &Path, show: &mut impl FnMut(&str, &str)) {
     for entry in fs::read_dir(folder).expect("a folder of the library").filter_map(Result::ok) {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
@@ -42,7 +42,7 @@ fn visit(folder: &Path, show: &mut impl FnMut(&str, &str)) {
     }
 }
 
-/// The first names of what a file imports from its own crate.
+/// The first path segment of everything that a file imports from its own crate: the room's name, for an item of a room.
 fn imports(name: &str, text: &str) -> BTreeSet<String> {
     // Comments and what is compiled for tests are no imports.
     let code: String = text
@@ -68,7 +68,7 @@ fn first_name(text: &str) -> Option<String> {
     (!name.is_empty()).then_some(name)
 }
 
-/// Of `a::b, c::{d, e}}…`: a and c.
+/// First path segments of an import list's entries, up to the list's closing brace: `a` and `c` for `a::b, c::{d, e}}…`.
 fn names_of_list(list: &str) -> BTreeSet<String> {
     let (mut depth, mut is_first, mut names) = (0, true, BTreeSet::new());
     for (at, letter) in list.char_indices() {
@@ -106,7 +106,7 @@ fn circles(arrows: &Arrows) -> BTreeSet<(String, String)> {
     arrow.filter(|(room, other)| leads(other, room)).map(|(room, other)| (room.clone(), other.clone())).collect()
 }
 
-/// An arrow that closes all circles that there are: a scene has its surroundings filtered when it is uploaded.
+/// Imports without which there is no circle: a scene has its surroundings filtered when it is uploaded.
 const KNOWN: [(&str, &str); 1] = [("gpu_scene", "environment_light")];
 
 #[test]

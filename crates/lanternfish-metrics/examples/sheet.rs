@@ -10,7 +10,7 @@ use lanternfish_metrics::{read_png, write_aside};
 
 /// Pixels between pictures.
 const GAP: usize = 4;
-/// Of JPEG, 1 to 100.
+/// Quality of the JPEG file, 1 to 100.
 const QUALITY: u8 = 88;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -9,7 +9,7 @@ use crate::{MetricsError, RgbImage, image::luminance};
 /// reference is lit, since nothing can be said relative to black. A pixel that is not finite has an infinite error.
 #[derive(Clone, Debug)]
 pub struct RelativeError {
-    /// One a lit pixel, ascending; never empty.
+    /// Error of each lit pixel, ascending; never empty.
     sorted: Vec<f32>,
     energy_ratio: f64,
 }

@@ -1,4 +1,4 @@
-//! Errors of values: means, what most pixels keep to, and the worst.
+//! Errors of pixel values: mean, 95th percentile and maximum.
 
 use crate::Pair;
 
@@ -15,22 +15,22 @@ pub struct ImageErrors {
     pub mse: f64,
     /// relMSE: mean of (a − r)² / (r² + ε) with ε = [`RELATIVE_EPSILON`].
     pub relative_mse: f64,
-    /// Of |a − r|.
+    /// Spread of the absolute error |a − r|.
     pub absolute: Spread,
-    /// Of |a − r| / (|r| + ε) with ε = [`RELATIVE_EPSILON`].
+    /// Spread of the relative error |a − r| / (|r| + ε) with ε = [`RELATIVE_EPSILON`].
     pub relative: Spread,
     /// Sum of a over sum of r; not finite where the reference is black.
     pub energy_ratio: f64,
 }
 
-/// How errors are spread over the channels of an image.
+/// Mean, 95th percentile and maximum of errors, over every channel of an image or every pixel of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// The mean.
+    /// Mean error.
     pub mean: f64,
-    /// The smallest error that 95 % do not exceed.
+    /// 95th percentile: the smallest error that 95 % of the errors do not exceed.
     pub percentile_95: f64,
-    /// The largest.
+    /// Largest error.
     pub max: f64,
 }
 
@@ -57,7 +57,7 @@ impl ImageErrors {
 }
 
 impl Spread {
-    /// Of at least one error.
+    /// The spread of these errors, which are 0 or more; there must be at least one.
     pub(crate) fn of(errors: impl Iterator<Item = f64>) -> Self {
         let mut errors: Vec<f64> = errors.collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;

@@ -37,7 +37,7 @@ fn erfc(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of tables of the normal distribution.
+    /// The expected tails are from tables of the normal distribution.
     #[test]
     fn tails_are_those_of_the_tables() {
         for (deviate, share) in [

@@ -23,7 +23,7 @@ pub struct PixelFaults {
 }
 
 impl PixelFaults {
-    /// Of all pixels of an image.
+    /// Counts the faults of all pixels of an image.
     pub fn of(image: &RgbImage) -> Self {
         let count = |is: fn(f32) -> bool| image.pixels.iter().filter(|pixel| pixel.iter().any(|v| is(*v))).count();
         Self {
@@ -60,7 +60,7 @@ impl fmt::Display for PixelFaults {
 pub struct Pair {
     image: RgbImage,
     reference: RgbImage,
-    /// One a pixel: finite in both.
+    /// Whether each pixel is finite in both images, rows from the top.
     is_compared: Vec<bool>,
     compared_count: usize,
     faults: [PixelFaults; 2],
@@ -95,7 +95,7 @@ impl Pair {
         &self.reference
     }
 
-    /// One a pixel, rows from the top: whether it is finite in both images.
+    /// Whether each pixel is compared, that is finite in both images; one value a pixel, rows from the top.
     pub fn is_compared(&self) -> &[bool] {
         &self.is_compared
     }
@@ -105,7 +105,7 @@ impl Pair {
         self.compared_count
     }
 
-    /// What is wrong with pixels of the image and of the reference.
+    /// Counts of pixels that no renderer should make: in the image, and in the reference.
     pub fn faults(&self) -> [PixelFaults; 2] {
         self.faults
     }
@@ -116,7 +116,7 @@ impl Pair {
         pixels.filter(|(_, is_compared)| **is_compared).map(|(pixel, _)| pixel)
     }
 
-    /// What a display shows of linear images: times 2^`exposure` (stops), clamped to 0..=1, sRGB-encoded.
+    /// The pair as a display shows it, from linear images: times 2^`exposure` (stops), clamped to 0..=1, sRGB-encoded.
     pub fn shown(&self, exposure: f32) -> Self {
         let scale = exposure.exp2();
         let shown = |image: &RgbImage| RgbImage {
@@ -131,7 +131,7 @@ impl Pair {
         }
     }
 
-    /// Errors of values, whatever they stand for.
+    /// Errors of the images' values, linear radiance or display values alike.
     pub fn errors(&self) -> ImageErrors {
         ImageErrors::measure(self)
     }
@@ -144,9 +144,9 @@ impl Pair {
 
     /// Structural similarity of **display values**, at most 1, which equal images have [Wang2004, eq. 13].
     ///
-    /// Of the luma 0.2126 R + 0.7152 G + 0.0722 B, in windows of 11 × 11 pixels weighted by a Gaussian of σ = 1.5, with
-    /// K₁ = 0.01, K₂ = 0.03 and the range 1; the mean over all windows that lie in the image and hold no pixel that is
-    /// left out. An error when a side has less than 11 pixels, or when there is no such window.
+    /// It compares the luma 0.2126 R + 0.7152 G + 0.0722 B in windows of 11 × 11 pixels weighted by a Gaussian of σ = 1.5
+    /// pixels, with K₁ = 0.01, K₂ = 0.03 and the range 1, and is the mean over all windows that lie in the image and hold no pixel
+    /// that is left out. An error when a side has less than 11 pixels, or when there is no such window.
     pub fn ssim(&self) -> Result<f64, MetricsError> {
         ssim::mean(self)
     }

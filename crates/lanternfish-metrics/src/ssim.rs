@@ -4,14 +4,14 @@ use rayon::prelude::*;
 
 use crate::{MetricsError, Pair, image::luminance};
 
-/// Pixels that a window is wide and high.
+/// Width and height of a window, pixels.
 const WINDOW: usize = 11;
-/// Of the Gaussian that weighs a window's pixels.
+/// Standard deviation of the Gaussian that weighs a window's pixels, pixels.
 const SIGMA: f64 = 1.5;
 /// (K₁ L)² and (K₂ L)² with K₁ = 0.01, K₂ = 0.03 and the range L = 1 [Wang2004, §III.B].
 const STABILITY: [f64; 2] = [1e-4, 9e-4];
 
-/// The mean over the windows that lie in the image and hold no pixel that is left out.
+/// Mean structural similarity over the windows that lie in the image and hold no pixel that is left out.
 pub(crate) fn mean(pair: &Pair) -> Result<f64, MetricsError> {
     let (width, height) = (pair.image().width, pair.image().height);
     if width < WINDOW || height < WINDOW {
@@ -42,7 +42,7 @@ pub(crate) fn mean(pair: &Pair) -> Result<f64, MetricsError> {
     if count == 0 { Err(MetricsError::NothingFinite) } else { Ok(sum / count as f64) }
 }
 
-/// Of one window, from the moments of its columns [Wang2004, eq. 13].
+/// Structural similarity of one window, from the weighted sums of a, b, a², b² and a b down its columns [Wang2004, eq. 13].
 fn similarity(columns: &[[f64; 5]], weights: &[f64; WINDOW]) -> f64 {
     let mut moments = [0.0; 5];
     for (column, weight) in columns.iter().zip(weights) {

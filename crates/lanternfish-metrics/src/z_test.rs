@@ -17,10 +17,10 @@ const LEVEL: f64 = 1e-3;
 
 /// Two noisy images against their variances: per value z = (a − b) / √(var a + var b), and the image as a whole.
 ///
-/// A value is a channel of a pixel. Of images that have one expectation and the stated variances, independent from
-/// pixel to pixel and from one another, z has mean 0 and mean square 1; 4.55 % of it lie beyond 2 and 0.27 % beyond 3
-/// where it is normal. It is not where variances are estimated from few samples or where light comes from rare bright
-/// ones: then these four figures describe, and are no proof. The proof is in sums, per channel, since channels share
+/// A value is a channel of a pixel. If both images have the same expectation and the stated variances, independent from
+/// pixel to pixel and from one another, z has mean 0 and mean square 1; where it is normal, 4.55 % of it lie beyond 2 and
+/// 0.27 % beyond 3. It is not normal where variances are estimated from few samples, or where light comes from rare bright
+/// samples: then these four figures describe, and are no proof. The proof is in sums, per channel, since channels share
 /// their samples:
 ///
 /// 1. *offset*: Σ(a − b) / √Σ(var a + var b) over the image is a standard normal deviate. It sees a change of the
@@ -48,9 +48,9 @@ pub struct ZTest {
     pub certain_different: usize,
     /// Pixels whose variance is negative or not finite in a channel of either image: left out.
     pub invalid_variance: usize,
-    /// Of red, green and blue: the deviate of the image's sum. NaN where no value was tested.
+    /// Standard normal deviate of the image's sum of differences, for red, green and blue. NaN where no value was tested.
     pub offset: [f64; 3],
-    /// Of red, green and blue: the deviate of the tiles' χ². NaN where no value was tested.
+    /// Standard normal deviate that the tiles' χ² corresponds to, for red, green and blue. NaN where no value was tested.
     pub spread: [f64; 3],
 }
 
@@ -82,7 +82,7 @@ impl Sums {
         self.variance += variance;
     }
 
-    /// NaN where there is nothing.
+    /// The sum of differences in its standard deviations; NaN where nothing was added.
     fn deviate(self) -> f64 {
         self.difference / self.variance.sqrt()
     }
@@ -162,7 +162,7 @@ impl ZTest {
         if smallest > 1.0 / 6.0 { 1.0 } else { 6.0 * smallest }
     }
 
-    /// What it comes to: the deviate that is furthest from 0 decides, where [`Self::p_value`] is below 0.001.
+    /// Verdict of the test: where [`Self::p_value`] is below 0.001, the deviate that is furthest from 0 decides.
     pub fn verdict(&self) -> ZVerdict {
         let p_value = self.p_value();
         if p_value.is_nan() {

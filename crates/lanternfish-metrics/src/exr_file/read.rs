@@ -1,4 +1,4 @@
-//! From OpenEXR: which part and which channels are meant is decided by the headers, before pixels are read.
+//! Reads OpenEXR files: the headers decide which part and which channels are meant, before pixels are read.
 
 use std::{
     collections::BTreeMap,
@@ -65,7 +65,7 @@ pub fn exr_layers(path: &Path) -> Result<Vec<String>, MetricsError> {
     Ok(names)
 }
 
-/// The text attributes of a file's parts by name. Of one name in several parts, the first part's counts.
+/// The text attributes of a file's parts by name. Where several parts have one of the same name, the first part's counts.
 pub fn read_exr_attributes(path: &Path) -> Result<BTreeMap<String, String>, MetricsError> {
     let mut texts = BTreeMap::new();
     for header in headers(path)? {
@@ -81,10 +81,10 @@ pub fn read_exr_attributes(path: &Path) -> Result<BTreeMap<String, String>, Metr
 /// Which channels of which part make an image.
 struct Selection {
     part: Option<Text>,
-    /// Of the part, pixels.
+    /// Width and height of the part, pixels.
     size: Vec2<usize>,
     channels: Channels,
-    /// What the exr crate would read wrongly.
+    /// Why the exr crate would read the part wrongly, and what to do; `None` where it reads it well.
     unreadable: Option<&'static str>,
 }
 
@@ -111,7 +111,7 @@ impl Selection {
         Some(Self::new(header, Channels::Rgb([red?, green?, blue?])))
     }
 
-    /// Y alone: with colour differences beside it (RY, BY) the picture is not grey.
+    /// The selection of Y alone. `None` where colour differences (RY, BY) stand beside it: such a picture is not grey.
     fn grey(header: &Header, prefix: &str) -> Option<Self> {
         let [y, ry, by] = ["Y", "RY", "BY"].map(|name| channel(header, &format!("{prefix}{name}")));
         if ry.or(by).is_some() { None } else { Some(Self::new(header, Channels::Grey(y?))) }

@@ -6,7 +6,7 @@ use crate::RgbImage;
 
 /// X/Xₙ, Y/Yₙ, Z/Zₙ from linear sRGB: white is 1, 1, 1.
 ///
-/// Of Rec. 709's primaries and the white (0.95043, 1, 1.08890) of the authors' evaluator; rows add to 1.
+/// Made from Rec. 709's primaries and the white point (0.95043, 1, 1.08890) of the authors' evaluator; each row adds up to 1.
 const XYZ_FROM_RGB: [[f32; 3]; 3] = [
     [0.433_895_4, 0.376_242_37, 0.189_862_24],
     [0.212_636_82, 0.715_183, 0.072_180_2],
@@ -31,7 +31,8 @@ pub(super) struct Opponent {
 }
 
 impl Opponent {
-    /// Of linear colours that a display shows, 0..=1, which `linear` makes of the image's. The image must have pixels.
+    /// The opponent planes of an image. `linear` turns the image's values into linear colours that a display shows, 0..=1. The image
+    /// must have pixels.
     ///
     /// The measure's Y is 116 Y/Yₙ − 16, Cx is 500 (X/Xₙ − Y/Yₙ) and Cz is 200 (Y/Yₙ − Z/Zₙ). All filters are linear
     /// and either keep a constant or drop it, so that the scale and the −16 can be left out until [`lab_from_opponent`].
@@ -53,9 +54,9 @@ impl Opponent {
     }
 }
 
-/// L*a*b* with a and b shrunk by L/100, since colours of dark surfaces seem paler (Hunt) [Andersson2020, colour pipeline].
+/// L*a*b* with a and b scaled by L/100, since colours of dark surfaces seem paler (Hunt) [Andersson2020, colour pipeline].
 ///
-/// From Y/Yₙ, X/Xₙ − Y/Yₙ, Y/Yₙ − Z/Zₙ. Colours that a display cannot show are clamped to those that it can.
+/// The argument is Y/Yₙ, X/Xₙ − Y/Yₙ, Y/Yₙ − Z/Zₙ. Colours that a display cannot show are clamped to those that it can.
 pub(super) fn lab_from_opponent([luminance, red_green, blue_yellow]: [f32; 3]) -> [f32; 3] {
     let rgb = transformed(&RGB_FROM_XYZ, [luminance + red_green, luminance, luminance - blue_yellow]);
     hunt_lab(rgb.map(|v| v.clamp(0.0, 1.0)))
@@ -69,14 +70,14 @@ fn hunt_lab(linear: [f32; 3]) -> [f32; 3] {
     [lightness, 0.01 * lightness * 500.0 * (x - y), 0.01 * lightness * 200.0 * (y - z)]
 }
 
-/// From a distance of colours to an error of 0..=1 [Andersson2020, colour pipeline].
+/// Turns the distance between two colours into an error, 0..=1 [Andersson2020, colour pipeline].
 pub(super) struct ColorDifference {
-    /// The largest: between green and blue.
+    /// Largest distance between two colours that a display shows, green and blue, raised to `EXPONENT`.
     largest: f32,
 }
 
 impl ColorDifference {
-    /// Makes large distances, which all look large, more alike.
+    /// Exponent of distances: makes large ones, which all look large, more alike.
     const EXPONENT: f32 = 0.7;
     /// Distances up to this share of the largest …
     const KNEE_DISTANCE: f32 = 0.4;
@@ -88,7 +89,7 @@ impl ColorDifference {
         Self { largest }
     }
 
-    /// Of two colours of [`lab_from_opponent`].
+    /// Error, 0..=1, between two colours as [`lab_from_opponent`] gives them.
     pub(super) fn between(&self, a: [f32; 3], b: [f32; 3]) -> f32 {
         let share = distance(a, b).powf(Self::EXPONENT) / self.largest;
         if share < Self::KNEE_DISTANCE {
@@ -100,12 +101,12 @@ impl ColorDifference {
     }
 }
 
-/// HyAB: lightness and hue are judged apart, so that their distances add.
+/// HyAB distance between two L*a*b* colours: lightness and hue are judged apart, so that their distances add.
 fn distance(p: [f32; 3], q: [f32; 3]) -> f32 {
     (p[0] - q[0]).abs() + (p[1] - q[1]).hypot(p[2] - q[2])
 }
 
-/// Clamped to 0..=1.
+/// Linear value, 0..=1, of an sRGB-encoded one, which is clamped to 0..=1.
 pub(super) fn linear_from_srgb(encoded: f32) -> f32 {
     let encoded = encoded.clamp(0.0, 1.0);
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }

@@ -16,17 +16,17 @@ const MOST_EXPOSURES: u32 = 300;
 /// The exposures at which two pictures are compared, stops: `count` of them from `start` to `stop`, evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
-    /// The first and darkest: log₂ of what radiance is multiplied by.
+    /// First and darkest exposure, stops: log₂ of the factor of radiance.
     pub start: f32,
-    /// The last and brightest; at least `start`.
+    /// Last and brightest exposure, stops; at least `start`.
     pub stop: f32,
-    /// How many, at least 1. One is `start` alone.
+    /// Number of exposures, at least 1. One is `start` alone.
     pub count: u32,
 }
 
 impl Exposures {
-    /// Those of a reference: at the first, its brightest pixel is shown at 0.85 of white, at the last its median, and
-    /// they are at most one stop apart, two at least [Andersson2021, exposures].
+    /// The exposures of a reference: at the first, its brightest pixel is shown at 0.85 of white, at the last its median. There are
+    /// as many as stops lie between the two, rounded up, and two at least [Andersson2021, exposures].
     ///
     /// The median of an even number of pixels is the upper of the two in the middle. Luminances below 2⁻²³ count as
     /// 2⁻²³, so that most of a reference may be black. So may all of it, which the authors' tool refuses. The reference
@@ -63,14 +63,14 @@ impl Exposures {
     }
 }
 
-/// How HDR-ꟻLIP looks.
+/// Settings of HDR-ꟻLIP: viewing distance, tone mapper and exposures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HdrFlip {
-    /// Of the visual angle, 2..=1000, as in [`flip_ldr`](crate::flip_ldr). Higher: the observer stands further off.
+    /// Pixels a degree of the visual angle, 2..=1000, as in [`flip_ldr`](crate::flip_ldr). Higher: the observer stands further off.
     pub pixels_per_degree: f32,
-    /// From radiance to what a display shows.
+    /// Tone mapper from exposed radiance to what a display shows.
     pub tone_mapper: FlipToneMapper,
-    /// `None`: those of the reference, [`Exposures::of`].
+    /// Exposures to compare at. `None`: those of the reference, [`Exposures::of`].
     pub exposures: Option<Exposures>,
 }
 

@@ -30,7 +30,7 @@ use crate::{MetricsError, RgbImage, compare::check_sizes};
 /// 3840 px / 0.7 m × 0.7 m × π/180 [Andersson2020, viewing conditions].
 pub const PIXELS_PER_DEGREE: f32 = 3840.0 * std::f32::consts::PI / 180.0;
 
-/// Of the difference of features [Andersson2020, feature pipeline].
+/// Exponent of the difference of features [Andersson2020, feature pipeline].
 const FEATURE_EXPONENT: f32 = 0.5;
 
 /// The noticeable difference of every pixel of two pictures, and of the pictures as wholes.
@@ -40,7 +40,7 @@ pub struct FlipMap {
     pub width: usize,
     /// Pixels down.
     pub height: usize,
-    /// 0 (no difference) to 1 (the largest), `width * height` of them, rows from the top.
+    /// Error of each pixel, 0 (no difference) to 1 (the largest), `width * height` of them, rows from the top.
     pub errors: Vec<f32>,
 }
 
@@ -80,7 +80,7 @@ pub fn flip_ldr(reference: &RgbImage, test: &RgbImage, pixels_per_degree: f32) -
     Ok(FlipMap { width, height, errors })
 }
 
-/// Who looks at the pictures, and from how far.
+/// An observer at a viewing distance: the filters and the colour difference that go with it.
 struct Observer {
     filters: Filters,
     color_difference: ColorDifference,
@@ -133,11 +133,11 @@ fn check_finite(image: &RgbImage) -> Result<(), MetricsError> {
 
 /// What an observer sees of a row of a picture.
 struct SeenRow {
-    /// Of the picture as far as the eye resolves it: see [`lab_from_opponent`].
+    /// Colour of each pixel as far as the eye resolves it, in the space of [`lab_from_opponent`].
     lab: Vec<[f32; 3]>,
-    /// The length of the gradient of the luminance.
+    /// Length of the luminance's gradient at each pixel.
     edges: Vec<f32>,
-    /// The length of its second derivatives along the axes.
+    /// Length of the vector of the luminance's second derivatives along x and y at each pixel.
     points: Vec<f32>,
 }
 

@@ -50,7 +50,7 @@ fn what_is_left_out_does_not_thin_the_means() {
     let half = pair(&image, &reference);
     assert!((half.errors().mse - 0.0625).abs() < 1e-6 && (whole.mse - 0.0625).abs() < 1e-6);
     assert_eq!(half.compared_count(), 320);
-    // Of a uniform difference, the lower half looks as it did, but for the rows that see the border.
+    // Where the difference is uniform, the lower half looks as it did, but for the rows that see the border.
     let uniform = |v: f32| RgbImage { pixels: vec![[v; 3]; 640], ..reference };
     let whole = pair(&uniform(0.5), &uniform(0.6));
     let mut image = uniform(0.5);
