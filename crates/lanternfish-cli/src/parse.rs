@@ -1,4 +1,4 @@
-//! From the words of the command line to vectors, sizes and lights. Messages say what was expected, with an example.
+//! Parses words of the command line into vectors, sizes and lights. Messages say what was expected, with an example.
 
 #[cfg(test)]
 mod tests;
@@ -10,7 +10,7 @@ use lanternfish::{
 };
 use lanternfish_scene::{Bounds, Light, Scene};
 
-/// Pixels a side that are accepted.
+/// Widths and heights of pictures that are accepted, pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
 
 /// Most lights made by rule: at 64 bytes each they fill 128 MiB, which every adapter can bind at once.
@@ -38,7 +38,7 @@ pub struct Size {
     pub height: u32,
 }
 
-/// `WxH`.
+/// Parses a size, `WxH`, pixels.
 pub fn size(text: &str) -> Result<Size, String> {
     let range = format!("each side from {} to {} pixels", SIDES.start(), SIDES.end());
     let malformed = || format!("expected WxH, e.g. 1280x720, {range}");
@@ -53,13 +53,13 @@ pub fn size(text: &str) -> Result<Size, String> {
     Ok(Size { width: side("width", width)?, height: side("height", height)? })
 }
 
-/// `x,y,z`, m.
+/// Parses a position, `x,y,z`, m.
 pub fn position(text: &str) -> Result<Vec3, String> {
     let position = three_numbers(text).ok_or("expected three numbers x,y,z, e.g. 1,2.5,-3")?;
     near_enough(position)
 }
 
-/// `r,g,b`, from 0 to [`BRIGHTEST`].
+/// Parses a colour, `r,g,b`, each from 0 to [`BRIGHTEST`].
 pub fn color(text: &str) -> Result<Vec3, String> {
     three_numbers(text)
         .filter(|color| color.cmpge(Vec3::ZERO).all() && color.max_element() <= BRIGHTEST)
@@ -77,7 +77,7 @@ fn near_enough(position: Vec3) -> Result<Vec3, String> {
     Ok(position)
 }
 
-/// `x,y,z,cd[,r,g,b[,range]]`.
+/// Parses a point light, `x,y,z,cd[,r,g,b[,range]]`: position, m; intensity, cd; colour; range, m.
 pub fn point_light(text: &str) -> Result<Light, String> {
     let expected = "expected x,y,z,cd[,r,g,b[,range]], e.g. 0,2.5,0,100 or 0,2.5,0,100,1,0.9,0.8,5";
     let values = numbers(text).filter(|v| matches!(v.len(), 4 | 7 | 8)).ok_or(expected)?;
@@ -88,7 +88,7 @@ pub fn point_light(text: &str) -> Result<Light, String> {
     Ok(light)
 }
 
-/// `dx,dy,dz,lux[,r,g,b]`.
+/// Parses a directional light, `dx,dy,dz,lux[,r,g,b]`: direction in which the light travels, illuminance, colour.
 pub fn sun(text: &str) -> Result<Light, String> {
     let expected = "expected dx,dy,dz,lux[,r,g,b], e.g. 0.3,-1,-0.6,3";
     let values = numbers(text).filter(|v| matches!(v.len(), 4 | 7)).ok_or(expected)?;
@@ -101,7 +101,7 @@ pub fn sun(text: &str) -> Result<Light, String> {
     Ok(Light::directional(direction, intensity(&values[3..])?))
 }
 
-/// Strength, then colour if there is one.
+/// Product of a light's strength and its colour: `values` are the strength, then red, green and blue if there is a colour.
 fn intensity(values: &[f32]) -> Result<Vec3, String> {
     let color = values.get(1..4).map_or(Vec3::ONE, Vec3::from_slice);
     if values[0] < 0.0 || color.cmplt(Vec3::ZERO).any() {
@@ -117,27 +117,27 @@ fn intensity(values: &[f32]) -> Result<Vec3, String> {
 /// Lights made by rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightSet {
-    /// Falling through the scene's box.
+    /// Light rain: lights that fall through the scene's box.
     Rain {
         /// How many.
         count: u32,
-        /// How far each reaches, m; `None`: chosen by the scene's size.
+        /// Range of each light, m; `None`: chosen by the scene's size.
         radius: Option<f32>,
     },
-    /// At random places of a box, by a rule that other renderers can follow.
+    /// Lights at random places in a box, by a rule that other renderers can follow.
     Random {
         /// How many.
         count: u32,
-        /// How far each reaches, m.
+        /// Range of each light, m.
         radius: f32,
-        /// Of the random numbers.
+        /// Seed of the random numbers.
         seed: u64,
-        /// The box.
+        /// The box that the lights are in, world space, m.
         bounds: Bounds,
     },
 }
 
-/// `rain:N[:radius]` or `random:N:radius:seed:x0,y0,z0,x1,y1,z1`.
+/// Parses lights made by rule: `rain:N[:radius]` or `random:N:radius:seed:x0,y0,z0,x1,y1,z1`.
 pub fn light_set(text: &str) -> Result<LightSet, String> {
     let expected = "expected rain:N, rain:N:radius or random:N:radius:seed:x0,y0,z0,x1,y1,z1, e.g. rain:1000 or \
                     random:1000:1.5:7:-9,0,-4,9,9,4";
@@ -177,7 +177,7 @@ fn light_count(text: &str, expected: &str) -> Result<u32, String> {
     count.ok_or_else(|| format!("number of lights {text}: expected at most {MOST_LIGHTS}"))
 }
 
-/// `zonal:N`, `stacks:AxB` or `cube:K`, of as many directions as there may be.
+/// Parses a set of directions: `zonal:N`, `stacks:AxB` or `cube:K`. An error where it has more directions than there may be.
 pub fn direction_set(text: &str) -> Result<DirectionSet, String> {
     let expected = "expected zonal:N, stacks:STACKSxSLICES or cube:K, e.g. zonal:169, stacks:13x13 or cube:5";
     let number = |text: &str| {
@@ -205,7 +205,7 @@ pub fn direction_set(text: &str) -> Result<DirectionSet, String> {
     }
 }
 
-/// As [`direction_set`] reads it.
+/// A set of directions as text that [`direction_set`] parses.
 pub fn direction_set_text(set: DirectionSet) -> String {
     match set {
         DirectionSet::ZonalEqualArea { count } => format!("zonal:{count}"),
@@ -214,7 +214,7 @@ pub fn direction_set_text(set: DirectionSet) -> String {
     }
 }
 
-/// How far a light reaches, m.
+/// Checks the range of a light, m: above 0 and at most [`FARTHEST`].
 fn reach(metres: f32) -> Result<f32, String> {
     if metres > 0.0 && metres <= FARTHEST {
         return Ok(metres);
@@ -222,20 +222,20 @@ fn reach(metres: f32) -> Result<f32, String> {
     Err(format!("expected metres, more than 0, at most {FARTHEST:e}"))
 }
 
-/// A number above zero.
+/// Parses a number above zero.
 pub fn positive(text: &str) -> Result<f32, String> {
     number(text).filter(|n| *n > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
 }
 
-/// A number of metres that may be 0.
+/// Parses a radius, m, 0 or more.
 pub fn radius(text: &str) -> Result<f32, String> {
     number(text).filter(|n| *n >= 0.0).ok_or_else(|| "expected a number of metres, 0 or above".to_owned())
 }
 
-/// Degrees of a vertical angle of view that are accepted.
+/// Vertical angles of view that are accepted, degrees.
 pub const FOV_Y: std::ops::RangeInclusive<f32> = 0.1..=179.0;
 
-/// Degrees of a vertical angle of view, as radians.
+/// Parses a vertical angle of view, degrees, and returns it in radians.
 pub fn fov_y(text: &str) -> Result<f32, String> {
     number(text)
         .filter(|degrees| FOV_Y.contains(degrees))
@@ -243,24 +243,24 @@ pub fn fov_y(text: &str) -> Result<f32, String> {
         .ok_or_else(|| format!("expected degrees from {} to {}", FOV_Y.start(), FOV_Y.end()))
 }
 
-/// Degrees of a rotation, of which a float still keeps thousandths.
+/// Parses a rotation, degrees, small enough for a float to keep thousandths of a degree.
 pub fn rotation(text: &str) -> Result<f32, String> {
     number(text).filter(|d| d.abs() <= 3600.0).ok_or_else(|| "expected degrees from -3600 to 3600".to_owned())
 }
 
-/// Seconds of a camera track.
+/// Parses a time on a camera track, s.
 pub fn time(text: &str) -> Result<f32, String> {
     number(text).filter(|s| s.abs() <= 1e6).ok_or_else(|| "expected seconds from -1e6 to 1e6".to_owned())
 }
 
-/// Exposure in stops. 2^±64 is far beyond any picture and far inside `f32`.
+/// Parses an exposure in stops, −64 to 64: 2^±64 is far beyond any picture and far inside `f32`.
 pub fn exposure(text: &str) -> Result<f32, String> {
     number(text)
         .filter(|ev| ev.abs() <= 64.0)
         .ok_or_else(|| "expected stops from -64 to 64, e.g. -1.5 (0: unchanged, 1: twice as bright)".to_owned())
 }
 
-/// `auto`, or stops.
+/// Parses an exposure: `auto`, or stops.
 pub fn exposure_or_auto(text: &str) -> Result<Exposure, String> {
     match text.trim() {
         "auto" => Ok(Exposure::Auto),
@@ -268,7 +268,7 @@ pub fn exposure_or_auto(text: &str) -> Result<Exposure, String> {
     }
 }
 
-/// Finite numbers between commas.
+/// Parses numbers between commas; `None` where one of them is not a finite number.
 pub fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(number).collect()
 }

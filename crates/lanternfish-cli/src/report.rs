@@ -28,19 +28,19 @@ struct RunReport<'r> {
     driver: &'r str,
     width: u32,
     height: u32,
-    /// Pictures of a sequence, whose costs are added up.
+    /// Number of pictures in a sequence, whose costs are added up; `None` for a single picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<u32>,
-    /// What the picture is shown at, EV; of none where it is not exposed.
+    /// Exposure at which the picture is shown, EV; `None` where it is not exposed.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure_ev: Option<f32>,
-    /// What was chosen, by the names of the command line.
+    /// Values of settings, by their names on the command line.
     settings: BTreeMap<&'static str, String>,
-    /// In the order in which they ran.
+    /// Passes in the order in which they ran.
     passes: Vec<Pass<'r>>,
-    /// Exact on any machine.
+    /// Counts by name, exact on any machine.
     counters: BTreeMap<&'r str, u64>,
-    /// Of each step, and `total` from the start of the process.
+    /// Seconds that each step took, and `total` from the start of the process.
     seconds: BTreeMap<&'static str, f64>,
     /// Most memory the process ever held; `None` where the system does not say.
     peak_memory_bytes: Option<u64>,
@@ -52,27 +52,27 @@ struct Pass<'r> {
     ms: f64,
 }
 
-/// What there is to say about a run.
+/// What a report of a run is made from.
 #[derive(Debug)]
 pub struct Run<'r> {
     pub scene: &'r SceneName,
     pub output: &'r Path,
     pub adapter: &'r AdapterDescription,
     pub size: Size,
-    /// Pictures of a sequence.
+    /// Number of pictures in a sequence; `None` for a single picture.
     pub frames: Option<u32>,
-    /// What the picture is shown at, EV.
+    /// Exposure at which the picture is shown, EV; `None` where it is not exposed.
     pub exposure: Option<f32>,
     pub settings: &'r Settings,
-    /// Of the rain.
+    /// Seed of the light rain.
     pub seed: u32,
     pub cost: &'r Report,
-    /// Of each step, and `total` from the start of the process.
+    /// Seconds that each step took, and `total` from the start of the process.
     pub seconds: &'r [(&'static str, f64)],
 }
 
 impl Run<'_> {
-    /// For scripts.
+    /// The report as JSON, for scripts.
     pub fn to_json(&self) -> String {
         let report = RunReport {
             version: env!("CARGO_PKG_VERSION"),
@@ -96,7 +96,7 @@ impl Run<'_> {
         text
     }
 
-    /// For people.
+    /// The report as a table, for people.
     pub fn to_table(&self) -> String {
         let Size { width, height } = self.size;
         let exposure = self.exposure.map(|ev| format!("exposure {ev:+} EV\n")).unwrap_or_default();

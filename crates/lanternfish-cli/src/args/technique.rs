@@ -28,8 +28,8 @@ pub struct TechniqueArgs {
     culling_knobs: KnobFlags<Culling>,
     /// Samples a pixel at edges.
     ///
-    /// Of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part of the frame;
-    /// 1 with --quality draft, --indirect none, and debug views.
+    /// The edges are those of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part
+    /// of the frame; 1 with --quality draft, --indirect none, and debug views.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     pub samples: Option<Samples>,
     /// The mean of N frames: smooth edges, less noise.

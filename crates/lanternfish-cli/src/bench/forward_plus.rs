@@ -41,20 +41,20 @@ struct Configuration {
     paper_ms: Option<f64>,
 }
 
-/// What one configuration did.
+/// Figures of one configuration.
 #[derive(Debug, Serialize)]
 pub struct Row {
     pub name: &'static str,
-    /// Sum of all passes, median over the runs, ms; of the wall clock where the adapter has no timestamps.
+    /// Sum of all passes, median over the runs, ms; time by the wall clock where the adapter has no timestamps.
     pub frame_ms: f64,
-    /// Of them, tracing shadow rays.
+    /// Time of tracing shadow rays, median over the runs, ms.
     pub shadow_ms: f64,
     pub rays: u64,
     pub light_tests: u64,
     pub listed_lights: u64,
     /// Pixels whose radiance differs from the first row's in any bit.
     pub differing_pixels: usize,
-    /// Whether there must be none.
+    /// Whether `differing_pixels` must be 0.
     pub exact: bool,
     pub paper_ms: Option<f64>,
 }
@@ -72,11 +72,11 @@ pub struct Results {
     pub range_threshold: f32,
     pub runs: u32,
     pub surface_pixels: usize,
-    /// Table 5.1.
+    /// Rows of table 5.1.
     pub configurations: Vec<Row>,
-    /// Table 5.2: every optimisation on.
+    /// Rows of table 5.2: every optimisation on, by size of tiles.
     pub tile_sizes: Vec<Row>,
-    /// Fig. 5.3.
+    /// Errors of normals from depth, as in fig. 5.3.
     pub normals: Vec<NormalErrors>,
 }
 
@@ -166,7 +166,7 @@ impl Bench<'_> {
         self.render(&mut self.renderer(settings)?)
     }
 
-    /// Where a picture of the report goes.
+    /// Writes a picture of the report, 8 bits a channel, as PNG.
     pub fn write(&self, name: &str, width: u32, height: u32, rgb: &[u8]) -> Result<(), CliError> {
         Ok(write_png(&self.args.output.join(name), width, height, ColorType::Rgb, rgb)?)
     }

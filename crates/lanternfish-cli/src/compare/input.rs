@@ -14,7 +14,7 @@ use crate::{
 /// The layer of an EXR file that holds the variances of its pixel values.
 pub const VARIANCE: &str = "variance";
 
-/// Memory that all measures take at one time, at most: FLIP's maps of both pictures.
+/// Most memory that all measures take at one time, bytes a pixel: FLIP's maps of both pictures.
 const BYTES_PER_PIXEL: u64 = 100;
 
 /// What the numbers of a file stand for.
@@ -26,15 +26,15 @@ pub enum Kind {
     Display,
 }
 
-/// Everything that was read.
+/// Everything that was read: the two pictures, A and B, and their variances.
 pub struct Inputs {
     pub kind: Kind,
     pub pair: Pair,
-    /// Of A and of B.
+    /// Variances of A's and of B's pixel values; `None` where a picture has none.
     pub variances: [Option<Variance>; 2],
 }
 
-/// Variances and where they come from.
+/// Variances of a picture's pixel values, and the file and layer that they come from.
 pub struct Variance {
     pub source: String,
     pub image: RgbImage,
@@ -69,7 +69,7 @@ impl Inputs {
     }
 }
 
-/// Flags that mean nothing for what a display shows.
+/// Refuses flags that mean nothing for what a display shows.
 fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
     let given = [
         ("--exposure", args.exposure.is_some()),
@@ -88,7 +88,7 @@ fn refuse_for_png(args: &CompareArgs) -> Result<(), CliError> {
 }
 
 impl Variance {
-    /// Of the file that a flag names, or of the picture's own layer.
+    /// Reads a picture's variances from the file that a flag names, or else from the picture's own layer; `None` where it has none.
     fn read(picture: &Path, named: Option<&PathBuf>, image: &RgbImage) -> Result<Option<Self>, CliError> {
         let path = named.map_or(picture, PathBuf::as_path);
         if !has_ending(path, "exr") {

@@ -9,21 +9,21 @@ use super::{
 use crate::error::CliError;
 
 pub struct Measures {
-    /// Of linear radiance.
+    /// Errors of linear radiance; `None` where the pictures are what a display shows.
     pub linear: Option<ImageErrors>,
-    /// Of what a display shows.
+    /// Errors of what a display shows.
     pub display: ImageErrors,
-    /// dB; infinite where a display shows the same.
+    /// Peak signal-to-noise ratio of what a display shows, dB; infinite where both pictures show the same.
     pub psnr: f64,
-    /// Not of pictures that are too small for a window.
+    /// Structural similarity of what a display shows; `None` where no window of it is whole.
     pub ssim: Option<f64>,
-    /// Of what a display shows.
+    /// LDR-FLIP of what a display shows.
     pub flip_ldr: Spread,
-    /// HDR-FLIP of linear radiance, LDR-FLIP of the rest.
+    /// HDR-FLIP where the pictures are linear radiance, else LDR-FLIP.
     pub flip: Spread,
-    /// The errors behind `flip`.
+    /// The map of errors that `flip` sums up.
     pub map: FlipMap,
-    /// How HDR-FLIP looked.
+    /// Tone mapper and exposures of HDR-FLIP; `None` where `flip` is LDR-FLIP.
     pub hdr: Option<(FlipToneMapper, Exposures)>,
     pub z_test: Option<ZTest>,
     /// The two pictures as a display shows them.
@@ -62,7 +62,7 @@ impl Measures {
         })
     }
 
-    /// What `flip` is.
+    /// Name of the measure that `flip` is.
     pub fn flip_name(&self) -> &'static str {
         if self.hdr.is_some() { "HDR-FLIP" } else { "LDR-FLIP" }
     }

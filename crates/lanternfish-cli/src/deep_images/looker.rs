@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{error::CliError, parse::direction_set_text, progress::Progress, report::grouped};
 
-/// Width that pictures of texels have without --upscale, at most, pixels.
+/// Greatest width of pictures of texels without --upscale, pixels, unless one pixel a texel is wider.
 const WIDTH: u32 = 1280;
 /// Steps of the heat map from black to red.
 const HEAT: [&str; 6] = ["black", "blue", "cyan", "green", "yellow", "red"];
@@ -120,7 +120,7 @@ impl Looker<'_> {
         Ok(Sheet::new(view.size.x, pixels))
     }
 
-    /// Layers of one image on one scale of greys. Of several, those beyond the longest list's end are left out.
+    /// Layers of one image, on one scale of greys. Where several are asked for, those beyond the longest list's end are left out.
     fn layers(&mut self, images: &DeepImages, layers: &[i32]) -> Result<Sheet, CliError> {
         let texels = TexelViews::new(&self.gpu.device, &images.settings)?;
         let image = self.args.shown.image.unwrap_or(0);
@@ -131,7 +131,7 @@ impl Looker<'_> {
         let (_, pictures) = self.frame(
             "layers",
             |frame| {
-                // Of the whole image: its first surfaces and its last.
+                // The scale spans the whole image, from its nearest first surface to its farthest last one.
                 let first = texels.layer(frame, images, image, 0)?.extent();
                 let last = texels.layer(frame, images, image, -1)?.extent();
                 scale = (first.map_or(0.0, |(least, _)| least), last.map_or(0.0, |(_, most)| most));
@@ -187,7 +187,7 @@ impl Looker<'_> {
         Ok(Sheet::new(images.chunks[0].grid.resolution * upscale, pixels))
     }
 
-    /// Pixels of a texel where so many images are shown.
+    /// Pixels a side of a texel, where the sheet holds `count` images.
     fn upscale(&self, images: &DeepImages, count: u32) -> u32 {
         let wide = WIDTH / (Sheet::columns(count) * images.chunks[0].grid.resolution);
         self.args.output.upscale.unwrap_or(wide.max(1))
@@ -199,7 +199,7 @@ impl Looker<'_> {
     }
 }
 
-/// With a remedy among this command's flags.
+/// The error as the command line's, with a remedy among this command's flags.
 fn with_remedy(error: RenderError, view: DeepView) -> CliError {
     let hint = match &error {
         RenderError::Size { .. } if view != DeepView::Points => "choose a smaller --upscale, --resolution or --layers",

@@ -1,4 +1,4 @@
-//! The picture on disk: what it holds, and how it is gone on from.
+//! The picture on disk: what it holds, and how a run resumes from it.
 
 use std::path::{Path, PathBuf};
 
@@ -17,25 +17,25 @@ use crate::{
 
 /// Names of text attributes.
 const SAMPLES: &str = "lanternfish.samples";
-/// Where rows differ: of each, as `SAMPLESxROWS` for one block of rows after the other.
+/// Samples a pixel of each row, where rows differ: `SAMPLESxROWS` for one block of rows after the other.
 const ROW_SAMPLES: &str = "lanternfish.row-samples";
 const SEED: &str = "lanternfish.seed";
 const DROPPED: &str = "lanternfish.dropped";
 const NOISE: &str = "lanternfish.noise";
 const FINGERPRINT: &str = "lanternfish.fingerprint";
 
-/// The layer of the variance.
+/// Name of the layer that holds the variance.
 const VARIANCE: &str = "variance";
 
-/// Where the picture goes.
+/// The files that the picture is written to.
 #[derive(Debug)]
 pub struct Target {
     pub path: PathBuf,
-    /// Of the mean, not of an EXR file.
+    /// Whether the picture is written as PNG, which holds the mean as a display shows it; else it is EXR.
     is_png: bool,
-    /// The variance as a picture of its own.
+    /// EXR file for the variance as a picture of its own.
     variance: Option<PathBuf>,
-    /// Whether what is written can be replaced, as in a pipe it cannot.
+    /// Whether files that are written can be replaced; what is in a pipe cannot.
     is_replaceable: bool,
 }
 
@@ -45,11 +45,11 @@ pub struct Making {
     /// [`super::fingerprint::of`] all that its mean depends on.
     pub fingerprint: String,
     pub seed: u64,
-    /// More to read, by name.
+    /// Other text attributes, for people to read, by name.
     pub facts: Vec<(&'static str, String)>,
 }
 
-/// What was there before.
+/// What an earlier run left in the file.
 #[derive(Debug)]
 pub struct Before {
     pub film: Film,
@@ -59,7 +59,7 @@ pub struct Before {
 }
 
 impl Target {
-    /// What can be refused without work is refused here.
+    /// Chooses the files to write to. What can be refused without work is refused here.
     pub fn choose(path: PathBuf, variance: Option<PathBuf>, resume: bool) -> Result<Self, CliError> {
         let failed = |path: &Path, what: &str, hint: &str| CliError::new(format!("{}: {what}", path.display()), hint);
         let is_png = has_ending(&path, "png");
@@ -85,7 +85,7 @@ impl Target {
         Ok(Self { path, is_png, variance, is_replaceable })
     }
 
-    /// Whether it is what a display shows.
+    /// Whether the picture is written as a display shows it.
     pub fn is_png(&self) -> bool {
         self.is_png
     }
@@ -95,7 +95,7 @@ impl Target {
         self.is_replaceable
     }
 
-    /// Whether another run can go on from it.
+    /// Whether another run can resume from the file.
     pub fn is_resumable(&self) -> bool {
         !self.is_png && self.is_replaceable
     }
@@ -141,8 +141,8 @@ impl Target {
         Ok(())
     }
 
-    /// What the file holds, to go on from; none where there is no file. Refused where it is not of this making; `seed` is
-    /// one that was asked for.
+    /// What the file holds, to resume from; `None` where there is no file. An error where it was not made as `making` says, or where its
+    /// seed is another than `seed`, if one was asked for.
     pub fn before(&self, making: &Making, size: Size, seed: Option<u64>) -> Result<Option<Before>, CliError> {
         if !self.path.exists() {
             return Ok(None);
@@ -180,20 +180,20 @@ impl Target {
         }
         let mean = read_exr_layer(&self.path, "").map_err(unreadable)?;
         let mut variance = read_exr_layer(&self.path, VARIANCE).map_err(unreadable)?;
-        // Of one sample there is no variance; its sums need none.
+        // Pixels of fewer than two samples have an infinite variance, which `Film::resume` does not use.
         variance.pixels.iter_mut().flatten().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
         let film = Film::resume(size.width as usize, &rows, &mean.pixels, &variance.pixels)?;
         Ok(Some(Before { film, seed: its_seed, dropped: number(DROPPED).unwrap_or(0) }))
     }
 }
 
-/// Rows of as many samples as `5x512 4x568`: 512 rows of 5, then 568 of 4.
+/// Text for the samples a pixel of each row: `5x512 4x568` is 512 rows of 5 samples, then 568 rows of 4.
 fn blocks_of(rows: &[u64]) -> String {
     let blocks = rows.chunk_by(|a, b| a == b).map(|block| format!("{}x{}", block[0], block.len()));
     blocks.collect::<Vec<_>>().join(" ")
 }
 
-/// What [`blocks_of`] was made from; none where it was not made from so many rows.
+/// The samples of each row that [`blocks_of`] wrote; `None` where the text is not one of `height` rows.
 fn rows_of(blocks: &str, height: usize) -> Option<Vec<u64>> {
     let mut rows = Vec::new();
     for block in blocks.split(' ') {
@@ -204,18 +204,18 @@ fn rows_of(blocks: &str, height: usize) -> Option<Vec<u64>> {
     (rows.len() == height).then_some(rows)
 }
 
-/// How PNG shows the mean.
+/// How the mean is turned into what PNG shows.
 #[derive(Debug)]
 pub struct Look {
     pub integrator: Integrator,
     pub exposure: Exposure,
     pub tone_map: ToneMap,
-    /// Where surfaces are, pixel by pixel; empty where nobody meters.
+    /// Share of each pixel that surfaces cover, 0..=1; empty where the exposure is not metered.
     pub coverage: Vec<f32>,
 }
 
 impl Look {
-    /// What radiance is shown at, EV: as `render` finds it.
+    /// Exposure at which radiance is shown, EV: as `render` finds it.
     pub fn exposure(&self, mean: &[[f32; 3]]) -> f32 {
         self.exposure.of(mean.iter().zip(&self.coverage).map(|([r, g, b], covered)| [*r, *g, *b, *covered]))
     }

@@ -8,8 +8,8 @@ use lanternfish_scene::{Camera, Environment, Image, Instance, Mesh, Primitive, S
 
 use crate::parse::Size;
 
-/// Of everything that the mean of a pixel depends on: geometry, surfaces, images, lights, surroundings, camera, size and
-/// settings, by value; and of the version of this program. Not of names, nor of the seed.
+/// Hash, 16 hexadecimal digits, of everything that the mean of a pixel depends on: geometry, surfaces, images, lights,
+/// surroundings, camera, size and settings, by value, and the version of this program. Names and the seed do not enter into it.
 pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> String {
     let mut hash = Fnv::new();
     hash.text(&env!("CARGO_PKG_VERSION"));
@@ -66,7 +66,7 @@ pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> St
     format!("{:016x}", hash.0)
 }
 
-/// FNV-1a of 64 bits.
+/// The state of an FNV-1a hash of 64 bits.
 struct Fnv(u64);
 
 impl Fnv {
@@ -80,12 +80,12 @@ impl Fnv {
         }
     }
 
-    /// A value as Rust writes it, in which floats are exact, and an end that none contains.
+    /// Adds a value as Rust's `Debug` writes it, in which floats are exact, and an end that no value contains.
     fn text(&mut self, value: &dyn Debug) {
         write!(self, "{value:?}\n\n").expect("a number takes everything");
     }
 
-    /// A list with its length, in the bytes of this machine.
+    /// Adds a list's length and its elements, in the byte order of this machine.
     fn list<T: NoUninit>(&mut self, list: &[T]) {
         self.bytes(&(list.len() as u64).to_le_bytes());
         self.bytes(cast_slice(list));

@@ -22,8 +22,8 @@ fn output(folder: &Path, words: &str) -> Output {
     lanternfish(folder).args(words.split_whitespace()).output().unwrap()
 }
 
-/// Standard output and standard error of a run of `reference demo:cornell` at 32 × 32 that succeeds; but for the line that
-/// says what came of it, and how long it would take, where the machine is slow enough for that.
+/// Standard output and standard error of a run of `reference demo:cornell` at 32 × 32 that succeeds. The result's line is left
+/// out, and so is the estimate of the time left, which stands there where the machine is slow enough.
 #[track_caller]
 fn cornell(folder: &Path, words: &str) -> (String, String) {
     let output = output(folder, &format!("reference demo:cornell --size 32x32 {words}"));
@@ -31,7 +31,7 @@ fn cornell(folder: &Path, words: &str) -> (String, String) {
     (text(&output.stdout).to_owned(), more_than_usual(text(&output.stderr)))
 }
 
-/// Of standard error, what is neither the estimate nor the line that says what came of it, of which there is one.
+/// Lines of standard error other than the estimate and the result's line, of which there must be exactly one.
 #[track_caller]
 fn more_than_usual(stderr: &str) -> String {
     let is_result = |line: &&str| line.contains(" samples a pixel in ") && line.contains(", expected error ");

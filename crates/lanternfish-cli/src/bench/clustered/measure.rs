@@ -21,12 +21,12 @@ use crate::{
     report::grouped,
 };
 
-/// What is the same on every adapter that draws the same pixels, and in every run.
+/// Counts that are the same in every run, and on every adapter that draws the same pixels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// Clusters of all grids.
     pub clusters: u64,
-    /// Those with visible fragments.
+    /// Clusters with visible fragments.
     pub visible_clusters: u64,
     pub fragments: u64,
     /// Entries of all lists.
@@ -35,11 +35,11 @@ pub struct Counts {
     pub light_tests: u64,
     /// Lights of its cluster's list, summed over all fragments.
     pub lighting_operations: u64,
-    /// Of marks, lists, lights and tree.
+    /// Bytes of marks, lists, lights and tree.
     pub bytes: u64,
     /// Visible clusters by the lights that they list: none, 1, 2 to 3, 4 to 7, and so on (fig. 6.9).
     pub clusters_by_lights: Vec<u64>,
-    /// And by their fragments (fig. 6.10).
+    /// Visible clusters by their fragments, in the same bins (fig. 6.10).
     pub clusters_by_fragments: Vec<u64>,
 }
 
@@ -51,7 +51,7 @@ pub struct Row {
     pub views: Views,
     pub assignment: String,
     pub counts: Counts,
-    /// Medians over the runs.
+    /// Milliseconds of each step, medians over the runs.
     pub ms: Steps,
     /// Pixels that differ in any bit from those of the first row with these lights and as many views.
     pub differing_pixels: usize,
@@ -75,7 +75,7 @@ pub struct Bench<'a> {
     pub stereo: [(&'a Camera, u32, u32); 2],
 }
 
-/// A scene with so many lights on the device.
+/// A scene on the device, and its number of lights.
 struct Lit {
     lights: usize,
     scene: GpuScene,
@@ -161,7 +161,7 @@ fn upload(renderer: &Renderer, scene: &Scene) -> Result<Lit, CliError> {
     Ok(Lit { lights: scene.lights.len(), scene: renderer.upload(scene)? })
 }
 
-/// Every light against every visible cluster of that view.
+/// Number of tests of every light against every visible cluster, by the row of these clusters, lights and views; `None` where it is missing.
 fn tests_of_all(rows: &[Row], clusters: &str, lights: usize, views: Views) -> Option<u64> {
     let row = rows.iter().find(|row| row.clusters == clusters && row.lights == lights && row.views == views)?;
     Some(row.counts.visible_clusters * lights as u64)

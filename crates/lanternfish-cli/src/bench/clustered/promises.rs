@@ -5,16 +5,16 @@ use serde::Serialize;
 use super::{configurations::Views, measure::Row};
 use crate::report::grouped;
 
-/// A ratio of counts, over every shape of clusters.
+/// A bound on a ratio of counts or times, and the ratios that every shape of clusters has.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Promise {
     pub what: &'static str,
     /// "at most" or "at least".
     pub bound: &'static str,
     pub limit: f64,
-    /// Each shape's, in the order of the rows; with the number of lights where several are compared.
+    /// Ratios, in the order of the rows, each with the name of its shape of clusters and its number of lights.
     pub ratios: Vec<(String, f64)>,
-    /// Of them, those that hold.
+    /// Number of ratios that are within the bound.
     pub held: usize,
 }
 
@@ -25,7 +25,7 @@ impl Promise {
         Self { what, bound, limit, ratios, held }
     }
 
-    /// In a line.
+    /// The promise and its least and greatest ratio, in one line.
     pub fn line(&self) -> String {
         let Self { what, bound, limit, ratios, held } = self;
         let by = |a: &&(String, f64), b: &&(String, f64)| a.1.total_cmp(&b.1);
@@ -42,7 +42,7 @@ fn figure(ratio: f64) -> String {
     if ratio < 10.0 { format!("{ratio:.2}") } else { format!("{ratio:.0}") }
 }
 
-/// Of all rows; a shape whose rows are not all there is left out.
+/// All promises, with ratios between rows that differ in one thing. A ratio that needs a missing row is left out.
 pub fn promises(rows: &[Row]) -> Vec<Promise> {
     let hierarchy = |row: &&Row| row.assignment == "hierarchy";
     // Each row of these views over the row of the same clusters and lights that `other` finds.

@@ -6,28 +6,28 @@ use serde::Serialize;
 /// Milliseconds of each step, all views and grids together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Steps {
-    /// Depth.
+    /// Depth prepass.
     pub prepass: f64,
-    /// Fragments of every cluster.
+    /// Counting the fragments of every cluster.
     pub mark: f64,
-    /// The list of visible clusters.
+    /// Making the list of visible clusters.
     pub compact: f64,
-    /// Lights to cluster space, sorted, the tree over them.
+    /// Moving lights to cluster space, sorting them, and building the tree over them.
     pub tree: f64,
-    /// Lights of every cluster, and where each list starts.
+    /// Counting the lights of every cluster, and finding where each list starts.
     pub count: f64,
-    /// The lists.
+    /// Writing the lists of lights.
     pub write: f64,
-    /// Shading, blended surfaces too.
+    /// Shading, including blended surfaces.
     pub shading: f64,
-    /// Sky and output.
+    /// All other passes: sky and output.
     pub other: f64,
 }
 
 pub const NAMES: [&str; 8] = ["prepass", "mark", "compact", "sort + tree", "count", "write", "shading", "other"];
 
 impl Steps {
-    /// Of a frame's passes, in their order.
+    /// The steps of a frame, from its passes in the order in which they ran.
     pub fn of(passes: &[PassTime]) -> Self {
         let mut steps = Self::default();
         // Two scans bear one name: after `flag` and after `count`.
@@ -56,12 +56,12 @@ impl Steps {
         steps
     }
 
-    /// In the order of [`NAMES`].
+    /// Milliseconds of the steps, in the order of [`NAMES`].
     pub fn values(&self) -> [f64; 8] {
         [self.prepass, self.mark, self.compact, self.tree, self.count, self.write, self.shading, self.other]
     }
 
-    /// Finding the lights: everything but drawing.
+    /// Milliseconds of finding the lights: everything but drawing.
     pub fn culling(&self) -> f64 {
         self.mark + self.compact + self.tree + self.count + self.write
     }

@@ -13,10 +13,10 @@ use serde::Serialize;
 use super::configurations::in_words;
 use crate::error::CliError;
 
-/// What takes longer is not run again.
+/// A build that takes longer is not run again.
 const LONG: Duration = Duration::from_secs(10);
 
-/// What building came to.
+/// Figures of building a set of images.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Built {
     pub group: &'static str,
@@ -25,7 +25,7 @@ pub struct Built {
     pub directions: usize,
     pub resolution: u32,
     pub supersampling: u32,
-    /// That the images are divided into: a ray looks into one, but a pass over rays is as many passes.
+    /// Number of chunks that the images are divided into: a ray looks into one chunk, but every pass over rays runs once for each.
     pub chunks: usize,
     /// Milliseconds a step, of the run that took least.
     pub sample_ms: f64,
@@ -40,9 +40,9 @@ pub struct Built {
     /// Fragments before merging, and after it.
     pub drawn: u64,
     pub kept: u64,
-    /// Of lists and fragments.
+    /// Bytes of lists and fragments.
     pub bytes: u64,
-    /// Against a draw for each direction, where that was asked for.
+    /// Holes compared with images drawn direction by direction, where that was asked for.
     pub holes: Option<HoleShares>,
 }
 

@@ -1,4 +1,4 @@
-//! What is measured: one list.
+//! The list of configurations that are measured.
 
 use lanternfish::settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, DirectionSet};
 
@@ -43,7 +43,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
         },
         Group {
             title: "Supersampling",
-            // Of the one builder that has it.
+            // Only the single-pass builder supersamples.
             rows: supersamplings
                 .iter()
                 .map(|n| DeepImageSettings { supersampling: *n, ..by(DeepBuilder::SinglePass, all) })
@@ -84,7 +84,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
     groups
 }
 
-/// What tells a configuration from others of as many directions and texels.
+/// Description of what tells a configuration from others of as many directions and texels.
 pub fn in_words(settings: &DeepImageSettings) -> String {
     let DeepImageSettings { builder, supersampling, store, depth, payload, .. } = settings;
     let mut words = builder.to_string();
@@ -103,17 +103,17 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     words
 }
 
-/// What images would come to, by others of the same supersampling: lists grow with the number of texels.
+/// Expected size of images, from others of the same supersampling: lists grow with the number of texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// Of one image's lists and fragments.
+    /// Bytes of one image's lists and fragments.
     pub bytes_a_direction: f64,
-    /// By which images are divided into chunks: so many that the fullest chunk fits.
+    /// Fragments a texel to expect when images are divided into chunks: so many that the fullest chunk fits.
     pub fragments_a_texel: u64,
 }
 
 impl Expected {
-    /// By the last images that were built; nothing, where there are none.
+    /// Expectation from the last images that were built with the same supersampling; `None` where there are none.
     pub fn of(settings: &DeepImageSettings, built: &[Built]) -> Option<Self> {
         let last = built.iter().rfind(|last| last.supersampling == settings.supersampling)?;
         let texels = |resolution: u32| f64::from(resolution).powi(2);
@@ -124,13 +124,13 @@ impl Expected {
         })
     }
 
-    /// How many directions fit.
+    /// Most directions whose images fit.
     pub fn most_directions(&self) -> u64 {
         (MOST_BYTES / self.bytes_a_direction) as u64
     }
 }
 
-/// With as many directions as fit, and images in as few chunks as they fit.
+/// The settings with as many directions as fit, at most those asked for, and images in as few chunks as they fit.
 pub fn fitted(mut settings: DeepImageSettings, built: &[Built]) -> DeepImageSettings {
     let Some(expected) = Expected::of(&settings, built) else { return settings };
     let fits = expected.most_directions();
@@ -168,7 +168,7 @@ mod tests {
         // Two a texel.
         assert_eq!(at(128, &built(1, 2 * 100 * 64 * 64)).fragments_a_texel, 6);
         assert_eq!(at(128, &built(1, 0)).fragments_a_texel, 1);
-        // Of a finer raster nothing is known.
+        // Nothing is known of images with another supersampling.
         let finer = DeepImageSettings { supersampling: 2, ..default };
         assert_eq!(fitted(finer, &built(1_000_000_000, 1)), finer);
     }

@@ -15,10 +15,10 @@ use super::{
 };
 use crate::error::CliError;
 
-/// One ray in so many goes through a software adapter's ray query, which is slow.
+/// One ray in this many goes through a software adapter's ray query, which is slow.
 const SOFTWARE_RAYS: usize = 8;
 
-/// What tracing came to.
+/// Figures of tracing rays through one structure.
 #[derive(Debug, Serialize)]
 pub struct Traced {
     pub group: &'static str,
@@ -30,7 +30,7 @@ pub struct Traced {
     /// Million rays a second, best of all runs, in random order and image by image.
     pub rate_random: f64,
     pub rate_by_direction: f64,
-    /// Of the distance to the first hit, relative to the exact ray's: median and 95th percentile where both hit.
+    /// Error of the distance to the first hit, relative to the exact ray's distance, where both hit: median and 95th percentile.
     pub error_median: f64,
     pub error_p95: f64,
     /// Shares of rays that miss what the exact ray meets, and meet something where it meets nothing.
@@ -39,7 +39,7 @@ pub struct Traced {
 }
 
 impl Bench {
-    /// Both tracers, and the exact structures where the group wants them.
+    /// Traces `rays` through the images in both ways, and through the exact structures where the group wants them.
     pub fn trace(
         &mut self,
         group: &Group,

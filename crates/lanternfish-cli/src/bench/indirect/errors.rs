@@ -4,27 +4,27 @@ use lanternfish::Picture;
 use lanternfish_metrics::{MetricsError, PIXELS_PER_DEGREE, Pair, RgbImage};
 use serde::Serialize;
 
-/// What a picture cost in quality.
+/// How far a picture is from others of the same view.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Errors {
-    /// Of its radiance over that of the same picture with the same rays through the BVH.
+    /// Sum of the picture's radiance over that of the same picture with the same rays through the BVH.
     pub energy_ratio: f64,
-    /// The same of indirect light alone: of what the picture has more than one without.
+    /// The same ratio for indirect light alone, which is what a picture has beyond one without indirect light.
     pub indirect_energy_ratio: f64,
-    /// Mean LDR-FLIP of what a display shows, against the same rays through the BVH: what the images cost.
+    /// Mean LDR-FLIP of what a display shows, against the picture with the same rays through the BVH: the error due to deep images.
     pub flip: f64,
-    /// The same against the mean of many frames through the BVH, without filter: noise, blur and jagged edges as well.
+    /// Mean LDR-FLIP against the mean of many frames through the BVH, without filter: noise, blur and jagged edges count as well.
     pub converged_flip: f64,
 }
 
 /// What a picture is compared with.
 #[derive(Clone, Copy, Debug)]
 pub struct Yardsticks<'a> {
-    /// With the same rays through the BVH.
+    /// The same picture with the same rays through the BVH.
     pub bvh: &'a Picture,
-    /// The sum of all its radiance but for indirect light.
+    /// Sum of the radiance of the same picture without indirect light.
     pub direct_energy: f64,
-    /// The mean of many frames.
+    /// The mean of many frames through the BVH, without filter.
     pub converged: &'a Picture,
 }
 

@@ -23,20 +23,20 @@ use super::{
 };
 use crate::{bench::forward_plus::rgb, error::CliError, parse::Size, progress::Progress};
 
-/// What one configuration came to.
+/// Figures of one configuration.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub brdf: Brdf,
     pub tracer: &'static str,
-    /// Of deep images, where rays go through them: an image serves two.
+    /// Directions of the deep images that rays go through, where they do; one image serves two directions.
     pub directions: Option<u32>,
     pub resolution: Option<u32>,
-    /// Of their lists and fragments.
+    /// Bytes of the deep images' lists and fragments.
     pub bytes: Option<u64>,
     pub filter_radius: u32,
     pub samples: u32,
     pub accumulate: u32,
-    /// Rays that count, of all frames.
+    /// Rays that count, summed over all frames.
     pub rays: u64,
     #[serde(flatten)]
     pub times: Times,
@@ -76,7 +76,7 @@ impl Row {
         })
     }
 
-    /// Filtered, without antialiasing.
+    /// Whether the row has the default filter and no antialiasing.
     pub fn is_plain(&self) -> bool {
         let filter_radius = Sampled::default().filter_radius;
         (self.filter_radius, self.samples, self.accumulate) == (filter_radius, 1, 1)
@@ -100,16 +100,16 @@ pub struct Measured {
 /// What every configuration shares.
 pub struct Bench<'a> {
     pub gpu: &'a Gpu,
-    /// For the report's pictures.
+    /// Folder of the report's pictures.
     pub folder: &'a Path,
     pub camera: &'a Camera,
     pub size: Size,
     pub runs: u32,
-    /// Lights and look.
+    /// Settings of lights and look, which configurations do not change.
     pub look: &'a Settings,
-    /// Frames of what pictures are compared with.
+    /// Number of frames whose mean is [`Yardsticks::converged`].
     pub converged_frames: u32,
-    /// Of each BRDF.
+    /// The scene with the materials of each BRDF, in the order of [`Brdf::ALL`].
     pub scenes: Vec<GpuScene>,
 }
 

@@ -1,4 +1,4 @@
-//! From the times of passes to figures.
+//! Sums the times of passes into figures.
 
 use lanternfish_gpu::PassTime;
 use serde::Serialize;
@@ -9,22 +9,23 @@ const SHADE: &str = "indirect/shade";
 /// Device time of one picture, all its frames, milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Times {
-    /// All rounds of rays.
+    /// Tracing all rounds of rays.
     pub trace_ms: f64,
     pub shade_ms: f64,
     pub resolve_ms: f64,
     pub filter_ms: f64,
-    /// Of building deep images in these frames: nothing where they were kept.
+    /// Building deep images in these frames; 0 where they were kept.
     pub images_ms: f64,
-    /// Everything but that.
+    /// All passes but those that build deep images.
     pub frame_ms: f64,
-    /// Rounds of the rays that count.
+    /// Tracing the rounds whose rays count: those after the skipped ones.
     pub counted_trace_ms: f64,
     pub counted_shade_ms: f64,
 }
 
 impl Times {
-    /// Of frames of `rounds` rays a pixel, the first `skipped` of which do not count.
+    /// Times of a picture, from the passes of its frames. Each frame traces `rounds` rounds of one ray a pixel; the first `skipped` of
+    /// them do not count for `counted_trace_ms` and `counted_shade_ms`.
     pub fn of(frames: &[Vec<PassTime>], rounds: u32, skipped: u32) -> Self {
         let mut times = Self::default();
         for passes in frames {

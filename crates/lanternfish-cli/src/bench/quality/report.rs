@@ -33,7 +33,7 @@ pub struct Report {
     pub driver: String,
     /// Whether the adapter is a processor.
     pub is_software: bool,
-    /// Of the command line: each truth says its own.
+    /// Samples a pixel that the command line asked for; each truth says how many it has.
     pub spp: u64,
     /// Frames that a time is the median of.
     pub runs: u32,
@@ -51,16 +51,16 @@ pub struct LeftOut {
 #[derive(Debug, Serialize)]
 pub struct ShotReport {
     pub name: &'static str,
-    /// Of the truths.
+    /// Width of the truths, pixels.
     pub width: u32,
     pub height: u32,
-    /// The renderer's picture is so many times larger, an edge.
+    /// How many times wider and higher than the truths the renderer's picture is.
     pub factor: u32,
     pub triangles: usize,
     pub lights: usize,
     pub attenuation: String,
     pub range_threshold: f32,
-    /// Stops.
+    /// Exposure at which pictures are compared, stops.
     pub exposure: f32,
     pub tone_map: String,
     pub truths: Vec<TruthFigures>,
@@ -196,8 +196,9 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r st
     ])
 }
 
-/// Energy of indirect light alone, over the truth's: of what the row's picture has more than the one without any. `noise`: of the truth's
-/// energy. None where there is no such picture, the row is it, or the truth's light is lost in its noise.
+/// Energy of indirect light over the truth's, where a picture's indirect light is what it has beyond the row without any. `noise`:
+/// standard deviation of the truth's energy, as a share of it. `None` where there is no such row, this row is it, or the truth's indirect
+/// light is lost in its noise.
 fn indirect_ratio(rows: &[Row], row: &Row, noise: f64) -> Option<f64> {
     let (none, direct) = direct_ratio(rows, row.truth)?;
     let ratio = row.figures.as_ref()?.errors.energy_ratio;
@@ -205,16 +206,16 @@ fn indirect_ratio(rows: &[Row], row: &Row, noise: f64) -> Option<f64> {
     (none.name != row.name && indirect > MOST_NOISE * noise).then(|| (ratio - direct) / indirect)
 }
 
-/// How many times its own noise a truth's indirect light is at least, where a share of it is said.
+/// How many times the truth's noise its indirect light must exceed, for the report to say how much of it a picture has.
 const MOST_NOISE: f64 = 4.0;
 
-/// The row without indirect light of a truth that has some, and its energy over the truth's.
+/// The row without indirect light that is compared with `truth`, and its energy over the truth's; `None` where the truth has no such row.
 fn direct_ratio<'r>(rows: &'r [Row], truth: &str) -> Option<(&'r Row, f64)> {
     let none = rows.iter().find(|row| row.truth == truth && WITHOUT_INDIRECT.contains(&&*row.name))?;
     Some((none, none.figures.as_ref()?.errors.energy_ratio))
 }
 
-/// The same columns of a truth: its own noise.
+/// The cells of [`COLUMNS`] for a truth: its own noise.
 pub fn truth_cells(shot: &ShotReport, truth: &TruthFigures) -> [String; 10] {
     let none = String::new;
     let indirect = direct_ratio(&shot.rows, truth.name).map(|(_, direct)| 1.0 - direct);

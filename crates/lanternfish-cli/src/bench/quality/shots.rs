@@ -19,9 +19,9 @@ pub struct Shot {
     /// `demo:NAME`, or a file below the shared assets.
     scene: &'static str,
     view: View,
-    /// Of the truth, pixels.
+    /// Size of the truth, pixels.
     pub size: Size,
-    /// How much larger the renderer's picture is, an edge, before it is box-averaged.
+    /// How many times wider and higher than the truth the renderer's picture is, before it is box-averaged.
     pub factor: u32,
     /// Point lights beside those of the scene: position, m, and intensity, cd.
     points: &'static [([f32; 3], [f32; 3])],
@@ -29,7 +29,7 @@ pub struct Shot {
     rain: u32,
     attenuation: Attenuation,
     range_threshold: f32,
-    /// At which FLIP looks, stops.
+    /// Exposure at which FLIP compares, stops.
     pub exposure: f32,
 }
 
@@ -37,7 +37,7 @@ pub struct Shot {
 enum View {
     /// One of the scene's cameras, by number.
     Camera(usize),
-    /// From, to, vertical angle of view in degrees.
+    /// Position of the eye and of its target, world space, m, and the vertical angle of view, degrees.
     At([f32; 3], [f32; 3], f32),
 }
 
@@ -45,7 +45,7 @@ const fn size(width: u32, height: u32) -> Size {
     Size { width, height }
 }
 
-/// `docs/shots/sponza-ten.toml`; a test compares.
+/// The point lights of `docs/shots/sponza-ten.toml`; a test holds the two together.
 const SPONZA_TEN: &[([f32; 3], [f32; 3])] = &[
     ([6.5, 2.0, -2.2], [60.0, 50.0, 40.0]),
     ([5.0, 1.2, 1.8], [15.0, 30.0, 60.0]),
@@ -73,7 +73,7 @@ const CORNELL_BLOCKS: Shot = Shot {
     exposure: 1.0,
 };
 
-/// The smallest first. Another scene, camera or size is another entry: rows of one shot are compared over time.
+/// All shots, the smallest first. Another scene, camera or size is another entry: rows of one shot are compared over time.
 pub const SHOTS: &[Shot] = &[
     Shot {
         name: "cornell",

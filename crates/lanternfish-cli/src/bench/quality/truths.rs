@@ -1,4 +1,4 @@
-//! What pictures should be: traced once, then read from the disk.
+//! Ground truths of the shots: traced once, then read from the disk.
 
 use std::{fs, path::Path, time::Instant};
 
@@ -21,7 +21,7 @@ use crate::{error::CliError, parse::Size, reference::fingerprint};
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
 const FORMAT: u32 = 1;
 
-/// Of the lights of [`Truth::DirectSoft`], m.
+/// Radius of the lights of [`Truth::DirectSoft`], m.
 pub const SOFT_RADIUS: f32 = 0.1;
 
 /// Names of the file's layers and attributes.
@@ -30,7 +30,7 @@ const FIRST_HALF: &str = "first_half";
 const DROPPED: &str = "lanternfish.dropped";
 
 named_enum! {
-    /// What a technique is judged by.
+    /// Ground truths that techniques are judged by.
     Truth {
         /// Light that comes from a punctual light by one reflection: nothing else shines.
         Direct = "direct",
@@ -122,7 +122,7 @@ impl Truth {
         }
     }
 
-    /// The shot's settings, but that a share is seen as it is.
+    /// The shot's settings; for truths that are shares of light, without exposure and tone map.
     pub fn seen(self, shot: &Settings) -> Settings {
         match self {
             Self::Direct
@@ -179,7 +179,7 @@ impl Truth {
     }
 }
 
-/// Surfaces that send nothing of their own.
+/// Makes all surfaces send no light of their own.
 fn darken(scene: &mut Scene) {
     for material in &mut scene.materials {
         material.emissive = Vec3::ZERO;
@@ -189,8 +189,8 @@ fn darken(scene: &mut Scene) {
     }
 }
 
-/// White, diffuse surfaces under a white sky, and no other light: what they send is how open they are. Blended surfaces go:
-/// what they close is a matter of taste.
+/// Makes all surfaces white and diffuse under a white sky, without other light: what they send is how open they are. Blended
+/// surfaces go: what they close is a matter of taste.
 fn make_white(scene: &mut Scene) {
     scene.lights.clear();
     (scene.sky, scene.environment) = (Vec3::ONE, None);
@@ -199,7 +199,7 @@ fn make_white(scene: &mut Scene) {
         if material.is_blended() {
             (material.alpha_mode, material.transmission, alpha) = (AlphaMode::Blend, 0.0, 0.0);
         }
-        // Of a texture, alpha alone counts: holes are there.
+        // A texture keeps its alpha alone: holes are there.
         if let Some(texture) = material.base_color_texture {
             let image = &mut scene.images[scene.textures[texture.texture].image];
             image.rgba.chunks_exact_mut(4).for_each(|texel| texel[..3].fill(255));
@@ -219,7 +219,7 @@ pub struct Traced {
     pub figures: TruthFigures,
 }
 
-/// Of a truth. Errors below its noise say nothing.
+/// What the report says about a truth. Errors below the truth's noise say nothing.
 #[derive(Clone, Debug, Serialize)]
 pub struct TruthFigures {
     pub name: &'static str,
@@ -229,9 +229,9 @@ pub struct TruthFigures {
     /// Its picture, below the report's folder.
     pub picture: String,
     pub spp: u64,
-    /// Whether an earlier run left it.
+    /// Whether an earlier run traced it.
     pub reused: bool,
-    /// Of tracing, 0 where it was reused.
+    /// Seconds that tracing took; 0 where the truth was reused.
     pub seconds: f64,
     /// Samples that were not finite and count as black: not zero is a fault.
     pub dropped: u64,
@@ -245,15 +245,15 @@ pub struct TruthFigures {
     pub noise_flip: f64,
 }
 
-/// What a truth is of.
+/// The view of a scene that truths are traced of.
 pub struct Subject<'s> {
     pub name: &'s str,
-    /// [`Truth::scene`].
+    /// The scene as [`Truth::scene`] prepared it.
     pub scene: &'s Scene,
     pub camera: &'s Camera,
     pub size: Size,
     pub settings: &'s Settings,
-    /// Of the command line.
+    /// Samples a pixel that the command line asks for; [`Truth::samples`] makes the truth's number from it.
     pub spp: u64,
 }
 
@@ -299,10 +299,10 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
     Ok(Traced { mean: layers.mean, figures })
 }
 
-/// What the file holds.
+/// What a truth's file holds.
 struct Layers {
     mean: RgbImage,
-    /// Of the mean.
+    /// Variance of each value of `mean`.
     variance: RgbImage,
     /// Mean of the first ⌊spp / 2⌋ samples.
     first_half: RgbImage,
@@ -349,7 +349,7 @@ impl Layers {
         Ok(Film::resume(*width, &vec![spp; *height], pixels, &self.variance.pixels)?.noise().relative)
     }
 
-    /// As `ImageErrors::relative_mse` of an exact picture against this one is expected to be.
+    /// Expected `ImageErrors::relative_mse` of an exact picture against this one.
     fn relative_mse(&self) -> f64 {
         let values = self.mean.pixels.iter().flatten().zip(self.variance.pixels.iter().flatten());
         let errors =
@@ -357,7 +357,8 @@ impl Layers {
         errors.sum::<f64>() / (3 * self.mean.pixels.len()) as f64
     }
 
-    /// Pixels are independent; channels of one, which are of one path, are taken to err together.
+    /// Standard deviation of the picture's energy, as a share of the energy. Pixels are independent; the channels of one pixel, which
+    /// share their paths, are taken to err together.
     fn energy_deviation(&self) -> f64 {
         let deviation = |pixel: &[f32; 3]| pixel.iter().map(|variance| f64::from(*variance).sqrt()).sum::<f64>();
         let variance: f64 = self.variance.pixels.iter().map(|pixel| deviation(pixel).powi(2)).sum();
