@@ -68,7 +68,7 @@ pub fn uniform_buffer_of<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &s
     })
 }
 
-/// All of a new texture.
+/// A view of a whole new texture: all its levels and layers.
 pub fn texture_of(device: &wgpu::Device, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
     made::count(|made| made.textures += 1);
     device.create_texture(wanted).create_view(&Default::default())
@@ -98,7 +98,7 @@ pub fn read_back<T: bytemuck::Pod>(
     with_mapped(device, &staging, |data| bytemuck::pod_collect_to_vec(&data[..bytes as usize]))
 }
 
-/// Most bytes that wait to be read at a time.
+/// Size of the buffer that textures are read through, bytes, at most; a row needs its own size at least.
 const READ_BYTES: u64 = 64 << 20;
 
 /// Waits for the device and copies level 0 of a 2D texture, rows tightly packed.
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn gpu_devices_are_told_apart_and_a_lost_one_is_itself() {
         let Some(gpu) = testing::gpu("gpu_devices_are_told_apart_and_a_lost_one_is_itself") else { return };
-        // Of an instance of its own, whose first device has the number of the other's first.
+        // A device of an instance of its own. The first device of every instance has the same number.
         let other = Gpu::open(&AdapterChoice::Auto).unwrap();
         assert!(
             is_same_device(&gpu.device, &gpu.device.clone()) && is_same_device(&other.device, &other.device.clone())

@@ -7,7 +7,7 @@ use crate::{
     pool::Use,
 };
 
-/// What a pass cost.
+/// Device time of a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
     /// The pass's label, a path.
@@ -20,7 +20,7 @@ pub struct PassTime {
 pub struct Profiler {
     inner: GpuProfiler,
     period: f32,
-    /// Whether dispatches that share a pass can be timed each by itself, or nothing is timed.
+    /// Whether dispatches may share a pass: each can then be timed by itself, or nothing is timed at all.
     shares_passes: bool,
     compute_passes: u64,
 }
@@ -32,7 +32,7 @@ impl std::fmt::Debug for Profiler {
 }
 
 impl Profiler {
-    /// For frames of this device.
+    /// A profiler for frames of this device.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
         let inner = GpuProfiler::new(device, settings).expect("the settings are valid");
@@ -41,7 +41,8 @@ impl Profiler {
         Self { inner, period: queue.get_timestamp_period(), shares_passes, compute_passes: 0 }
     }
 
-    /// Compute passes of all frames so far. Dispatches behind each other share one.
+    /// Number of compute passes in all frames so far. Dispatches that follow each other share one, where that does not keep them from
+    /// being timed.
     pub fn compute_passes(&self) -> u64 {
         self.compute_passes
     }
@@ -57,9 +58,9 @@ impl Profiler {
 /// One frame's commands while they are recorded.
 #[derive(Debug)]
 pub struct Frame<'a> {
-    /// Where pipelines and what frames do not share come from.
+    /// Device that the frame runs on.
     pub device: &'a wgpu::Device,
-    /// For small uploads before the frame runs.
+    /// Queue that the frame is submitted to; what is written with it arrives before the frame runs.
     pub queue: &'a wgpu::Queue,
     encoder: wgpu::CommandEncoder,
     /// The compute pass in hand, which the next dispatch shares.
@@ -71,9 +72,9 @@ pub struct Frame<'a> {
 /// Where a frame's buffers, textures and bind groups come from.
 #[derive(Debug)]
 pub(crate) enum FramePool<'a> {
-    /// Of this frame alone.
+    /// A pool that this frame alone uses.
     Own(Box<Pool>),
-    /// Of the frames before and after it too.
+    /// A pool that frames before and after this one use too.
     Shared(&'a mut Pool),
 }
 
@@ -125,23 +126,23 @@ impl<'a> Frame<'a> {
         Self { device, queue, encoder, pass: None, profiler, pool }
     }
 
-    /// A storage buffer of at least `bytes` that holds anything: for what is written before it is read. Its length says nothing.
-    /// An error when one binding of the device holds less.
+    /// A storage buffer of at least `bytes` with undefined content: for what is written before it is read. It may be longer than asked
+    /// for. An error when one binding of the device holds less.
     pub fn scratch(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffers.get(Use::Scratch, label, bytes)
     }
 
-    /// The same, all of it zero.
+    /// A storage buffer of at least `bytes` that is all zero at first; otherwise as [`Self::scratch`].
     pub fn zeroed(&mut self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffers.get(Use::Zeroed, label, bytes)
     }
 
-    /// A storage buffer of three u32 that hold anything at first, from which [`Self::dispatch_indirect`] can read.
+    /// A storage buffer of at least three u32 with undefined content, from which [`Self::dispatch_indirect`] can read.
     pub fn indirect(&mut self, label: &str) -> Result<wgpu::Buffer, GpuError> {
         self.pool.buffers.get(Use::Indirect, label, 16)
     }
 
-    /// A storage buffer that begins with this content, when the commands run. Its length says nothing.
+    /// A storage buffer that begins with this content when the commands run. It may be longer than the content.
     pub fn storage_of<T: bytemuck::NoUninit>(&mut self, label: &str, content: &[T]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.scratch(label, size_of_val(content) as u64)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(content));
@@ -153,7 +154,7 @@ impl<'a> Frame<'a> {
         self.pool.uniforms.get(bytemuck::bytes_of(content))
     }
 
-    /// All of a texture that holds anything at first.
+    /// A view of a whole texture, whose content is undefined at first.
     pub fn texture(&mut self, wanted: &wgpu::TextureDescriptor<'_>) -> wgpu::TextureView {
         self.pool.textures.get(self.device, wanted)
     }
@@ -174,7 +175,7 @@ impl<'a> Frame<'a> {
         self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::Are(workgroups)));
     }
 
-    /// The same with the number of workgroups, three u32, in a buffer that may be bound for that ([`Self::indirect`]).
+    /// Adds a dispatch whose number of workgroups, three u32, is read from a buffer that allows it ([`Self::indirect`]).
     pub fn dispatch_indirect(&mut self, kernel: &ComputeKernel, bindings: &Bindings<'_>, workgroups: &wgpu::Buffer) {
         self.compute(kernel, |groups, pass| kernel.dispatch(groups, pass, bindings, Workgroups::In(workgroups)));
     }
@@ -227,7 +228,7 @@ impl<'a> Frame<'a> {
 
     /// Hands the commands so far to the device, waits for them, and reads the first `count` elements of a buffer.
     ///
-    /// Passes before and after it belong to the same frame's times.
+    /// Passes before and after this call are timed as one frame.
     pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
         let bytes = (count * size_of::<T>()) as u64;
         let copied = bytes.next_multiple_of(4);

@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReferenceError {
-    /// The scene is not as its documentation promises.
+    /// The scene breaks a rule that its documentation states.
     #[error("the scene is unsound: {what}")]
     InvalidScene {
         /// The first fault.
@@ -16,21 +16,21 @@ pub enum ReferenceError {
     /// A setting is out of range.
     #[error("{setting}: {got}; {remedy}")]
     InvalidSetting {
-        /// Which.
+        /// Name of the setting.
         setting: &'static str,
         /// What was given.
         got: String,
         /// What may be given.
         remedy: &'static str,
     },
-    /// Pixels to go on from do not fit the image.
+    /// The lists of pixels to resume from are not of the image's size.
     #[error("{got} pixels to go on from, for an image of {width}×{height}")]
     PixelCount {
-        /// Pixels given.
+        /// Number of pixels given.
         got: usize,
-        /// Of the image.
+        /// Width of the image, pixels.
         width: usize,
-        /// Of the image.
+        /// Height of the image, pixels.
         height: usize,
     },
 }

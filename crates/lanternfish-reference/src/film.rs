@@ -1,13 +1,13 @@
-//! Samples gathered a pixel: mean and variance.
+//! The film: sums of each pixel's samples, and the mean and variance that they give.
 
 use crate::ReferenceError;
 
 /// Sums of one pixel's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
-    /// A channel each.
+    /// Sum of the samples, by channel.
     pub value: [f64; 3],
-    /// Of squares.
+    /// Sum of the samples' squares, by channel.
     pub square: [f64; 3],
 }
 
@@ -20,12 +20,12 @@ impl Sums {
         }
     }
 
-    /// Zero without samples.
+    /// Mean of the samples, by channel; zero without samples.
     fn mean(&self, samples: u64) -> [f64; 3] {
         self.value.map(|value| value / (samples as f64).max(1.0))
     }
 
-    /// Of the mean; infinite below two samples.
+    /// Unbiased variance of the mean, by channel; infinite below two samples.
     fn variance(&self, samples: u64) -> [f64; 3] {
         if samples < 2 {
             return [f64::INFINITY; 3];
@@ -40,13 +40,13 @@ impl Sums {
 pub struct Film {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// Of each row's pixels.
+    /// Number of samples that each pixel of a row has had, by row from the top.
     pub(crate) samples: Vec<u64>,
     pub(crate) pixels: Vec<Sums>,
     pub(crate) dropped: u64,
 }
 
-/// How far an image is from its limit, as far as its own samples tell.
+/// Expected error of an image, estimated from its own samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Root of the mean over pixels and channels of variance of the mean / (mean² + 0.01 m²), where m is the mean of the whole
@@ -55,7 +55,7 @@ pub struct Noise {
 }
 
 impl Film {
-    /// Black, without samples. Neither side may be zero.
+    /// A black film without samples, `width` × `height` pixels. An error where either side is zero.
     pub fn new(width: usize, height: usize) -> Result<Self, ReferenceError> {
         if width == 0 || height == 0 {
             return Err(ReferenceError::InvalidSetting {
@@ -68,9 +68,9 @@ impl Film {
         Ok(Self { width, height, samples, pixels, dropped: 0 })
     }
 
-    /// What there was: the samples of each row's pixels, their mean and the variance of that mean, as [`Film::row_samples`],
-    /// [`Film::mean`] and [`Film::variance`] gave them. The sums are those before the interruption but for the rounding of 32
-    /// bits.
+    /// A film as it was before an interruption: from the samples of each row's pixels, their mean and the variance of that mean, as
+    /// [`Film::row_samples`], [`Film::mean`] and [`Film::variance`] gave them. Its sums are those of then, but for the rounding of
+    /// 32 bits. An error where a list is not of all pixels.
     pub fn resume(
         width: usize,
         row_samples: &[u64],
@@ -119,7 +119,7 @@ impl Film {
         self.samples.iter().all(|samples| *samples == self.samples[0])
     }
 
-    /// Samples of all pixels.
+    /// Number of samples, summed over all pixels.
     pub fn sample_count(&self) -> u64 {
         self.width as u64 * self.samples.iter().sum::<u64>()
     }
@@ -139,7 +139,7 @@ impl Film {
         self.sums().map(|(sums, samples)| sums.variance(samples).map(|v| v as f32)).collect()
     }
 
-    /// Every pixel's, and the number of its samples.
+    /// The sums of every pixel, rows from the top, and the number of its samples.
     fn sums(&self) -> impl Iterator<Item = (&Sums, u64)> {
         let rows = self.pixels.chunks_exact(self.width).zip(&self.samples);
         rows.flat_map(|(row, samples)| row.iter().map(|sums| (sums, *samples)))

@@ -1,11 +1,11 @@
-//! What can be chosen.
+//! Settings of the path tracer.
 
 use lanternfish_scene::{
     named_enum,
     shading::{Attenuation, Materials},
 };
 
-/// What is computed and how.
+/// What the path tracer computes, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// What a pixel shows.
@@ -13,18 +13,18 @@ pub struct Settings {
     /// Longest path, in segments from the camera on: 1 shows emitters only, 2 direct light, 3 one bounce; at least 1. Higher:
     /// more of the light, slower.
     pub max_depth: u32,
-    /// Which surfaces are shaded.
+    /// Materials that surfaces are shaded with.
     pub materials: Materials,
     /// How punctual lights fall off.
     pub attenuation: Attenuation,
     /// Intensity at which a light without a stated range ends: see [`lanternfish_scene::Light::effective_range`].
     pub range_threshold: f32,
-    /// Of point and spot lights, m, 0 or more: of a disk around the centre that faces the surface, from each point of which the
-    /// centre's irradiance comes. 0: they are points. Directional lights have none.
+    /// Radius of point and spot lights, m, 0 or more. Such a light is a disk around its centre that faces the surface; what arrives from
+    /// each point of it is what would arrive from the centre. 0: lights are points. Directional lights have no radius.
     pub light_radius: f32,
     /// How one of many lights is chosen at a surface. The mean is the same.
     pub light_choice: LightChoice,
-    /// Another seed: other noise, the same mean.
+    /// Seed of the random numbers. Another seed: other noise, the same mean.
     pub seed: u64,
 }
 
@@ -57,7 +57,7 @@ pub enum Integrator {
     /// The same with occluders at distance d < `max_distance` (m, > 0) weighed by 1 − (d / `max_distance`)², as
     /// screen-space methods do [Aalund2015, §3.3].
     Obscurance {
-        /// From here on nothing occludes, m.
+        /// Distance from which on nothing occludes, m.
         max_distance: f32,
     },
     /// The shading normal, world space, (n + 1) / 2; 0 where there is no surface.

@@ -20,28 +20,28 @@ pub struct Camera {
 /// How a view is projected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Through a point. The far plane is at infinity.
+    /// Perspective projection, symmetric about the view axis. The far plane is at infinity.
     Perspective {
         /// Full vertical angle, radians, in (0, π): 45° are `45f32.to_radians()`.
         fov_y: f32,
         /// Distance of the near plane, m, > 0.
         near: f32,
     },
-    /// Through a point, off the axis if need be: an eye of a head-mounted display, a part of a larger picture. Pixels need
-    /// not be square. The far plane is at infinity.
+    /// Perspective projection that may be off the view axis: an eye of a head-mounted display, a part of a larger picture. Pixels
+    /// need not be square. The far plane is at infinity.
     Frustum {
-        /// Slope of the left side: x over distance.
+        /// Slope of the left side, view space: x over distance along the view axis.
         left: f32,
-        /// Of the right side, > left.
+        /// Slope of the right side, x over distance; > left.
         right: f32,
-        /// Of the bottom: y over distance.
+        /// Slope of the bottom, y over distance.
         bottom: f32,
-        /// Of the top, > bottom.
+        /// Slope of the top, y over distance; > bottom.
         top: f32,
         /// Distance of the near plane, m, > 0.
         near: f32,
     },
-    /// Along parallel lines.
+    /// Orthographic projection, along parallel lines.
     Orthographic {
         /// Half the height of the view, m, > 0.
         half_height: f32,
@@ -66,7 +66,7 @@ impl Projection {
         }
     }
 
-    /// Whether it shows anything; if not, the field that is wrong.
+    /// Checks that the projection shows anything; the error says which field is wrong, and what is meant.
     fn validate(&self) -> Result<(), String> {
         let is_distance = |x: f32| x > 0.0 && x.is_finite();
         match *self {
@@ -107,15 +107,16 @@ impl Projection {
 }
 
 impl Camera {
-    /// At `eye`, looking at `target`, +y up as far as that goes (looking straight up or down, −z is up).
+    /// A camera at `eye` that looks at `target`, world space, m; +y is up as far as that goes (looking straight down, −z is up; straight
+    /// up, +z).
     ///
     /// `eye` and `target` must differ: else the camera looks nowhere, and is refused where it is used ([`Camera::validate`]).
     pub fn look_at(eye: Vec3, target: Vec3, projection: Projection) -> Self {
         Self::looking_along(eye, target - eye, projection)
     }
 
-    /// At `eye`, looking along `direction`, which need not be of unit length: far from the origin a target near the eye may be the
-    /// eye itself.
+    /// A camera at `eye` that looks along `direction`, which need not be of unit length: far from the origin a target near the eye may be
+    /// the eye itself.
     pub(crate) fn looking_along(eye: Vec3, direction: Vec3, projection: Projection) -> Self {
         let back = -direction.normalize();
         let up = if back.y.abs() > 0.999_999 { Vec3::NEG_Z * back.y.signum() } else { Vec3::Y };
@@ -124,7 +125,7 @@ impl Camera {
         Self { name: String::new(), world_from_camera: Affine3A::from_mat3_translation(rotation, eye), projection }
     }
 
-    /// Whether there is a view through it; if not, what is wrong, by the field's name, and how it is put right.
+    /// Checks that there is a view through the camera; the error names the field that is wrong, and says how it is put right.
     pub fn validate(&self) -> Result<(), String> {
         let (axes, eye) = (self.world_from_camera.matrix3, self.eye());
         if eye.is_nan() || eye.abs().max_element() > Scene::FARTHEST {
@@ -145,7 +146,7 @@ impl Camera {
         self.projection.validate()
     }
 
-    /// Where the camera is, world space.
+    /// Position of the camera, world space, m.
     pub fn eye(&self) -> Vec3 {
         self.world_from_camera.translation.into()
     }

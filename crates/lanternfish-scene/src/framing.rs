@@ -4,10 +4,10 @@ use glam::{Affine3A, Mat3, Vec2, Vec3, Vec3A};
 
 use crate::{Bounds, Camera, Projection, Scene, named_enum, near_plane};
 
-/// Share of the tighter side of a picture that what is framed takes.
+/// Share of the picture's tighter side that a framed object takes.
 const FILL: f32 = 0.8;
 
-/// From where a scene is looked at unless somebody says: the front, a little from the right and above.
+/// Default direction towards the eye, any length: from the front, a little from the right and above.
 const THREE_QUARTER: Vec3 = Vec3::new(0.4, 0.3, 1.0);
 
 named_enum! {
@@ -30,7 +30,7 @@ named_enum! {
 }
 
 impl Viewpoint {
-    /// From what is looked at to the eye, unit length.
+    /// Direction from the scene towards the eye, world space, unit length.
     pub fn towards_eye(self) -> Vec3 {
         match self {
             Self::Front => Vec3::Z,
@@ -84,13 +84,13 @@ impl Camera {
 /// The four planes through an eye that hold what is framed: a picture of which a border is left free. Whatever the eye,
 /// their slopes are known, and so is how far out each of them is.
 struct Frame {
-    /// What coordinates are relative to, so that a float holds them far from the origin: world space, m.
+    /// Point that coordinates are relative to, so that a float holds them far from the origin; world space, m.
     center: Vec3,
     world_from_turned: Mat3,
-    /// Of the planes, along x and y.
+    /// Slopes of the planes, x and y over distance along the view axis: those of the picture's sides times [`FILL`].
     slope: Vec2,
-    /// max(x + slope z) and so on, for the planes to the right, top, left and bottom: z points towards the eye. Then
-    /// max(z).
+    /// How far out the points are, m: max(x + slope z) and so on, for the planes to the right, top, left and bottom, where z points
+    /// towards the eye; then max(z).
     reach: [f32; 5],
 }
 
@@ -103,7 +103,7 @@ impl Frame {
         Self { center, world_from_turned, slope, reach: [f32::NEG_INFINITY; 5] }
     }
 
-    /// How far out these points are.
+    /// How far out these points are, as the field `reach` has it.
     fn reach(&self, points: &[Vec3], world_from_points: &Affine3A) -> [f32; 5] {
         let center = Affine3A::from_translation(-self.center);
         let turned = Affine3A::from_mat3(self.world_from_turned.transpose()) * center * *world_from_points;
@@ -126,7 +126,7 @@ impl Frame {
         self.reach = std::array::from_fn(|i| self.reach[i].max(outer[i]));
     }
 
-    /// The nearest camera whose planes hold everything. Opposite planes are equally far from the points they are next to.
+    /// The nearest camera whose planes hold all points. Opposite planes are equally far from the points that they are next to.
     fn camera(&self, bounds: &Bounds, fov_y: f32) -> Camera {
         let [right, top, left, bottom, nearest] = self.reach;
         let near = near_plane(bounds);

@@ -9,13 +9,13 @@ use crate::sight::{Face, look};
 use crate::{Camera, Environment, Light, Material, Scene, linear_from_srgb, named_enum};
 
 named_enum! {
-    /// Light that is added to a scene.
+    /// Built-in lighting that can be added to a scene.
     LightRig {
         /// Soft boxes and a calm backdrop, and where no light from outside comes in, a lamp.
         Studio = "studio": "Soft boxes and a grey backdrop; in a closed room, a lamp",
         /// A sun from the camera's side and a sky.
         Sun = "sun": "A sun over the left shoulder, and a sky",
-        /// None.
+        /// No light is added.
         None = "none": "None: the scene as it is",
     }
 }
@@ -42,7 +42,7 @@ impl LightRig {
     }
 }
 
-/// Light that surfaces have to send on average, nits, to light a scene: a third of what the lamp of the Cornell box is.
+/// Mean luminance over all surfaces from which on they light a scene, nits: a third of what the lamp of the Cornell box comes to.
 const LIT_BY_EMISSION: f64 = 0.03;
 /// Luminance above which a glowing surface counts as a lamp, nits: brighter than a white sheet in good light. Labels and
 /// displays are not.
@@ -81,9 +81,9 @@ fn mean_luminance(scene: &Scene) -> f64 {
     if area > 0.0 { light / area } else { 0.0 }
 }
 
-/// Mean luminance of a glowing material, nits.
+/// Mean luminance that a material emits, nits; 0 where it glows no brighter than [`LAMP`].
 fn emission(scene: &Scene, material: &Material) -> f64 {
-    /// Texels that are read, evenly: enough for a mean.
+    /// Most texels that are read, evenly spaced: enough for a mean.
     const MOST: usize = 1 << 14;
     if luminance(material.emissive) <= LAMP {
         return 0.0;
@@ -94,30 +94,30 @@ fn emission(scene: &Scene, material: &Material) -> f64 {
         let read = texels.iter().step_by(step).map(|[r, g, b, _]| Vec3::from([r, g, b].map(|c| linear_from_srgb(*c))));
         read.sum::<Vec3>() / texels.len().div_ceil(step) as f32
     });
-    // Of the brightest lamp it is beyond what 32 bits hold.
+    // In double precision: the luminance of the brightest lamp is beyond what 32 bits hold.
     material.emissive.as_dvec3().dot((mean * LUMINANCE).into())
 }
 
-/// Shares of linear Rec. 709 colours.
+/// Weights of red, green and blue in the luminance of a linear Rec. 709 colour.
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
-/// Of a linear Rec. 709 colour.
+/// Luminance of a linear Rec. 709 colour, in the colour's unit.
 fn luminance(color: Vec3) -> f32 {
     color.dot(LUMINANCE)
 }
 
 /// A box of soft light.
 struct SoftBox {
-    /// Where it is, in the camera's frame: x right, y up, z towards who looks; any length.
+    /// Direction towards the middle of the box in the camera's frame: x right, y up, z towards who looks; any length.
     towards: Vec3,
-    /// Half its width and height, as slopes.
+    /// Half the box's width and height, as slopes about `towards`.
     half: [f32; 2],
-    /// nits.
+    /// Radiance, linear Rec. 709, nits.
     radiance: Vec3,
 }
 
-/// From the upper left of the camera the key, warm; from the right a weaker fill; from behind on the right, above what a
-/// camera sees, the rim, cool; a broad one overhead.
+/// The studio's lights: a warm key light from the upper left of the camera; a weaker fill light from the right; a cool rim light from
+/// behind on the right, above what a camera sees; a broad one overhead.
 const BOXES: [SoftBox; 4] = [
     SoftBox { towards: Vec3::new(-0.75, 0.75, 0.75), half: [0.5, 0.5], radiance: Vec3::new(4.9, 4.7, 4.4) },
     SoftBox { towards: Vec3::new(1.0, 0.15, 0.55), half: [0.35, 0.7], radiance: Vec3::new(1.15, 1.2, 1.25) },
@@ -183,12 +183,12 @@ pub fn sun(camera: &Camera) -> Light {
     Light { name: "sun of the rig".to_owned(), ..Light::directional(-towards, Vec3::new(3.0, 2.85, 2.6)) }
 }
 
-/// Radiance of the sky that goes with [`sun`], nits: a third of the light of a level ground.
+/// Radiance of the sky that goes with [`sun`], linear Rec. 709, nits: it gives level ground a third of its light.
 pub fn sky() -> Vec3 {
     Vec3::new(0.26, 0.32, 0.42)
 }
 
-/// Cells a side of what is ahead of a camera.
+/// Cells a side into which the view ahead of a camera is divided to measure depths.
 const CELLS: usize = 8;
 
 /// A lamp for a camera in a closed room, to which no light from outside comes (see [`Camera::is_enclosed`]); `None`

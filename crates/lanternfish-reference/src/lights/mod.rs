@@ -213,15 +213,16 @@ fn emission(world: &World, triangle: usize, materials: Materials) -> f32 {
 /// What reaches a point from a punctual light: `lights/light.wesl` as plain Rust.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incidence {
-    /// Towards the light, unit.
+    /// Direction towards the light, world space, unit.
     pub wi: DVec3,
-    /// From the point to the light, m; infinite for directional lights.
+    /// Distance from the point to the light, m; infinite for directional lights.
     pub distance: f32,
-    /// On a surface that faces the light, lx.
+    /// Irradiance of a surface that faces the light, linear Rec. 709, lx.
     pub irradiance: Vec3,
 }
 
-/// What reaches `p` from `light`, shadows aside. KHR_lights_punctual's cone is the square of a ramp in the cosine.
+/// What reaches the point `p` (world space, m) from `light`, shadows aside. KHR_lights_punctual's cone is the square of a ramp in the
+/// cosine.
 pub fn incidence(light: &Light, p: Vec3A, attenuation: Attenuation, range_threshold: f32) -> Incidence {
     if light.kind == LightKind::Directional {
         return Incidence { wi: -light.direction.as_dvec3(), distance: f32::INFINITY, irradiance: light.intensity };

@@ -12,19 +12,19 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-/// A pass that pairs fewer than one of so many clusters is done by order instead.
+/// A pass that makes fewer pairs than one for this many clusters pairs neighbours by order instead.
 const LEAST_SHARE: usize = 16;
-/// Few enough clusters for one pair a pass.
+/// Number of clusters up to which a pass may make a single pair.
 const FEW: usize = 64;
-/// Clusters that one task looks at, at least.
+/// Least number of clusters in a task of a thread.
 const TASK: usize = 2048;
 
-/// Where a cluster looks for its like.
+/// How a cluster finds the one that it is joined with.
 #[derive(Clone, Copy, Debug)]
 pub enum Search {
-    /// Among so many to either side; among one in the first passes.
+    /// Searches `radius` clusters to either side in the order; one to either side in the first `narrow_passes`.
     Near { radius: usize, narrow_passes: usize },
-    /// Nowhere: neighbours by order become one, so that the tree is as flat as can be.
+    /// Joins neighbours in the order without a search, so that the tree is as flat as can be.
     Halves,
 }
 
@@ -81,14 +81,15 @@ pub fn tree(boxes: &[Aabb], order: &[u32], search: Search) -> Bvh2 {
     Bvh2 {
         nodes,
         primitive_indices: (0..count as u32).collect(),
-        // Of a stack that drops what is too deep; one that is made to measure ends the process.
+        // With this depth obvhs walks the tree with a stack of fixed size, which drops what is too deep. Its stack for deeper trees panics
+        // where it is full.
         max_depth: DEFAULT_MAX_STACK_DEPTH,
         children_are_ordered_after_parents: true,
         ..Bvh2::default()
     }
 }
 
-/// For each cluster, which of those within `radius` makes the smallest box with it; of equals the last.
+/// Writes to `partners`, for each cluster, the one within `radius` that makes the smallest box with it; the last of several.
 fn choose(clusters: &[Bvh2Node], partners: &mut [u32], radius: usize) {
     let best = |i: usize| {
         let (first, end) = (i.saturating_sub(radius), (i + radius + 1).min(clusters.len()));
@@ -105,14 +106,14 @@ fn choose(clusters: &[Bvh2Node], partners: &mut [u32], radius: usize) {
     partners.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, partner)| *partner = best(i));
 }
 
-/// Clusters that choose each other, two counted as one.
+/// Number of pairs of clusters that choose each other.
 fn pairs(partners: &[u32]) -> usize {
     let is_first =
         |(i, partner): &(usize, &u32)| **partner as usize > *i && partners[**partner as usize] as usize == *i;
     partners.iter().enumerate().filter(is_first).count()
 }
 
-/// Each with the next; the last of an odd number stays alone.
+/// Pairs each cluster with the next in the order; the last of an odd number stays alone.
 fn pair_neighbours(partners: &mut [u32]) {
     let count = partners.len();
     for (i, partner) in partners.iter_mut().enumerate() {

@@ -33,16 +33,16 @@ impl FileError {
     }
 }
 
-/// The scene's folder, and what may be read from there.
+/// Reads the files of a scene: its folder, what may be read from there, and the memory that it may take.
 pub(crate) struct Files<'a> {
     pub budget: &'a Budget,
     folder: PathBuf,
-    /// Where every file must be, without links; `None`: anywhere.
+    /// Folder, links resolved, that every file must be in; `None`: files may be anywhere.
     confined_to: Option<PathBuf>,
 }
 
 impl<'a> Files<'a> {
-    /// Of the scene at `path`.
+    /// The files beside the scene at `path`. An error where `options` confine them to its folder, and that cannot be resolved.
     pub fn beside(path: &Path, options: &LoadOptions, budget: &'a Budget) -> Result<Self, SceneError> {
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let real = || if folder.as_os_str().is_empty() { Path::new(".") } else { &folder }.canonicalize();
@@ -50,12 +50,12 @@ impl<'a> Files<'a> {
         Ok(Self { budget, folder, confined_to })
     }
 
-    /// The scene file itself.
+    /// The content of the scene file itself.
     pub fn scene(&self, path: &Path) -> Result<Vec<u8>, SceneError> {
         self.open(path).map_err(|error| error.at(path))
     }
 
-    /// Where a name that the scene says leads to.
+    /// Path of a file that the scene names.
     pub fn path(&self, name: &Path) -> PathBuf {
         self.folder.join(name)
     }

@@ -1,4 +1,4 @@
-//! Scene files.
+//! Reading scenes from files.
 
 mod files;
 mod gltf;
@@ -33,12 +33,12 @@ use crate::{Scene, SceneError};
 ///   `KHR_materials_pbrSpecularGlossiness` without its texture;
 ///   `KHR_materials_volume` into the material, without its texture; `KHR_materials_{anisotropy, dispersion,
 ///   iridescence, sheen}` not at all.
-/// * Of `KHR_materials_variants` the default materials. Any other extension that the file requires is an error; one
+/// * `KHR_materials_variants`: the default materials alone. Any other extension that the file requires is an error; one
 ///   that it only uses is a warning.
 /// * Not read, with a warning that counts them: animations, morph targets and skins. A skinned mesh is placed by its own
 ///   node, undeformed.
 ///
-/// Of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as fans of triangles,
+/// What is read of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as fans of triangles,
 /// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,
 /// `map_d`, `norm` and, where it is a normal map, `map_Bump`). Missing normals become flat ones. A missing MTL file or
 /// texture is a warning. Not read: smoothing groups, vertex colours, points, lines, curves.
@@ -74,7 +74,7 @@ pub fn load_with(source: impl AsRef<OsStr>, options: &LoadOptions) -> Result<Sce
     Ok(scene)
 }
 
-/// Refuses any other scene than the first for a source that holds only one.
+/// Refuses any scene but number 0 where the source holds only one.
 fn only_scene(path: &Path, options: &LoadOptions) -> Result<(), SceneError> {
     match options.scene.as_deref() {
         None | Some("0") => Ok(()),

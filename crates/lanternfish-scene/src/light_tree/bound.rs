@@ -1,10 +1,10 @@
-//! What a node of the tree keeps of what shines below it, and what that may send to a place.
+//! The bound that a node of the tree keeps of the emitters below it, and its importance for a surface.
 
 use glam::Vec3;
 
 use super::{Cone, Emitter};
 
-/// Rounding must not lose a light that grazes.
+/// Slack of cosines that decide whether anything arrives: rounding must not lose light that grazes.
 const COSINE_ERROR: f32 = 1e-3;
 /// Least factor of facing, and of leaving along the normal: what only grazes is rarely chosen, never left out.
 const LEAST_COSINE: f32 = 0.02;
@@ -14,42 +14,42 @@ const LEAST_WINDOW: f32 = 0.01;
 const LEAST_DISTANCE: f32 = 1e-6;
 /// Largest of the integers of a snorm of 8 bits.
 const SNORM: f32 = 127.0;
-/// Of the axis, from rounding three such numbers: half a step each.
+/// Largest length of the axis's error from rounding its three components to snorms, half a step each: √3 / 2 < 0.87 steps.
 const AXIS_ERROR: f32 = 0.87 / SNORM;
 
-/// Emitters within a box, as a device keeps them: rounded to the side of what arrives more.
+/// A bound of emitters, as a device keeps it: numbers are rounded to the side on which more arrives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// Of the box, world space, m.
+    /// Centre of the emitters' box, world space, m.
     pub center: Vec3,
-    /// Half its size, m; floats of 16 bits.
+    /// Half the box's size along each axis, m; floats of 16 bits (bfloat16), rounded up.
     pub half: Vec3,
-    /// Radiant intensity, or radiance times area, of the brightest channel; a float of 16 bits. 0: nothing shines.
+    /// Sum of the emitters' [`Emitter::power`], cd; a float of 16 bits (bfloat16), rounded up. 0: nothing shines.
     pub power: f32,
-    /// Over the distance from the box beyond which nothing arrives, 1/m; a float of 16 bits.
+    /// Reciprocal of the distance from the box beyond which nothing arrives, 1/m; a float of 16 bits (bfloat16), rounded down.
     pub inverse_range: f32,
-    /// Normals lie about it; three snorms of 8 bits, nearly unit. Zero: every way.
+    /// Axis of the cone that holds the emitters' normals, world space, nearly unit: three snorms of 8 bits. Zero: normals may point anywhere.
     pub axis: Vec3,
-    /// Cosine of the angle to a normal that light leaves within; a snorm of 8 bits.
+    /// Cosine of the largest angle between a normal and light that leaves there; a snorm of 8 bits, rounded down.
     pub cos_reach: f32,
-    /// Sine of the largest angle between axis and normals, and what rounding adds; 1 where that is a right angle or more. A float of 16
-    /// bits.
+    /// Sine of the largest angle between axis and normals, plus the axis's rounding error; 1 where the angle is a right one or more. A float
+    /// of 16 bits (bfloat16), rounded up.
     pub sin_spread: f32,
 }
 
 /// A surface that light may arrive at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
-    /// World space, m.
+    /// Position, world space, m.
     pub p: Vec3,
-    /// Unit.
+    /// Normal, world space, unit.
     pub normal: Vec3,
-    /// Light from behind counts too.
+    /// Whether light that arrives from behind counts too.
     pub is_transmitting: bool,
 }
 
 impl Bound {
-    /// Nothing: fills a tree's last levels.
+    /// The bound of nodes below which there is no emitter: they fill a tree's last levels.
     pub(super) const NONE: Self = Self {
         center: Vec3::ZERO,
         half: Vec3::ZERO,

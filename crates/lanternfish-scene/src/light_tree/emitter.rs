@@ -12,30 +12,30 @@ const MOST_POWER: f32 = 1e20;
 /// One emitter, or several together. World space, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
-    /// The box of what shines.
+    /// Bounding box of the emitters.
     pub bounds: Bounds,
     /// What it sends to where it is seen at its brightest, cd, of the brightest channel: a light's intensity, or a triangle's radiance
     /// times its area; > 0, and at most 1e20, so that what is made of it is finite.
     pub power: f32,
-    /// Nothing arrives farther from the box than this, m.
+    /// Distance from the box beyond which nothing arrives, m.
     pub range: f32,
-    /// Which ways they shine.
+    /// Directions in which the emitters shine.
     pub cone: Cone,
 }
 
 /// Directions: normals lie within an angle of the axis, and light leaves within another of its normal [Conty2018, §4.1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Unit.
+    /// Axis of the cone, world space, unit.
     pub axis: Vec3,
-    /// Cosine of the angle of the normals; −1: every way.
+    /// Cosine of the largest angle between the axis and a normal; −1: normals may point anywhere.
     pub cos_spread: f32,
-    /// Cosine of the angle that light leaves within; 0 at least.
+    /// Cosine of the largest angle between a normal and light that leaves there; 0 at least.
     pub cos_reach: f32,
 }
 
 impl Cone {
-    /// Every way.
+    /// The cone of all directions.
     pub const ALL: Self = Self { axis: Vec3::Y, cos_spread: -1.0, cos_reach: 0.0 };
 
     /// The smallest cone around both [Conty2018, alg. 1].
@@ -59,7 +59,7 @@ impl Cone {
 }
 
 impl Emitter {
-    /// A point or spot light that ends at `range`. `radius`: of the light itself, which may be seen where its centre is not.
+    /// A point or spot light that ends at `range`, m. `radius`, m, is that of the light itself, which may be seen where its centre is not.
     pub fn of_light(light: &Light, range: f32, radius: f32) -> Self {
         let bounds = Bounds { min: light.position - radius, max: light.position + radius };
         let cone = match light.kind {

@@ -1,8 +1,8 @@
 //! A tree over emitters that have a place, from which one is chosen by what it may send to a surface `[Conty2018]`.
 //!
-//! 1. Build: halve the emitters at their median along the longest side of the box of their centres, as often as it takes for one to be left:
-//!    all leaves lie on the last level, and of a power of two. Depth is the logarithm of the count, whatever lies on one spot; the same
-//!    emitters give the same tree.
+//! 1. Build: halve the emitters at their median along the longest side of the box of their centres, until single ones are left. All leaves
+//!    lie on the last level, which has room for a power of two of them. The depth is the binary logarithm of that power, however many
+//!    emitters lie on one spot; the same emitters give the same tree.
 //! 2. Choose: walk down, at each node to either child by its importance, a bound of what it may send ([`Bound::importance`]).
 //! 3. The chance of an emitter: climb from its leaf, and multiply.
 //!
@@ -21,9 +21,9 @@ use crate::Bounds;
 /// A node of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// What shines below it.
+    /// Bound of the emitters below the node, or of the leaf's own.
     pub bound: Bound,
-    /// Of a leaf, the emitter's number.
+    /// Number of a leaf's emitter; 0 in other nodes.
     pub link: u32,
 }
 
@@ -36,7 +36,7 @@ pub struct LightTree {
 }
 
 impl LightTree {
-    /// Over at most 2³⁰ emitters, each of a power above 0 and with finite bounds.
+    /// Builds the tree over at most 2³⁰ emitters, each of a power above 0 and with finite bounds. That is not checked.
     pub fn new(emitters: &[Emitter]) -> Self {
         if emitters.is_empty() {
             return Self::default();
@@ -68,17 +68,17 @@ impl LightTree {
         joined
     }
 
-    /// Level by level, from the root on.
+    /// The tree's nodes level by level, from the root on; none without emitters.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// Of each emitter, the index of its leaf.
+    /// Index in [`Self::nodes`] of each emitter's leaf, by the emitter's number.
     pub fn leaves(&self) -> &[u32] {
         &self.leaves
     }
 
-    /// Levels below the root.
+    /// Number of levels below the root.
     pub fn depth(&self) -> u32 {
         self.depth
     }
@@ -96,8 +96,8 @@ impl LightTree {
         (sum > 0.0).then(|| first / sum)
     }
 
-    /// An emitter and its chance; `u` in 0..1. `None`: nothing arrives, or the walk ended where nothing does. A single emitter is always
-    /// chosen.
+    /// Chooses an emitter by the random number `u`, 0..1: its number and its chance. `None`: nothing arrives, or the walk ended where nothing
+    /// does. A single emitter is always chosen.
     pub fn choose(&self, receiver: &Receiver, mut u: f64) -> Option<(u32, f64)> {
         let (mut index, mut chance) = (0, 1.0);
         self.nodes.first()?;
@@ -129,7 +129,7 @@ impl LightTree {
     }
 }
 
-/// Of two emitters and more, the lower and the upper half along the longest side of the box of their centres.
+/// Splits two emitters or more into the lower and the upper half along the longest side of the box of their centres.
 fn halves<'a>(emitters: &[Emitter], order: &'a mut [u32]) -> (&'a mut [u32], &'a mut [u32]) {
     let center = |e: u32| emitters[e as usize].bounds.center();
     let mut centers = Bounds::EMPTY;

@@ -9,19 +9,19 @@ const DIGITS: u32 = 16;
 const DIGIT_BITS: u32 = 4;
 
 gpu_struct! {
-    /// One pass's digit.
+    /// Pairs to sort, and the digit that one pass sorts them by.
     struct SortParameters {
-        /// Pairs.
+        /// Number of pairs.
         count: u32,
-        /// Of the digit's lowest bit.
+        /// Position of the digit's lowest bit in a key.
         shift: u32,
-        /// Blocks of pairs.
+        /// Number of blocks of pairs.
         blocks: u32,
     }
 }
 
-/// Sorts pairs by key, equal keys in the order in which they came: four bits a pass, an invocation a block of 128 pairs.
-/// Made for tens of thousands of pairs and more; deterministic.
+/// Sorts pairs of a u32 key and a u32 value by key, equal keys in the order in which they came: four bits a pass, an invocation a block
+/// of 128 pairs. Made for tens of thousands of pairs and more; deterministic.
 #[derive(Debug)]
 pub struct RadixSort {
     count_digits: ComputeKernel,

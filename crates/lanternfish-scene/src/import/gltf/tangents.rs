@@ -9,7 +9,7 @@ use super::fault::{Result, invalid};
 use super::{normals, vertices};
 use crate::Primitive;
 
-/// No vertex.
+/// Index that stands for no vertex.
 const NONE: u32 = u32::MAX;
 
 /// Generates tangents along texture coordinates `uv_set`, before any `KHR_texture_transform`. Vertices whose corners
@@ -50,7 +50,7 @@ fn any_tangent(normal: Vec3) -> Vec4 {
 /// Corners with the same tangent have the same bits, as it is computed once for the group they belong to.
 fn split(primitive: &mut Primitive, corner_tangents: &[Vec4]) {
     let vertex_count = primitive.positions.len();
-    // Of each old vertex the first new one, and of each new vertex the next of the same old one.
+    // Lists of the new vertices of each old one: `first` is by old vertex, `next` by new vertex.
     let mut first = vec![NONE; vertex_count];
     let mut next: Vec<u32> = Vec::with_capacity(vertex_count);
     let mut sources: Vec<u32> = Vec::with_capacity(vertex_count);
@@ -73,11 +73,11 @@ fn split(primitive: &mut Primitive, corner_tangents: &[Vec4]) {
     primitive.tangents = tangents;
 }
 
-/// What the algorithm reads and writes.
+/// The primitive and texture coordinates that MikkTSpace reads, and the tangents that it writes.
 struct Corners<'a> {
     primitive: &'a Primitive,
     uv: &'a [Vec2],
-    /// One for each index.
+    /// Tangents of the corners, one for each of the primitive's indices.
     tangents: Vec<Vec4>,
 }
 

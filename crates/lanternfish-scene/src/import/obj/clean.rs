@@ -1,4 +1,4 @@
-//! The text of an OBJ file, made plain for the reader behind.
+//! Rewrites the text of an OBJ file in a plain form that `tobj` reads well.
 //!
 //! `tobj` 4 counts past the end of its lists where an index is far out of range, puts attributes beside the wrong
 //! vertices where only some corners have them, and names no lines. So every line is checked here, indices become
@@ -9,34 +9,34 @@ use std::fmt::Write;
 
 use super::Notes;
 
-/// Vertices, texture coordinates and normals so far.
+/// Numbers of vertices, texture coordinates and normals so far.
 type Counts = [usize; 3];
 
-/// Bytes that are made of one byte of text, at most: a relative index becomes a long one (`f -1 -1 -1` at the ten-millionth
+/// Most bytes that are made of one byte of text: a relative index becomes a long one (`f -1 -1 -1` at the ten-millionth
 /// vertex 29 bytes of 11), a divided point of 10 bytes one of 42, and a name is kept by its mesh and by its instance.
 pub(super) const MOST_GROWTH: u64 = 5;
 
-/// A file made plain.
+/// The plain form of a file, and counts of what is in it.
 #[derive(Default)]
 pub(super) struct Plain {
     /// The lines that are read.
     pub text: String,
-    /// What `usemtl` names before a face.
+    /// Names of materials that faces use, by `usemtl`.
     pub materials: BTreeSet<String>,
-    /// That polygons fall into.
+    /// Number of triangles that the faces are split into.
     pub triangles: u64,
-    /// Of the shapes that have faces: the text has indices into this in the place of names, which may be of any length and
+    /// Names of the shapes that have faces. The text has indices into this in the place of names, which may be of any length and
     /// are needed at every change of attributes.
     pub names: Vec<String>,
-    /// Vertices, texture coordinates and normals.
+    /// Number of vertices, texture coordinates and normals together.
     points: u64,
-    /// Lines at which the reader begins a model.
+    /// Number of lines at which the reader begins a model.
     models: u64,
 }
 
 impl Plain {
-    /// Bytes that reading the text takes, at most: of each triangle the reader's corners, and three vertices of flat normals
-    /// before and after tangents; of each model the reader's and ours, in lists that double as they grow.
+    /// Most bytes that reading the text takes: for each triangle the reader's corners, and three vertices of flat normals before
+    /// and after tangents; for each model the reader's and ours, in lists that double as they grow.
     pub fn bytes_needed(&self) -> u64 {
         48 * self.points + 640 * self.triangles + 1024 * self.models
     }
@@ -54,7 +54,7 @@ pub(super) fn clean(text: &str, notes: &mut Notes) -> Result<Plain, String> {
     let mut used = None;
     let mut out = String::with_capacity(text.len());
     let mut counts: Counts = [0; 3];
-    // That of the faces to come, where it is not that of the last face.
+    // Name of the faces to come, where it is not that of the last face.
     let mut next_name = Some("unnamed".to_owned());
     // Which attributes the corners of the last face had.
     let mut last: Option<[bool; 3]> = None;

@@ -14,11 +14,11 @@ use crate::{Image, Sampler, Scene, Texture, TextureRef, Wrap};
 /// A map as a material states it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
-    /// Relative to the OBJ's folder.
+    /// Path of the image, relative to the OBJ's folder.
     pub file: String,
     /// `-bm`: how strong a bump is.
     pub strength: f32,
-    /// `-clamp on`
+    /// `-clamp on`: texture coordinates are clamped to 0..=1; else the texture repeats.
     pub clamps: bool,
 }
 
@@ -46,13 +46,14 @@ impl Map {
     }
 }
 
-/// Decoded images, and what is made of them.
+/// Decoded images, and the textures made of them.
 #[derive(Default)]
 pub(super) struct Textures {
     images: Vec<Image>,
     /// Indices into `images` by file; missing ones are not in it.
     by_file: BTreeMap<String, usize>,
-    /// Of colours (if there are any) with the opacity of another image: both, and what was made of them.
+    /// Indices into `images` of those made of colours with the opacity of another image, by the indices of the colours (if there are any)
+    /// and of the opacity.
     with_opacity: BTreeMap<(Option<usize>, usize), usize>,
     textures: Vec<Texture>,
 }
