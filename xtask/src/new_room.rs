@@ -1,5 +1,6 @@
 //! `cargo xtask new-room`: another room of a family. The family's folder holds a room of the name `new_room`, which the library has
-//! in its tests alone; the new one is a copy of it under another name, and two lines that name it.
+//! in its tests alone; the new one is a copy of it under another name, and the lines of the family's own files that name the template
+//! are repeated for it.
 
 use std::{fs, path::Path};
 
@@ -10,18 +11,24 @@ const TEMPLATE: &str = "new_room";
 pub fn run(words: &[String]) -> Result<(), String> {
     let [family, name] = words else { return Err("new-room takes a family and a name: new-room indirect fog".into()) };
     let library = crate::command::workspace().join("crates/lanternfish/src");
-    write(&library, family, name)?;
+    let changed = write(&library, family, name)?;
     crate::command::run(&mut crate::command::cargo(["fmt", "--package", "lanternfish"]))?;
     println!(
-        "crates/lanternfish/src/{family}/{name}/ is a room, and two lines of {family}/mod.rs name it. Its page, its shader and its"
+        "crates/lanternfish/src/{family}/{name}/ is a room, and a line or two of {} name it.",
+        changed.join(" and ")
     );
-    println!("twin say what it does: change them. cargo xtask test runs its test with all others.");
-    println!("cargo run --release -- render demo:cornell --{family} {} -o {name}.png", name.replace('_', "-"));
+    println!(
+        "Its page, its shader and its twin say what it does: change them. cargo xtask test runs its test with all others."
+    );
+    // Tracers have no flag of their own: whatever traces rays asks for them.
+    let flag = if family == "rays" { "shadows" } else { family };
+    println!("cargo run --release -- render demo:cornell --{flag} {} -o {name}.png", name.replace('_', "-"));
     Ok(())
 }
 
-/// Copies the template of a family below `library`, and names the room in the family's `mod.rs`.
-fn write(library: &Path, family: &str, name: &str) -> Result<(), String> {
+/// Copies the template of a family below `library`, and names the room where the family's own files name the template. Returns the files
+/// that it changed.
+fn write(library: &Path, family: &str, name: &str) -> Result<Vec<String>, String> {
     let template = library.join(family).join(TEMPLATE);
     if !template.is_dir() || family.contains('/') {
         return Err(format!(
@@ -44,12 +51,26 @@ fn write(library: &Path, family: &str, name: &str) -> Result<(), String> {
         return Err(format!("{family}/{name} is there already"));
     }
     let names = Names::new(name);
-    let path = library.join(family).join("mod.rs");
-    let text = read(&path)?;
-    let text = with_module(&text, name).and_then(|text| with_variant(&text, &names));
-    let text = text.ok_or_else(|| format!("{}: it does not name {TEMPLATE} as expected", path.display()))?;
+    let mut changed = Vec::new();
+    for entry in fs::read_dir(library.join(family)).map_err(|error| format!("{family}: {error}"))? {
+        let path = entry.map_err(|error| format!("{family}: {error}"))?.path();
+        if path.is_file() {
+            let text = read(&path)?;
+            let named = with_room(&text, &names);
+            if named != text {
+                changed.push((path, named));
+            }
+        }
+    }
+    if !changed.iter().any(|(path, _)| path.ends_with("mod.rs")) {
+        return Err(format!("{family}/mod.rs does not name {TEMPLATE}"));
+    }
     copy(&template, &room, &names)?;
-    fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
+    for (path, text) in &changed {
+        fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    let file = |path: &Path| path.strip_prefix(library).unwrap_or(path).display().to_string();
+    Ok(changed.iter().map(|(path, _)| file(path)).collect())
 }
 
 /// Families that have a template.
@@ -110,34 +131,38 @@ fn copy(from: &Path, to: &Path, names: &Names) -> Result<(), String> {
     Ok(())
 }
 
-/// The text of a family's `mod.rs` with a line for the module `name` among its modules, which are in alphabetical order. `None` where
-/// the text does not declare the template's module.
-fn with_module(text: &str, name: &str) -> Option<String> {
-    let lines: Vec<&str> = text.lines().collect();
-    let module = |line: &str| {
-        let rest = line.strip_prefix("pub ").or(line.strip_prefix("pub(crate) ")).unwrap_or(line);
-        rest.strip_prefix("mod ")?.strip_suffix(';').map(str::to_owned)
+/// The text of a family's file with each line that names the template repeated for a room, without the attributes before it: modules
+/// stand in alphabetical order, all else before the template.
+fn with_room(text: &str, names: &Names) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let templates: Vec<usize> = (0..lines.len()).filter(|at| lines[*at].contains(TEMPLATE)).collect();
+    for template in templates.into_iter().rev() {
+        let line = names.put_into(&lines[template]);
+        if module(&line).is_some() {
+            lines.insert(place_of_module(&lines, &names.snake), format!("pub {line}"));
+        } else {
+            let has_attribute = template > 0 && lines[template - 1].trim() == "#[cfg(test)]";
+            lines.insert(if has_attribute { template - 1 } else { template }, line);
+        }
+    }
+    lines.iter().flat_map(|line| [line.as_str(), "\n"]).collect()
+}
+
+/// The module that a line declares.
+fn module(line: &str) -> Option<&str> {
+    let rest = line.strip_prefix("pub ").or(line.strip_prefix("pub(crate) ")).unwrap_or(line);
+    rest.strip_prefix("mod ")?.strip_suffix(';')
+}
+
+/// Number of the line before which the declaration of the module `name` stands in order.
+fn place_of_module(lines: &[String], name: &str) -> usize {
+    let Some(mut at) = lines.iter().position(|line| module(line).is_some_and(|known| known > name)) else {
+        return lines.iter().rposition(|line| module(line).is_some()).map_or(0, |last| last + 1);
     };
-    lines.iter().position(|line| module(line).as_deref() == Some(TEMPLATE))?;
-    let after = lines.iter().position(|line| module(line).is_some_and(|known| known.as_str() > name));
-    let mut at = after.unwrap_or(lines.iter().rposition(|line| module(line).is_some())? + 1);
-    while after.is_some() && at > 0 && lines[at - 1].starts_with("#[") {
+    while at > 0 && lines[at - 1].starts_with("#[") {
         at -= 1;
     }
-    Some(with_line(&lines, at, &format!("pub mod {name};")))
-}
-
-/// The text of a family's `mod.rs` with a line for the room's variant before the template's. `None` where the template has none.
-fn with_variant(text: &str, names: &Names) -> Option<String> {
-    let lines: Vec<&str> = text.lines().collect();
-    let template = lines.iter().position(|line| line.trim() == "NewRoom(new_room::NewRoom),")?;
-    let at = template.checked_sub(1).filter(|before| lines[*before].trim() == "#[cfg(test)]")?;
-    Some(with_line(&lines, at, &names.put_into(lines[template])))
-}
-
-fn with_line(lines: &[&str], at: usize, line: &str) -> String {
-    let (before, after) = lines.split_at(at);
-    before.iter().chain([&line]).chain(after).flat_map(|line| [*line, "\n"]).collect()
+    at
 }
 
 #[cfg(test)]
@@ -192,7 +217,7 @@ mod tests {
     fn a_new_room_is_one_folder_and_few_lines() {
         let library = Copy::new("a_new_room_is_one_folder_and_few_lines");
         let families = families(&library.0);
-        assert!(families.contains(&"indirect".to_owned()), "{families:?}");
+        assert_eq!(families, ["indirect", "rays"]);
         for family in families {
             let before = files(&library.0);
             write(&library.0, &family, "room_of_a_test").unwrap();
@@ -250,8 +275,10 @@ mod tests {
     #[test]
     fn modules_stay_in_order() {
         let text = "mod a;\n#[cfg(test)]\nmod new_room;\npub mod sampled;\n#[cfg(test)]\nmod tests;\n\nuse x;\n";
-        let inserted =
-            |name| with_module(text, name).unwrap().lines().position(|line| line == format!("pub mod {name};"));
+        let inserted = |name: &str| {
+            let named = with_room(text, &Names::new(name));
+            named.lines().position(|line| line == format!("pub mod {name};"))
+        };
         assert_eq!(inserted("fog"), Some(1));
         assert_eq!(inserted("pools"), Some(3));
         assert_eq!(inserted("spheres"), Some(4));

@@ -3,6 +3,8 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lanternfish_scene::Named;
 
+use crate::flags::as_flags;
+
 /// Reads a value by its name; unknown names are refused with the list of known ones.
 pub fn choice<T: Named>() -> impl TypedValueParser<Value = T> {
     names(T::all().iter().map(|value| (value.name(), value.meaning())))
@@ -11,5 +13,5 @@ pub fn choice<T: Named>() -> impl TypedValueParser<Value = T> {
 
 /// Reads one of these names, each of which has a line of help.
 pub fn names(known: impl IntoIterator<Item = (&'static str, &'static str)>) -> PossibleValuesParser {
-    PossibleValuesParser::new(known.into_iter().map(|(name, meaning)| PossibleValue::new(name).help(meaning)))
+    PossibleValuesParser::new(known.into_iter().map(|(name, meaning)| PossibleValue::new(name).help(as_flags(meaning))))
 }

@@ -14,7 +14,7 @@ use lanternfish_metrics::MetricsError;
 use lanternfish_reference::ReferenceError;
 use lanternfish_scene::{SceneError, memory::TooMuch};
 
-use crate::output::has_ending;
+use crate::{flags::as_flags, output::has_ending};
 
 /// Why the program stops.
 #[derive(Debug)]
@@ -126,7 +126,7 @@ impl From<RenderError> for CliError {
             // Its message says how to shrink the list.
             _ => "",
         };
-        Self::new(&error, hint)
+        Self::new(as_flags(&error.to_string()), hint)
     }
 }
 

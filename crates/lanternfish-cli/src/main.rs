@@ -7,6 +7,7 @@ mod choices;
 mod compare;
 mod deep_images;
 mod error;
+mod flags;
 mod help;
 mod info;
 mod legend;

@@ -147,7 +147,7 @@ fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, St
     add_family(&mut names, &settings.indirect);
     add_family(&mut names, &settings.occlusion);
     let finds_arriving = matches!(settings.occlusion, Occlusion::Deep(_)) || settings.indirect != Indirect::None;
-    if finds_arriving || settings.shadows == Shadows::DeepImage {
+    if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if tracer.uses_deep_images()) {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());
         names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
     }

@@ -77,8 +77,22 @@ macro_rules! named_enum {
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $text),+ }
             }
+
+            /// What it means, in a line of help.
+            pub const fn words(self) -> &'static str {
+                match self { $(Self::$variant => concat!($($meaning)?)),+ }
+            }
         }
 
+        $crate::named_enum_impls!($name);
+    };
+}
+
+/// What an enum can that has `ALL`, `name` and `words`: names are read, written and listed.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! named_enum_impls {
+    ($name:ident) => {
         impl $crate::Named for $name {
             fn all() -> &'static [Self] {
                 Self::ALL
@@ -87,7 +101,7 @@ macro_rules! named_enum {
                 Self::name(self)
             }
             fn meaning(self) -> &'static str {
-                match self { $(Self::$variant => concat!($($meaning)?)),+ }
+                Self::words(self)
             }
         }
 

@@ -4,7 +4,8 @@ use lanternfish_gpu::GpuError;
 
 use crate::deep_images::ListFault;
 
-/// Why there is no image. Messages name the thing and the remedy.
+/// Why there is no image. Messages name the thing and the remedy; settings in backticks, by their names in shots and their values:
+/// `shadows bvh`. A front end says them in its own words, as the command line does: `--shadows bvh`.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -27,7 +28,7 @@ pub enum RenderError {
     /// A setting needs a feature that the device was not opened with.
     #[error("{setting} needs {feature}, which this device does not have; use {instead}")]
     MissingFeature {
-        /// The setting, as on the command line.
+        /// The setting: see [`RenderError`].
         setting: &'static str,
         /// The feature that is missing.
         feature: &'static str,
@@ -37,7 +38,7 @@ pub enum RenderError {
     /// A setting meets a fault of the device's driver.
     #[error("{setting}: {driver} {fault}; use {instead}, or install a newer driver")]
     Driver {
-        /// The setting, as on the command line.
+        /// The setting: see [`RenderError`].
         setting: &'static str,
         /// The driver and its version.
         driver: String,
@@ -47,20 +48,20 @@ pub enum RenderError {
         instead: &'static str,
     },
     /// [`crate::settings::Settings::accumulate`] is 0: a mean of no frames.
-    #[error("--accumulate 0: a picture is the mean of 1 frame or more")]
+    #[error("`accumulate 0`: a picture is the mean of 1 frame or more")]
     NoFrames,
     /// A setting needs another one beside it, or a value within other bounds.
     #[error("{setting} needs {needed}")]
     Together {
-        /// The setting, as on the command line.
+        /// The setting: see [`RenderError`].
         setting: &'static str,
-        /// What the setting needs: another setting, as on the command line, or the values it can have.
+        /// What the setting needs: another setting, or the values it can have.
         needed: &'static str,
     },
     /// A setting has a value that it cannot have.
     #[error("{setting} {got}: expected {needed}")]
     Value {
-        /// The setting, as on the command line.
+        /// The setting: see [`RenderError`].
         setting: &'static str,
         /// The value it has.
         got: String,
@@ -69,8 +70,8 @@ pub enum RenderError {
     },
     /// No one frustum looks the way of all views that are to share a grid of clusters.
     #[error(
-        "the views face apart: no perspective grid encloses them; use orthographic clusters (--clusters ortho:4), or a grid \
-         for each view (--cluster-views individual)"
+        "the views face apart: no perspective grid encloses them; use orthographic clusters (`clusters ortho:4`), or a grid \
+         for each view (`cluster-views individual`)"
     )]
     Unaligned,
     /// The scene is not as its types promise.

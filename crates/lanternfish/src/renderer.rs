@@ -20,14 +20,14 @@ use crate::{
     deep_images::KeptDeepImages,
     error::RenderError,
     frame::{FrameResult, Passes},
-    gpu_scene::{GpuScene, Needs, Traced, anisotropy},
+    gpu_scene::{GpuScene, Needs, Parts, anisotropy},
     indirect::{self, IndirectSums},
     light_culling::{LightCulling, clustered::GridContents},
     occlusion,
     output::Output,
     prepass::{DEPTH_FORMAT, Prepass},
     progressive::Progressive,
-    rays::{Tracer, has_ray_query},
+    rays::Tracer,
     settings::{
         DebugView, Exposure, Indirect, Occlusion, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap,
     },
@@ -103,18 +103,19 @@ impl Renderer {
         frames::check(&settings)?;
         crate::shadows::check(&settings)?;
         let texture_arrays = texture_arrays(device, settings.textures)?;
-        let shadows = (tracer != Tracer::None).then(|| Shadows::new(device, &settings, tracer)).transpose()?;
+        let shadows = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
         let occlusion = occlusion::passes(device, &settings)?;
-        let of_shadows = tracer == Tracer::AcrossTexels;
+        let of_shadows = tracer.is_some_and(Tracer::uses_deep_images);
         if of_shadows {
             crate::shadows::check_driver(&device.adapter_info())?;
         }
-        let deep_images = settings.indirect.tracer().uses_deep_images() || of_shadows;
-        let deep_images = deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
+        let openness = if occlusion.is_some() { settings.occlusion.parts() } else { Parts::NONE };
+        let parts = tracer.map_or(Parts::NONE, Tracer::parts) | settings.indirect.parts() | openness;
+        let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
         let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
-        let asks_for_normals = tracer != Tracer::None || settings.debug_view.is_some() || finds_arriving;
+        let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
         // What is found for a pixel is of the surface at its middle.
-        let one_sample = (finds_arriving || tracer != Tracer::None) && settings.samples != Samples::One;
+        let one_sample = (finds_arriving || tracer.is_some()) && settings.samples != Samples::One;
         let passes = Passes {
             prepass: Prepass::new(asks_for_normals, settings.samples.count()),
             one_sample: one_sample.then(|| Prepass::new(true, 1)),
@@ -131,11 +132,7 @@ impl Renderer {
             debug_views: DebugViews::new(device, &settings)?,
         };
         let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
-        let traced = Traced {
-            bvh: tracer.exact() == Tracer::Bvh,
-            ray_query: [tracer, settings.indirect.tracer()].contains(&Tracer::RayQuery),
-        };
-        let needs = Needs::new(&settings, traced, texture_arrays, anisotropy);
+        let needs = Needs::new(&settings, parts, texture_arrays, anisotropy);
         let (profiler, pool) = (Profiler::new(device, queue), Mutex::new(Pool::new(device)));
         let (device, queue) = (device.clone(), queue.clone());
         Ok(Self { device, queue, settings: given, effective: settings, needs, profiler, pool, passes })
@@ -339,15 +336,14 @@ impl Renderer {
     }
 }
 
-fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Tracer, RenderError> {
+fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Option<Tracer>, RenderError> {
     let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
     match setting {
-        ShadowSetting::None => Ok(Tracer::None),
-        ShadowSetting::Bvh => Ok(Tracer::Bvh),
-        ShadowSetting::DeepImage => Ok(Tracer::AcrossTexels),
+        ShadowSetting::None => Ok(None),
         // A software adapter's ray query is slower than the walk in compute.
-        ShadowSetting::Auto => Ok(if has_ray_query(device) && !software { Tracer::RayQuery } else { Tracer::Bvh }),
-        ShadowSetting::RayQuery => Tracer::RayQuery.check(device, "--shadows ray-query", "--shadows bvh"),
+        ShadowSetting::Auto if !software && Tracer::RayQuery.is_supported(device) => Ok(Some(Tracer::RayQuery)),
+        ShadowSetting::Auto => Ok(Some(Tracer::Bvh)),
+        ShadowSetting::Traced(tracer) => tracer.check(device, "`shadows ray-query`", "`shadows bvh`").map(Some),
     }
 }
 
@@ -365,9 +361,9 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
         Ok::<(), RenderError>(())
     };
     checked(device, "samples", try_targets).map_err(|_| RenderError::MissingFeature {
-        setting: "--samples",
+        setting: "`samples`",
         feature: "so many samples a pixel",
-        instead: "--samples 4",
+        instead: "`samples 4`",
     })
 }
 
@@ -380,9 +376,9 @@ fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool
         TextureBinding::PerMaterial => Ok(false),
         TextureBinding::Array if has => Ok(true),
         TextureBinding::Array => Err(RenderError::MissingFeature {
-            setting: "--textures array",
+            setting: "`textures array`",
             feature: "texture binding arrays",
-            instead: "--textures per-material",
+            instead: "`textures per-material`",
         }),
     }
 }

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use lanternfish_scene::named_enum;
 pub use lanternfish_scene::shading::{Attenuation, Materials};
+use lanternfish_scene::{named_enum, named_enum_impls};
 
 use crate::output::metered_exposure;
 
@@ -115,7 +115,7 @@ pub use crate::{
     },
     indirect::{
         Indirect, Quality,
-        sampled::{IndirectClamp, IndirectResolution, IndirectTracer, Sampled},
+        sampled::{IndirectClamp, IndirectResolution, Sampled},
     },
     light_culling::{
         Culling,
@@ -123,6 +123,7 @@ pub use crate::{
         tiled::{TileSize, Tiled},
     },
     occlusion::{Deep, Hbao, Occlusion},
+    rays::Tracer,
 };
 
 /// How bright an image is shown.
@@ -154,22 +155,58 @@ impl fmt::Display for Exposure {
     }
 }
 
-named_enum! {
-    /// How shadows are found.
-    Shadows {
-        /// The faster tracer of this adapter: `ray-query` on hardware that has it, else `bvh`.
-        Auto = "auto": "The faster one of this adapter",
-        /// No shadows.
-        None = "none": "No shadows",
-        /// The adapter's own acceleration structure.
-        RayQuery = "ray-query": "The adapter's ray-tracing hardware",
-        /// A compressed wide BVH walked in compute, on any adapter.
-        Bvh = "bvh": "A bounding volume hierarchy in compute, on any adapter",
-        /// Deep images [Niessner2010]: as coarse as their texels. Rays from blended surfaces, and of further samples of a pixel, go
-        /// through the BVH.
-        DeepImage = "deep-image": "Deep images: as coarse as their texels (--deep-resolution)",
+/// How shadows are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Shadows {
+    /// By rays through the faster exact tracer of this adapter: `ray-query` on hardware that has it, else `bvh`.
+    Auto,
+    /// No shadows.
+    None,
+    /// By rays through this tracer. Through deep images [Niessner2010] they are as coarse as texels, and rays from blended surfaces, and of
+    /// further samples of a pixel, go through the BVH.
+    Traced(Tracer),
+}
+
+impl Shadows {
+    /// By rays through the BVH.
+    pub const BVH: Self = Self::Traced(Tracer::Bvh);
+    /// By rays through the adapter's own acceleration structure.
+    pub const RAY_QUERY: Self = Self::Traced(Tracer::RayQuery);
+    /// By rays through deep images, from texel to texel.
+    pub const ACROSS_TEXELS: Self = Self::Traced(Tracer::AcrossTexels);
+
+    /// Every one, in the order in which help lists them.
+    pub const ALL: &[Self] = &{
+        let mut all = [Self::None; 2 + Tracer::ALL.len()];
+        all[0] = Self::Auto;
+        let mut i = 0;
+        while i < Tracer::ALL.len() {
+            all[2 + i] = Self::Traced(Tracer::ALL[i]);
+            i += 1;
+        }
+        all
+    };
+
+    /// The name that [`FromStr`](std::str::FromStr) reads.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::None => "none",
+            Self::Traced(tracer) => tracer.name(),
+        }
+    }
+
+    /// What it means, in a line of help.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Auto => "The faster exact one of this adapter",
+            Self::None => "No shadows",
+            Self::Traced(tracer) => tracer.words(),
+        }
     }
 }
+
+named_enum_impls!(Shadows);
 
 named_enum! {
     /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].
@@ -232,7 +269,7 @@ named_enum! {
         /// Share of listed lights that reach the pixel.
         Visibility = "visibility": "Share of a pixel's listed lights that reach it",
         /// How open a surface is to its surroundings: white where nothing occludes.
-        Occlusion = "occlusion": "How open a surface is to its surroundings; needs --occlusion",
+        Occlusion = "occlusion": "How open a surface is to its surroundings; needs `occlusion`",
         /// Magenta where the radiance is not finite, grey elsewhere.
         Nan = "nan": "Magenta where the result is not a number",
     }

@@ -25,8 +25,18 @@ pub struct Shaders {
 pub struct Root {
     /// Its path below `src/`, without an ending.
     pub module: &'static str,
-    /// None: a function of the settings says which, and a test asks it under all of them.
-    choices: Option<&'static [&'static [&'static [Feature]]]>,
+    variants: Variants,
+}
+
+/// The features that a file may be linked with.
+#[derive(Clone, Copy, Debug)]
+enum Variants {
+    /// One choice of each list: the features of that choice.
+    Chosen(&'static [&'static [&'static [Feature]]]),
+    /// Those that a function lists.
+    Computed(fn() -> Vec<Vec<Feature>>),
+    /// Those that a function of the settings gives; a test asks it under all of them.
+    BySettings,
 }
 
 /// Every folder with shaders.
@@ -78,22 +88,30 @@ impl Root {
 
     /// A file that is linked with one choice of each list: the features of that choice.
     pub const fn of(module: &'static str, choices: &'static [&'static [&'static [Feature]]]) -> Self {
-        Self { module, choices: Some(choices) }
+        Self { module, variants: Variants::Chosen(choices) }
+    }
+
+    /// A file that is linked with one of the lists of features that a function gives.
+    pub const fn computed(module: &'static str, variants: fn() -> Vec<Vec<Feature>>) -> Self {
+        Self { module, variants: Variants::Computed(variants) }
     }
 
     /// A file whose room has a function that gives its features for settings.
     pub const fn by_settings(module: &'static str) -> Self {
-        Self { module, choices: None }
+        Self { module, variants: Variants::BySettings }
     }
 
-    /// Every combination of choices, where the file declares them.
+    /// Every variant, where the file declares them.
     fn variants(&self) -> Option<Vec<Vec<Feature>>> {
-        self.choices.map(|lists| {
-            lists.iter().fold(vec![Vec::new()], |variants, choices| {
-                let extended = |variant: &Vec<Feature>, choice: &[Feature]| [variant, choice].concat();
-                variants.iter().flat_map(|v| choices.iter().map(move |choice| extended(v, choice))).collect()
-            })
-        })
+        let lists = match self.variants {
+            Variants::Chosen(lists) => lists,
+            Variants::Computed(variants) => return Some(variants()),
+            Variants::BySettings => return None,
+        };
+        Some(lists.iter().fold(vec![Vec::new()], |variants, choices| {
+            let extended = |variant: &Vec<Feature>, choice: &[Feature]| [variant, choice].concat();
+            variants.iter().flat_map(|v| choices.iter().map(move |choice| extended(v, choice))).collect()
+        }))
     }
 }
 

@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
 use lanternfish::rooms::{Family, KnobWords, Range};
 
-use crate::{choices::names, parse};
+use crate::{choices::names, flags::as_flags, parse};
 
 /// The flag that chooses a room.
 #[derive(Clone, Copy, Debug)]
@@ -119,9 +119,10 @@ impl<F: Family> FromArgMatches for KnobFlags<F> {
 }
 
 /// Help as clap derives it from a comment: the first paragraph is the short one.
-fn with_help(flag: Arg, text: &'static str) -> Arg {
+fn with_help(flag: Arg, text: &str) -> Arg {
+    let text = as_flags(text);
     match text.split_once("\n\n") {
-        None => flag.help(text.trim_end_matches('.')),
-        Some((short, _)) => flag.help(short.trim_end_matches('.')).long_help(text),
+        None => flag.help(text.trim_end_matches('.').to_owned()),
+        Some((short, _)) => flag.help(short.trim_end_matches('.').to_owned()).long_help(text),
     }
 }

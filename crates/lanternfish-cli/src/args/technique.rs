@@ -10,7 +10,7 @@ use crate::choices::choice;
 pub struct TechniqueArgs {
     /// How shadows are found.
     ///
-    /// The picture is the same but for a few pixels at silhouettes; with deep-image, for a texel around them.
+    /// The picture is the same but for a few pixels at silhouettes; through deep images, for a texel around them.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), hide_short_help = true)]
     #[arg(default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,

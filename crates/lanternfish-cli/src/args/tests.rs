@@ -1,8 +1,8 @@
 use clap::CommandFactory;
 use lanternfish::settings::{
     Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, DeepImageSettings,
-    DirectionSet, Exposure, Grouping, Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Materials,
-    Occlusion, Quality, RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+    DirectionSet, Exposure, Grouping, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality,
+    RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap, Tracer,
 };
 
 use super::*;
@@ -40,7 +40,7 @@ fn every_flag_reaches_its_setting() {
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
         culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
-        shadows: Shadows::Bvh,
+        shadows: Shadows::BVH,
         ray_culling: RayCulling::Naive,
         attenuation: Attenuation::Physical,
         range_threshold: 0.5,
@@ -63,7 +63,7 @@ fn every_flag_reaches_its_setting() {
         indirect: Indirect::Sampled(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,
-            tracer: IndirectTracer::Bvh,
+            tracer: Tracer::Bvh,
             resolution: IndirectResolution::Half,
             filter_radius: 2,
             clamp: IndirectClamp::Off,
@@ -154,11 +154,11 @@ fn quality_says_what_is_not_said_otherwise() {
     let (draft, coarse) = sampled(&["--quality", "draft"]);
     assert_eq!((draft.resolution, coarse), (IndirectResolution::Half, 64));
     let (best, _) = sampled(&["--quality", "best"]);
-    assert_eq!(best.tracer, IndirectTracer::Bvh);
+    assert_eq!(best.tracer, Tracer::Bvh);
     let rays = |sampled: Sampled| sampled.diffuse_rays + sampled.glossy_rays;
     assert!(rays(draft) < rays(Sampled::default()) && rays(Sampled::default()) < rays(best));
     let (best, fine) = sampled(&["--quality", "best", "--indirect-rays", "3", "--deep-resolution", "32"]);
-    assert_eq!((best.diffuse_rays, best.tracer, fine), (3, IndirectTracer::Bvh, 32));
+    assert_eq!((best.diffuse_rays, best.tracer, fine), (3, Tracer::Bvh, 32));
     let none = parsed(&["--indirect", "none"]).unwrap().settings();
     assert_eq!((none.indirect, none.deep_images), (Indirect::None, DeepImageSettings::default()));
     // Several samples a pixel where they are a small part of the frame, or where they are asked for.

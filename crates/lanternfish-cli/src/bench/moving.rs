@@ -7,8 +7,8 @@ use clap::Args;
 use glam::{Affine3A, Vec3};
 use lanternfish::{
     GpuScene, Renderer,
-    rays::{RayTracer, Structure, TracedRay},
-    settings::{Settings, Shadows},
+    rays::{RayTracer, TracedRay},
+    settings::{Settings, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, read_back, storage_buffer};
 use lanternfish_reference::Random;
@@ -88,7 +88,7 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     let scene = apart(&scene);
     let gpu = open(args.adapter.as_ref())?;
     let tracers: &[Shadows] =
-        if gpu.description.ray_query { &[Shadows::Bvh, Shadows::RayQuery] } else { &[Shadows::Bvh] };
+        if gpu.description.ray_query { &[Shadows::BVH, Shadows::RAY_QUERY] } else { &[Shadows::BVH] };
     let times = tracers.iter().map(|tracer| times(&gpu, &scene, *tracer, args.runs)).collect::<Result<_, _>>()?;
     let refits = REACHES.iter().map(|reach| refit(&gpu, &scene, *reach, args)).collect::<Result<_, _>>()?;
     let report = Report {
@@ -174,7 +174,7 @@ fn times(gpu: &Gpu, scene: &Scene, shadows: Shadows, runs: u32) -> Result<Times,
 }
 
 fn refit(gpu: &Gpu, scene: &Scene, reach: f32, args: &MovingArgs) -> Result<Refit, CliError> {
-    let renderer = renderer(gpu, Shadows::Bvh)?;
+    let renderer = renderer(gpu, Shadows::BVH)?;
     let elsewhere = moved(scene, reach);
     let bounds = elsewhere.bounds();
     let ray = |index: u32| {
@@ -200,7 +200,7 @@ fn rate(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay], runs: u32) -> Result
     let (mut least, mut distances) = (f64::INFINITY, Vec::new());
     for run in 0..=runs {
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-        let found = tracer.record(&mut frame, uploaded, Structure::Bvh, &buffer, rays.len() as u32)?;
+        let found = tracer.record(&mut frame, uploaded, Tracer::Bvh, None, &buffer, rays.len() as u32)?;
         let ms = timed(gpu, || {
             frame.submit();
             Ok(())

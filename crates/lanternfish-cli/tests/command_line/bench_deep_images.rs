@@ -64,7 +64,7 @@ fn gpu_two_runs_count_the_same() {
 
     for row in first["traced"].as_array().unwrap() {
         let figure = |name: &str| row[name].as_f64().unwrap();
-        let is_exact = row["structure"] == "BVH in compute" || row["structure"] == "ray query";
+        let is_exact = row["structure"] == "bvh" || row["structure"] == "ray-query";
         assert!(row["rate_random"].is_f64() && row["rate_by_direction"].is_f64(), "{row}");
         assert!(figure("missed") + figure("false_hits") < 0.3, "{row}");
         assert_eq!(is_exact, figure("error_p95") < 1e-3, "{row}");

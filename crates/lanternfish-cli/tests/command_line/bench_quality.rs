@@ -85,9 +85,9 @@ fn gpu_direct_light_is_its_truth_by_every_way_to_find_it() {
     assert!(found.energy("shadows none") > found.energy("default") + 0.01);
 
     // Shadows of deep images are better than none; a driver that crashes on them gives a reason instead.
-    match found.row("shadows deep-image")["left_out"].as_str() {
+    match found.row("shadows across-texels")["left_out"].as_str() {
         None => assert!(
-            found.error("shadows deep-image", "relative_mse") < 0.3 * found.error("shadows none", "relative_mse")
+            found.error("shadows across-texels", "relative_mse") < 0.3 * found.error("shadows none", "relative_mse")
         ),
         Some(reason) => assert!(reason.contains("Mesa"), "{reason}"),
     }

@@ -79,13 +79,13 @@ fn hottest(view: DebugView) -> f32 {
 /// An error where a view shows clusters and there are none.
 fn check_clusters(view: DebugView, culling: Culling) -> Result<(), RenderError> {
     let setting = match view {
-        DebugView::ClusterIndex => "--debug-view cluster-index",
-        DebugView::ClusterFragments => "--debug-view cluster-fragments",
+        DebugView::ClusterIndex => "`debug-view cluster-index`",
+        DebugView::ClusterFragments => "`debug-view cluster-fragments`",
         _ => return Ok(()),
     };
     match culling {
         Culling::Clustered(_) => Ok(()),
-        _ => Err(RenderError::Together { setting, needed: "--culling clustered" }),
+        _ => Err(RenderError::Together { setting, needed: "`culling clustered`" }),
     }
 }
 
@@ -102,8 +102,8 @@ impl DebugViews {
         check_clusters(view, settings.culling)?;
         if view == DebugView::Occlusion && settings.occlusion == Occlusion::None {
             return Err(RenderError::Together {
-                setting: "--debug-view occlusion",
-                needed: "--occlusion deep, or --occlusion hbao",
+                setting: "`debug-view occlusion`",
+                needed: "`occlusion deep` or `occlusion hbao`",
             });
         }
         let shader = SHADERS.link("debug_views/debug", &features(settings))?;

@@ -11,7 +11,6 @@ use crate::{
     GpuScene, Renderer,
     light_culling::Reach,
     prepass::Prepass,
-    rays::Tracer,
     settings::{ClusterShape, Clustered, Samples, Shadows, Tiled},
     shading::Forward,
     testing::{Random, context, probe, quad, scene_of},
@@ -37,7 +36,7 @@ fn views_of_clusters_need_clusters() {
                 Ok(()) => assert!(!shows_clusters || culling == clustered, "{view} with {culling:?}"),
                 Err(error) => {
                     assert!(shows_clusters && culling != clustered, "{view} with {culling:?}");
-                    let name = format!("--debug-view {view} needs --culling clustered");
+                    let name = format!("`debug-view {view}` needs `culling clustered`");
                     assert_eq!(error.to_string(), name);
                 }
             }
@@ -62,7 +61,7 @@ fn gpu_colours_are_those_of_the_scale() {
     let mut seen = std::collections::BTreeSet::new();
     let mut check = |view: DebugView, scene: &Scene, camera: &Camera, value: f32| {
         let scale = Scale::of(view).expect("a scale");
-        let settings = Settings { debug_view: Some(view), shadows: Shadows::Bvh, ..Settings::default() };
+        let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::default() };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
         let picture = renderer.render(&uploaded, camera, 16, 12).unwrap();
@@ -140,7 +139,7 @@ impl<'g> Harness<'g> {
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(true, 1),
             culling: LightCulling::new(&gpu.device, culling, Samples::One).unwrap(),
-            forward: Forward::new(&settings, Tracer::None),
+            forward: Forward::new(&settings, None),
             debug_views: DebugViews::new(&gpu.device, &settings).unwrap().unwrap(),
             unmarked: probe(gpu, "testing/unmarked", &[], "unmarked"),
         }

@@ -5,7 +5,7 @@
 //! 2. Build (`build/`): every triangle is put into every texel, of every image, whose axis meets it (or the scene is drawn once, and its
 //!    samples are put there; or drawn once a direction, as a yardstick).
 //! 3. Store (`store/`): fragments go to the lists of their texels: into an array (scan, fill, sort, merge, compact), or into linked lists.
-//! 4. Trace (`rays/deep_image/`): rays read lists through one interface, `fragments.wesl`.
+//! 4. Trace (`rays/within_texel/`, `rays/across_texels/`): rays read lists through one interface, `fragments.wesl`.
 
 mod build;
 pub mod directions;

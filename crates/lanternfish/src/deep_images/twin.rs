@@ -79,7 +79,7 @@ fn first(list: &[Fragment], depth: f32, backwards: bool) -> Option<Fragment> {
     list.iter().find(|fragment| fragment.depth > depth).copied()
 }
 
-/// `rays/deep_image/within_texel.wesl`: how far the ray goes, m, and what it meets. `lists`: of the ray's image.
+/// `rays/within_texel/walk.wesl`: how far the ray goes, m, and what it meets. `lists`: of the ray's image.
 pub(crate) fn within_texel(
     grid: &DeepGrid,
     frame: &DeepFrame,
@@ -95,7 +95,7 @@ pub(crate) fn within_texel(
     Some(((found.depth - p.z).abs(), found))
 }
 
-/// `rays/deep_image/across_texels.wesl`: the same, from every list that the ray passes over. It meets what is there half a texel before it
+/// `rays/across_texels/walk.wesl`: the same, from every list that the ray passes over. It meets what is there half a texel before it
 /// enters a list, or after it leaves.
 pub(crate) fn across_texels(
     grid: &DeepGrid,

@@ -2,7 +2,8 @@
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct};
 
-use crate::{error::RenderError, gpu_scene::EnvironmentImage, shaders::SHADERS};
+use super::EnvironmentImage;
+use crate::{error::RenderError, shaders::SHADERS};
 
 /// Texels of a face's edge at the last level, which is of roughness 1: its lobe is wider than one.
 const LAST_FACE: u32 = 8;

@@ -7,13 +7,14 @@
 //! * `levels`: a cube of it, each level filtered as a surface of that roughness reflects it;
 //! * `brdf_shares`: what a surface reflects of an even light, of any scene.
 //!
-//! How much of it arrives is [`crate::occlusion`]'s; shading adds it by `environment_light.wesl`.
+//! How much of it arrives is [`crate::occlusion`]'s; shading adds it by `shading/environment_light.wesl`.
 
 mod brdf_shares;
+mod image;
 mod levels;
 mod samples;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::sync::Arc;
 
@@ -21,14 +22,15 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Environment;
 
-use self::samples::{harmonics, samples_of, sun_of};
+pub(crate) use self::samples::samples_of;
+use self::samples::{harmonics, sun_of};
 pub use self::{
+    image::{EnvironmentImage, EnvironmentParameters},
     levels::LevelParameters,
-    samples::{EnvironmentSample, cell_radiances},
+    samples::EnvironmentSample,
 };
 use crate::{
     error::RenderError,
-    gpu_scene::EnvironmentImage,
     shaders::{Root, Shaders},
     texture::frame_layers,
 };
@@ -39,7 +41,11 @@ pub(crate) const ENVIRONMENT: Feature = Feature("environment");
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[Root::new("environment_light/levels")],
-    structs: &[SharedStruct::of::<EnvironmentLightParameters>(), SharedStruct::of::<LevelParameters>()],
+    structs: &[
+        SharedStruct::of::<EnvironmentParameters>(),
+        SharedStruct::of::<EnvironmentLightParameters>(),
+        SharedStruct::of::<LevelParameters>(),
+    ],
 };
 
 gpu_struct! {

@@ -5,8 +5,6 @@ use std::{f64::consts::PI, ops::Range};
 use glam::{DVec3, Vec3, Vec4};
 use lanternfish_scene::Environment;
 
-use crate::deep_images::directions::Directions;
-
 /// Pieces across and down: a set of 169 images has 338 directions, and each gets a hundred of them.
 const COLUMNS: usize = 256;
 const ROWS: usize = 128;
@@ -23,7 +21,7 @@ pub struct EnvironmentSample {
 }
 
 /// Pieces that together are the whole sphere. An image with as many pixels is averaged, a smaller one is read at their middles.
-pub(super) fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
+pub(crate) fn samples_of(environment: &Environment) -> Vec<EnvironmentSample> {
     let Environment { width, height, .. } = *environment;
     let averages = width >= COLUMNS && height >= ROWS;
     let (columns, rows) = if averages { (width, height) } else { (COLUMNS, ROWS) };
@@ -58,28 +56,6 @@ fn mean_of(environment: &Environment, across: &Range<usize>, down: &Range<usize>
         sum += of_row * zone_height(&(y..y + 1), environment.height);
     }
     (sum / (zone_height(down, environment.height) * across.len() as f64)).as_vec3()
-}
-
-/// Mean radiance of what is nearer to each direction than to any other: of each image of a set, its axis' and then that of the
-/// opposite; nits, w unused.
-pub fn cell_radiances(samples: &[EnvironmentSample], directions: &Directions) -> Vec<Vec4> {
-    let mut sums = vec![(DVec3::ZERO, 0.0f64); 2 * directions.len()];
-    for sample in samples {
-        let (image, reversed) = directions.nearest(sample.direction);
-        let (radiance, solid_angle) = &mut sums[2 * image as usize + usize::from(reversed)];
-        *radiance += sample.radiance.as_dvec3() * f64::from(sample.solid_angle);
-        *solid_angle += f64::from(sample.solid_angle);
-    }
-    let mean = |(i, (radiance, solid_angle)): (usize, (DVec3, f64))| {
-        if solid_angle > 0.0 {
-            return (radiance / solid_angle).as_vec3().extend(0.0);
-        }
-        // A cell smaller than any piece.
-        let axis = directions.axes()[i / 2] * if i % 2 == 0 { 1.0 } else { -1.0 };
-        let nearest = samples.iter().max_by(|a, b| a.direction.dot(axis).total_cmp(&b.direction.dot(axis)));
-        nearest.map_or(Vec4::ZERO, |sample| sample.radiance.extend(0.0))
-    };
-    sums.into_iter().enumerate().map(mean).collect()
 }
 
 /// Angle from the brightest piece within which lies what may be a sun, rad.

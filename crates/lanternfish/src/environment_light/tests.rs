@@ -7,15 +7,14 @@ use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{Bounds, Camera, Environment, Projection};
 
-use super::EnvironmentLight;
+use super::{EnvironmentImage, EnvironmentLight};
 use crate::{
-    gpu_scene::EnvironmentImage,
     testing::{Random, ask_about},
     view::View,
 };
 
 /// An image of what arrives from each direction.
-fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> Vec3) -> Environment {
+pub(crate) fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> Vec3) -> Environment {
     let blank = Environment { width, height, pixels: Vec::new(), rotation: 0.0 };
     let part = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
     let at = |i: usize| radiance(blank.direction(part(i % width, width), part(i / width, height)));
@@ -23,7 +22,7 @@ fn image(width: usize, height: usize, rotation: f32, radiance: impl Fn(Vec3) -> 
 }
 
 /// White from above, black from below.
-fn half_white() -> Environment {
+pub(crate) fn half_white() -> Environment {
     image(512, 256, 0.0, |direction| if direction.y > 0.0 { Vec3::ONE } else { Vec3::ZERO })
 }
 

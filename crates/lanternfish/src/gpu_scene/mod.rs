@@ -5,7 +5,7 @@
 //!        ├─ materials.rs  materials ── textures.rs  textures with mip levels, samplers
 //!        ├─ tracing.rs    world-space triangles and alpha masks ─┬─ bvh.rs   compressed wide BVH ── refit.rs
 //!        │                                                       └─ tlas.rs  the adapter's own structure
-//!        ├─ environment.rs the image of the surroundings, which environment_light/ makes light
+//!        ├─ environment   the image of the surroundings, and the light made of it (environment_light/)
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!
@@ -14,12 +14,12 @@
 mod bvh;
 mod cost;
 mod emissive;
-mod environment;
 mod geometry;
 mod hits;
 mod materials;
 mod mips;
 mod needs;
+mod parts;
 mod raster;
 mod refit;
 #[cfg(test)]
@@ -31,11 +31,11 @@ mod update;
 mod visible;
 
 pub use bvh::BvhTriangle;
-pub use environment::{EnvironmentImage, EnvironmentParameters};
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
-pub(crate) use needs::{Needs, Traced};
+pub(crate) use needs::Needs;
+pub(crate) use parts::Parts;
 pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
@@ -50,7 +50,7 @@ use self::{
     update::Placed,
 };
 use crate::{
-    environment_light::EnvironmentLight,
+    environment_light::{EnvironmentImage, EnvironmentLight},
     error::RenderError,
     lights::{Light, tree::SceneLightTrees},
     settings::{DebugView, Settings},
@@ -62,7 +62,6 @@ pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[],
     structs: &[
         SharedStruct::of::<SoftShadows>(),
-        SharedStruct::of::<EnvironmentParameters>(),
         SharedStruct::of::<DrawInstance>(),
         SharedStruct::of::<Material>(),
         SharedStruct::of::<TextureSlot>(),
@@ -126,8 +125,8 @@ impl GpuScene {
         needs: Needs,
     ) -> Result<Self, RenderError> {
         validate(scene)?;
-        let Needs { shading, .. } = needs;
-        cost::check(scene, shading, needs.rays())?;
+        let Needs { shading, parts, .. } = needs;
+        cost::check(scene, shading, parts.rays())?;
         let textures = Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
@@ -138,23 +137,23 @@ impl GpuScene {
         // Surfaces that cast shadows, in the order in which the BVH holds them.
         let limits = device.limits();
         let mask_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let mut tracing = if needs.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
+        let mut tracing = if parts.rays() { Tracing::new(scene, mask_bytes) } else { Tracing::default() };
         let nodes = bvh::build(&mut tracing);
         let node_count = nodes.len() as u64;
         let triangles = &tracing.triangles;
-        let light_trees = needs.hits.then(|| {
+        let light_trees = parts.hits.then(|| {
             let emissive = emissive::triangles(scene, shading, &tracing.parts, triangles);
             SceneLightTrees::new(device, scene, settings, emissive)
         });
         let light_trees = light_trees.transpose()?;
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
-        let bvh = needs.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
-        let tlas = needs.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
+        let bvh = parts.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
+        let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
         let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
 
         let surroundings = scene.environment.as_ref().zip(environment.as_ref());
-        let asks_for_light = needs.open_surroundings || (needs.hits && surroundings.is_some());
+        let asks_for_light = parts.open_surroundings || (parts.hits && surroundings.is_some());
         let environment_light = asks_for_light.then(|| EnvironmentLight::new(device, queue, surroundings));
 
         let mut counters = vec![
@@ -183,7 +182,7 @@ impl GpuScene {
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
-            hits: needs.hits.then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
+            hits: parts.hits.then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
             light_trees,
             placed: Placed::new(scene, tracing),
             device: device.clone(),
@@ -261,7 +260,7 @@ fn packed_lights(scene: &Scene, settings: &Settings, limits: &wgpu::Limits) -> R
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let (needed, limit) = (scene.lights.len() as u64, bytes / size_of::<Light>() as u64);
     if needed > limit {
-        let remedy = "choose fewer with --lights; those of the file and --point are among them";
+        let remedy = "give the scene fewer (`lights`, `point`, and its own)";
         return Err(RenderError::Overflow { list: "lights", needed, limit, remedy });
     }
     Ok(scene.lights.iter().map(|light| Light::new(light, settings)).collect())

@@ -9,19 +9,10 @@ use lanternfish_gpu::is_same_device;
 
 use crate::{
     error::RenderError,
-    settings::{Attenuation, Indirect, Settings},
+    settings::{Attenuation, Settings},
 };
 
-use super::{GpuScene, Shading};
-
-/// The exact structures that rays are traced through.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Traced {
-    /// The BVH.
-    pub bvh: bool,
-    /// The adapter's own.
-    pub ray_query: bool,
-}
+use super::{GpuScene, Parts, Shading};
 
 /// What of the settings goes into a scene on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,21 +27,13 @@ pub(crate) struct Needs {
     pub anisotropy: u16,
     /// What lights were packed with: the settings of these names.
     lights: (Attenuation, f32, f32, u32),
-    /// Something is traced through the BVH, or made of its triangles.
-    pub bvh: bool,
-    /// Something is traced through the adapter's own structure.
-    pub ray_query: bool,
-    /// Ends of rays are shaded.
-    pub hits: bool,
-    /// The surroundings light by occlusion.
-    pub open_surroundings: bool,
+    /// What techniques read of it.
+    pub parts: Parts,
 }
 
 impl Needs {
-    /// What a renderer with these settings needs, whose rays go through `traced`.
-    pub fn new(settings: &Settings, traced: Traced, texture_arrays: bool, anisotropy: u16) -> Self {
-        // Deep images are drawn from the BVH's triangles, and hits shaded on them, whatever traces shadows.
-        let has_images = settings.occlusion.uses_deep_images();
+    /// What a renderer with these settings needs, whose techniques read `parts`.
+    pub fn new(settings: &Settings, parts: Parts, texture_arrays: bool, anisotropy: u16) -> Self {
         let Settings { attenuation, range_threshold, light_radius, shadow_rays, .. } = *settings;
         static RENDERERS: AtomicU64 = AtomicU64::new(0);
         Self {
@@ -59,23 +42,10 @@ impl Needs {
             texture_arrays,
             anisotropy,
             lights: (attenuation, range_threshold, light_radius, shadow_rays),
-            bvh: traced.bvh || settings.indirect != Indirect::None || has_images,
-            ray_query: traced.ray_query,
-            hits: settings.indirect.shades_hits(),
-            open_surroundings: settings.finds_openness(),
+            parts,
         }
     }
-
-    /// Whether rays are traced.
-    pub fn rays(&self) -> bool {
-        self.bvh || self.ray_query
-    }
 }
-
-/// The scene has no BVH.
-const NO_BVH: &str = "it has no BVH";
-/// The scene has no structure for ray queries.
-const NO_RAY_QUERY: &str = "it has no acceleration structure of the adapter's own";
 
 impl GpuScene {
     /// An error unless it lies on this device and was uploaded for all that is needed of it.
@@ -93,24 +63,15 @@ impl GpuScene {
                 has.lights != needed.lights,
                 "its lights are for another attenuation, range threshold, light radius or number of shadow rays",
             ),
-            (needed.bvh && !has.bvh, NO_BVH),
-            (needed.ray_query && !has.ray_query, NO_RAY_QUERY),
-            (needed.hits && !has.hits, "it has nothing to shade the ends of indirect rays with"),
-            (needed.open_surroundings && !has.open_surroundings, "it has no surroundings to light by occlusion"),
         ];
-        lacks(faults.iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| *what))
+        let fault = faults.iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| *what);
+        lacks(fault.or_else(|| has.parts.lacks(needed.parts)))
     }
 
-    /// An error unless it lies on this device and has a BVH.
-    pub(crate) fn check_bvh(&self, device: &wgpu::Device) -> Result<(), RenderError> {
+    /// An error unless it lies on this device and has these parts.
+    pub(crate) fn check_parts(&self, device: &wgpu::Device, needed: Parts) -> Result<(), RenderError> {
         self.check_device(device)?;
-        lacks((!self.needs.bvh).then_some(NO_BVH))
-    }
-
-    /// An error unless it lies on this device and has the adapter's own acceleration structure.
-    pub(crate) fn check_ray_query(&self, device: &wgpu::Device) -> Result<(), RenderError> {
-        self.check_device(device)?;
-        lacks((!self.needs.ray_query).then_some(NO_RAY_QUERY))
+        lacks(self.needs.parts.lacks(needed))
     }
 
     fn check_device(&self, device: &wgpu::Device) -> Result<(), RenderError> {

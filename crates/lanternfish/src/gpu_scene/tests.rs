@@ -183,5 +183,5 @@ fn lights_that_do_not_fit_are_refused_by_name() {
     };
     assert_eq!(packed(2).unwrap().len(), 2);
     let error = packed(3).unwrap_err().to_string();
-    assert!(error.contains("lights: 3 entries needed, at most 2") && error.contains("--lights"), "{error}");
+    assert!(error.contains("lights: 3 entries needed, at most 2") && error.contains("`lights`"), "{error}");
 }

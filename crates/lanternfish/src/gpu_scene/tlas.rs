@@ -32,7 +32,7 @@ impl Tlas {
                 list: "acceleration structure",
                 needed: triangles.len() as u64,
                 limit,
-                remedy: "use --shadows bvh and --indirect-tracer bvh",
+                remedy: "use `shadows bvh` and `indirect-tracer bvh`",
             });
         }
 

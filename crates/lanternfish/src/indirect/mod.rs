@@ -18,6 +18,7 @@ use crate::{
     context::ViewContext,
     deep_images::DeepImages,
     error::RenderError,
+    gpu_scene::Parts,
     prepass::Surface,
     rays::Tracer,
     rooms::{AnyRoom, rooms},
@@ -50,25 +51,20 @@ pub(crate) trait IndirectRoom: AnyRoom {
     /// Takes the settings of a quality, where it has any.
     fn spend(&mut self, _quality: Quality) {}
 
-    /// What its rays are traced through.
-    fn tracer(&self) -> Tracer {
-        Tracer::None
-    }
-
-    /// Whether it shades what rays meet.
-    fn shades_hits(&self) -> bool {
-        false
+    /// What it reads of a scene, beside what that looks like.
+    fn parts(&self) -> Parts {
+        Parts::NONE
     }
 
     /// Takes the settings of the nearest blended surfaces, which are smooth, and for which there are no deep images.
     fn look_at_glass(&mut self) {}
 
-    /// Compiles its passes. `tracer`: of shadows.
+    /// Compiles its passes. `tracer`: what shadows are traced through, if there are any.
     fn build(
         &self,
         device: &wgpu::Device,
         settings: &Settings,
-        tracer: Tracer,
+        tracer: Option<Tracer>,
     ) -> Result<Box<dyn IndirectPasses>, RenderError>;
 }
 
@@ -119,14 +115,9 @@ impl Indirect {
         self
     }
 
-    /// What its rays are traced through.
-    pub(crate) fn tracer(&self) -> Tracer {
-        self.chosen().map_or(Tracer::None, |room| room.tracer())
-    }
-
-    /// Whether ends of rays are shaded.
-    pub(crate) fn shades_hits(&self) -> bool {
-        self.chosen().is_some_and(|room| room.shades_hits())
+    /// What the chosen room reads of a scene.
+    pub(crate) fn parts(&self) -> Parts {
+        self.chosen().map_or(Parts::NONE, |room| room.parts())
     }
 }
 
@@ -163,11 +154,12 @@ fn layers_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "indirect/layers", size, wgpu::TextureFormat::Rgba16Float, LAYERS)
 }
 
-/// Compiles the passes that the settings need: none, where there is no indirect light. `tracer`: of shadows.
+/// Compiles the passes that the settings need: none, where there is no indirect light. `tracer`: what shadows are traced through, if
+/// there are any.
 pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,
-    tracer: Tracer,
+    tracer: Option<Tracer>,
 ) -> Result<Option<Box<dyn IndirectPasses>>, RenderError> {
     settings.indirect.chosen().map(|room| room.build(device, settings, tracer)).transpose()
 }

@@ -6,7 +6,7 @@ mod tracers;
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_reference::{
-    Film, Settings as TracerSettings, Tracer,
+    Film, Settings as TracerSettings, Tracer as PathTracer,
     settings::{Integrator, LightChoice},
 };
 use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Projection, Scene, generate::demo};
@@ -14,8 +14,8 @@ use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Project
 use crate::{
     RenderError, Renderer, Settings,
     settings::{
-        Attenuation, DeepDepth, DeepImageSettings, DeepStore, Indirect, IndirectClamp, IndirectResolution,
-        IndirectTracer, Sampled, Samples, Shadows,
+        Attenuation, DeepDepth, DeepImageSettings, DeepStore, Indirect, IndirectClamp, IndirectResolution, Sampled,
+        Samples, Shadows, Tracer,
     },
     testing::{Random, apart, ask_module, quad, scene_of},
 };
@@ -23,7 +23,7 @@ use crate::{
 /// Not a multiple of a workgroup.
 const SIZE: UVec2 = UVec2::new(61, 45);
 
-fn sampled(tracer: IndirectTracer) -> Sampled {
+fn sampled(tracer: Tracer) -> Sampled {
     let clamp = IndirectClamp::Off;
     Sampled { diffuse_rays: 64, glossy_rays: 32, tracer, filter_radius: 0, clamp, ..Sampled::default() }
 }
@@ -92,13 +92,13 @@ fn cornell() -> Scene {
 }
 
 /// The tracers that the device has.
-fn tracers(gpu: &Gpu) -> impl Iterator<Item = &'static IndirectTracer> {
+fn tracers(gpu: &Gpu) -> impl Iterator<Item = &'static Tracer> {
     let has_ray_query = gpu.description.ray_query;
-    IndirectTracer::ALL.iter().filter(move |tracer| **tracer != IndirectTracer::RayQuery || has_ray_query)
+    Tracer::ALL.iter().filter(move |tracer| **tracer != Tracer::RayQuery || has_ray_query)
 }
 
-fn is_exact(tracer: IndirectTracer) -> bool {
-    matches!(tracer, IndirectTracer::Bvh | IndirectTracer::RayQuery)
+fn is_exact(tracer: Tracer) -> bool {
+    matches!(tracer, Tracer::Bvh | Tracer::RayQuery)
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn gpu_few_rays_find_a_small_sun() {
     let expected = 0.5 / std::f64::consts::PI * 1000.0 * step * step * colatitude.sin() * colatitude.cos();
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     for diffuse_rays in [4, 8, 32] {
-        let few = Sampled { diffuse_rays, ..sampled(IndirectTracer::Bvh) };
+        let few = Sampled { diffuse_rays, ..sampled(Tracer::Bvh) };
         let found = picture(gpu, settings(few), &scene, &camera);
         let energy = mean(&found) / expected;
         println!("{diffuse_rays} rays: {energy:.3} of the light");
@@ -192,7 +192,7 @@ fn traced(scene: &Scene, camera: &Camera, max_depth: u32, samples: u64) -> Vec<V
         ..TracerSettings::default()
     };
     let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
-    Tracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
+    PathTracer::new(scene, settings).unwrap().render(camera, &mut film, samples);
     film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect()
 }
 
@@ -208,11 +208,9 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
     let truth = bounce(&one_bounce, &direct);
     assert!(mean(&truth) > 0.1 * mean(&direct), "there is little to find");
-    for (tracer, most_off, most_biased) in [
-        (IndirectTracer::Bvh, 0.2, 0.03),
-        (IndirectTracer::AcrossTexels, 0.25, 0.09),
-        (IndirectTracer::WithinTexel, 0.25, 0.09),
-    ] {
+    for (tracer, most_off, most_biased) in
+        [(Tracer::Bvh, 0.2, 0.03), (Tracer::AcrossTexels, 0.25, 0.09), (Tracer::WithinTexel, 0.25, 0.09)]
+    {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
         let whole = picture(gpu, Settings { deep_images, ..settings(sampled(tracer)) }, &scene, &camera);
         let found = bounce(&whole, &alone);
@@ -224,7 +222,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let mut white = scene.clone();
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
     let of = |indirect| picture(gpu, Settings { indirect, ..settings(Sampled::default()) }, &white, &camera);
-    let found = bounce(&of(Indirect::Sampled(sampled(IndirectTracer::Bvh))), &of(Indirect::None));
+    let found = bounce(&of(Indirect::Sampled(sampled(Tracer::Bvh))), &of(Indirect::None));
     assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
 }
 
@@ -249,7 +247,7 @@ fn gpu_hits_are_lit_by_the_surroundings() {
         (scene.sky, scene.environment, scene.lights) = (sky, environment, lights);
         let seen = |max_depth| mean(&traced(&scene, &camera, max_depth, 256));
         let (direct, truth) = (seen(2), seen(3));
-        let found = mean(&picture(gpu, settings(sampled(IndirectTracer::Bvh)), &scene, &camera));
+        let found = mean(&picture(gpu, settings(sampled(Tracer::Bvh)), &scene, &camera));
         println!("{name}: direct {direct:.4}, with a bounce {truth:.4}, found {:.4} of that", found / truth);
         assert!(direct < 0.8 * truth, "{name}: a bounce brings little");
         assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found} of {truth}");
@@ -259,7 +257,7 @@ fn gpu_hits_are_lit_by_the_surroundings() {
     for perceptual_roughness in [0.2, 0.8] {
         scene.materials = vec![Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) }];
         let [direct, truth] = [2, 3].map(|max_depth| mean(&traced(&scene, &camera, max_depth, 256)));
-        let found = mean(&picture(gpu, settings(sampled(IndirectTracer::Bvh)), &scene, &camera));
+        let found = mean(&picture(gpu, settings(sampled(Tracer::Bvh)), &scene, &camera));
         println!(
             "metal of roughness {perceptual_roughness}: direct {direct:.4}, {truth:.4}, found {:.4} of that",
             found / truth
@@ -311,12 +309,12 @@ fn gpu_many_short_lights_are_as_right_as_few() {
     }
     scene.lights.push(Light::directional(Vec3::new(0.0, -1.0, 0.1), Vec3::splat(0.5)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let rays = Settings { attenuation: Attenuation::Gltf, ..settings(sampled(IndirectTracer::Bvh)) };
+    let rays = Settings { attenuation: Attenuation::Gltf, ..settings(sampled(Tracer::Bvh)) };
     let truth_settings = TracerSettings { max_depth: 3, ..TracerSettings::default() };
     let traced = |max_depth, samples| {
         let settings = TracerSettings { max_depth, ..truth_settings.clone() };
         let mut film = Film::new(SIZE.x as usize, SIZE.y as usize).unwrap();
-        Tracer::new(&scene, settings).unwrap().render(&camera, &mut film, samples);
+        PathTracer::new(&scene, settings).unwrap().render(&camera, &mut film, samples);
         film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<_>>()
     };
     let truth = mean(&traced(3, 256)) - mean(&traced(2, 256));
@@ -331,7 +329,7 @@ fn gpu_many_short_lights_are_as_right_as_few() {
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
     // Noise of few rays: a quarter above what was measured.
     let few = bounce(Settings {
-        indirect: Indirect::Sampled(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(IndirectTracer::Bvh) }),
+        indirect: Indirect::Sampled(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::Bvh) }),
         ..rays
     });
     println!("4 rays off by {:.4}", off(&few, &found));
@@ -349,7 +347,7 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
     let scene = Scene { sky: Vec3::ONE, ..scene_of(vec![floor, lid], vec![matt(0.5), black]) };
     let camera = looking([0.3, 6.0, 0.2], [0.0, 0.0, 0.0]);
     let of = |samples| {
-        let settings = settings(Sampled { diffuse_rays: 256, ..sampled(IndirectTracer::Bvh) });
+        let settings = settings(Sampled { diffuse_rays: 256, ..sampled(Tracer::Bvh) });
         picture(gpu, Settings { samples, ..settings }, &scene, &camera)
     };
     let [one, four] = [Samples::One, Samples::Four].map(of);
@@ -384,7 +382,7 @@ fn gpu_what_does_not_go_together_is_refused() {
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default() })).contains("64 pixels"));
     let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
-    let within = settings(Sampled { tracer: IndirectTracer::WithinTexel, ..Sampled::default() });
+    let within = settings(Sampled { tracer: Tracer::WithinTexel, ..Sampled::default() });
     assert!(refused(Settings { deep_images, ..within }).contains("triangles"));
     // Rays of indirect light do not need any of shadows.
     Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::None, ..default }).unwrap();

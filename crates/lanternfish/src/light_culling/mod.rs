@@ -194,7 +194,7 @@ fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), Ren
     }
     let driver = adapter.driver_info.clone();
     let fault = "ends loops after 65,535 steps, and there are more lights";
-    Err(RenderError::Driver { setting: "a test of every light", driver, fault, instead: "the default --culling" })
+    Err(RenderError::Driver { setting: "a test of every light", driver, fault, instead: "the default `culling`" })
 }
 
 /// Name of the list of light indices, which every room fills.
@@ -221,7 +221,7 @@ fn more_lights_than_a_faulty_drivers_loops_have_steps_are_refused() {
         ..wgpu::AdapterInfo::new(wgpu::DeviceType::Cpu, wgpu::Backend::Vulkan)
     };
     let error = check_driver(&adapter("Mesa 22.3.6"), 65_536).unwrap_err().to_string();
-    assert!(error.contains("Mesa 22.3.6 ends loops after 65,535 steps") && error.contains("--culling"), "{error}");
+    assert!(error.contains("Mesa 22.3.6 ends loops after 65,535 steps") && error.contains("`culling`"), "{error}");
     assert!(check_driver(&adapter("Mesa 22.3.6"), 65_535).is_ok());
     assert!(check_driver(&adapter("Mesa 25.0.7"), 100_000).is_ok());
 }

@@ -22,6 +22,7 @@ use crate::{
     context::ViewContext,
     deep_images::DeepCounts,
     error::RenderError,
+    gpu_scene::Parts,
     prepass::Surface,
     rooms::{AnyRoom, Family, KnobWords, Range, rooms},
     settings::Settings,
@@ -37,8 +38,8 @@ const TILE: u32 = 8;
 rooms! {
     /// How it is found how much of the surroundings a surface sees.
     Occlusion: dyn OcclusionRoom, flag "occlusion", everyday: false,
-    help: "How it is found how much of the surroundings (--sky, --environment) surfaces see, which then light them; with \
-           --indirect none.",
+    help: "How it is found how much of the surroundings (`sky`, `environment`) surfaces see, which then light them; with \
+           `indirect none`.",
     none: None = "none", "It is not: the surroundings light nothing" {
         Deep(deep::Deep),
         Hbao(hbao::Hbao),
@@ -66,6 +67,11 @@ impl Occlusion {
     pub(crate) fn uses_deep_images(&self) -> bool {
         self.chosen().is_some_and(|room| room.uses_deep_images())
     }
+
+    /// What the chosen room reads of a scene.
+    pub(crate) fn parts(&self) -> Parts {
+        self.chosen().map_or(Parts::NONE, |room| room.parts() | Parts::OPEN_SURROUNDINGS)
+    }
 }
 
 /// The setting that both rooms have.
@@ -73,7 +79,7 @@ const DISTANCE: KnobWords = KnobWords::new(
     "occlusion-distance",
     "METRES",
     Range::Positive,
-    "Distance from which on nothing occludes, m. Higher: darker. Without it: with --occlusion deep everything occludes, \
+    "Distance from which on nothing occludes, m. Higher: darker. Without it: with `occlusion deep` everything occludes, \
      however far; with hbao 1 m",
 );
 
@@ -85,6 +91,11 @@ pub(crate) trait OcclusionRoom: AnyRoom {
     /// Whether the room looks along deep images.
     fn uses_deep_images(&self) -> bool {
         false
+    }
+
+    /// What it reads of a scene, beside what that looks like and its surroundings.
+    fn parts(&self) -> Parts {
+        Parts::NONE
     }
 
     /// Compiles its passes.
@@ -133,7 +144,7 @@ pub(crate) fn passes(
     let Some(room) = settings.occlusion.chosen() else { return Ok(None) };
     if let Some(distance) = room.max_distance().filter(|distance| !(*distance > 0.0 && distance.is_finite())) {
         return Err(RenderError::Value {
-            setting: "--occlusion-distance",
+            setting: "`occlusion-distance`",
             got: distance.to_string(),
             needed: "metres above 0",
         });

@@ -108,7 +108,7 @@ fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, R
         Exposure::Ev(ev) if ev.is_finite() => ev,
         Exposure::Ev(ev) => {
             let (got, needed) = (ev.to_string(), "a finite number of stops, or auto");
-            return Err(RenderError::Value { setting: "--exposure", got, needed });
+            return Err(RenderError::Value { setting: "`exposure`", got, needed });
         }
     };
     Ok(storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())?)

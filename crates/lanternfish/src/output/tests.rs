@@ -183,7 +183,7 @@ fn gpu_an_exposure_that_is_no_number_is_refused() {
     let new = |exposure| Renderer::new(&gpu.device, &gpu.queue, Settings { exposure, ..Settings::direct_light() });
     let mut renderer = new(Exposure::Ev(1.0)).unwrap();
     for (ev, got) in [(f32::NAN, "NaN"), (f32::INFINITY, "inf"), (f32::NEG_INFINITY, "-inf")] {
-        let message = format!("--exposure {got}: expected a finite number of stops, or auto");
+        let message = format!("`exposure` {got}: expected a finite number of stops, or auto");
         assert_eq!(new(Exposure::Ev(ev)).unwrap_err().to_string(), message);
         assert_eq!(renderer.set_exposure(Exposure::Ev(ev)).unwrap_err().to_string(), message);
         assert_eq!(renderer.settings().exposure, Exposure::Ev(1.0));

@@ -8,7 +8,7 @@ use super::*;
 use crate::{
     Picture, Renderer, Settings,
     context::FrameContext,
-    settings::{DebugView, DeepImageSettings, Indirect, IndirectTracer, Sampled, Samples},
+    settings::{DebugView, DeepImageSettings, Indirect, Sampled, Samples, Tracer},
     testing::{quad, scene_of},
     view::jitter_of_frame,
 };
@@ -181,7 +181,7 @@ fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
     let scene = cornell();
     let views = view(&scene.cameras[0]);
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let sampled = Sampled { tracer: IndirectTracer::WithinTexel, ..Sampled::default() };
+    let sampled = Sampled { tracer: Tracer::WithinTexel, ..Sampled::default() };
     let indirect = Indirect::Sampled(sampled);
     let settings = Settings { accumulate: 10, deep_images, indirect, ..Settings::default() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
@@ -268,13 +268,13 @@ fn gpu_what_has_no_mean_is_refused() {
         let settings = Settings { accumulate, debug_view, ..Settings::direct_light() };
         Renderer::new(&gpu.device, &gpu.queue, settings).map(|_| ()).map_err(|error| error.to_string())
     };
-    assert_eq!(refused(0, None).unwrap_err(), "--accumulate 0: a picture is the mean of 1 frame or more");
-    assert_eq!(refused(2, Some(DebugView::Depth)).unwrap_err(), "--debug-view needs --accumulate 1");
+    assert_eq!(refused(0, None).unwrap_err(), "`accumulate 0`: a picture is the mean of 1 frame or more");
+    assert_eq!(refused(2, Some(DebugView::Depth)).unwrap_err(), "`debug-view` needs `accumulate 1`");
     assert_eq!((refused(1, Some(DebugView::Depth)), refused(2, Some(DebugView::BaseColor))), (Ok(()), Ok(())));
     let settings = Settings { debug_view: Some(DebugView::Depth), ..Settings::direct_light() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let scene = cornell();
     let uploaded = renderer.upload(&scene).unwrap();
     let error = renderer.refine(&uploaded, &view(&scene.cameras[0])).unwrap_err();
-    assert!(error.to_string().contains("--debug-view"), "{error}");
+    assert!(error.to_string().contains("`debug-view`"), "{error}");
 }

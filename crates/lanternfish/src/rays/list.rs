@@ -1,9 +1,9 @@
-//! Rays through deep images, and beside them the same rays through the BVH and the adapter's own acceleration structure.
+//! The same lists of rays through every tracer.
 
 use glam::Vec3;
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
-use super::{TRACER_RAY_QUERY, Tracer, dispatch, has_ray_query};
+use super::{Tracer, dispatch};
 use crate::{
     deep_images::{DeepImages, workgroups},
     error::RenderError,
@@ -34,111 +34,67 @@ impl TracedRay {
     }
 }
 
-/// What rays are traced through.
-#[derive(Clone, Copy, Debug)]
-pub enum Structure<'i> {
-    /// The texel of the nearest direction's image that the ray starts in [Archer2019, §3.2].
-    WithinTexel(&'i DeepImages),
-    /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
-    AcrossTexels(&'i DeepImages),
-    /// The BVH, for the closest hit: exact.
-    Bvh,
-    /// The adapter's own acceleration structure, for the closest hit, which scenes are uploaded for where shadows or indirect light
-    /// go through it ([`Shadows::RayQuery`](crate::settings::Shadows::RayQuery),
-    /// [`IndirectTracer::RayQuery`](crate::settings::IndirectTracer::RayQuery)).
-    RayQuery,
-}
-
 /// Traces lists of rays.
 #[derive(Debug)]
 pub struct RayTracer {
-    /// For images of each store and depth.
-    deep: Vec<DeepTracers>,
-    bvh: ComputeKernel,
-    /// Where the device has ray queries.
-    ray_query: Option<ComputeKernel>,
-}
-
-#[derive(Debug)]
-struct DeepTracers {
-    store: DeepStore,
-    depth: DeepDepth,
-    within_texel: ComputeKernel,
-    across_texels: ComputeKernel,
+    /// Of every tracer that the device has; through deep images for each store and depth.
+    kernels: Vec<(Tracer, Option<(DeepStore, DeepDepth)>, ComputeKernel)>,
 }
 
 impl RayTracer {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let kernel = |features: &[Feature], label: &str| {
-            let shader = SHADERS.link("rays/list", features)?;
-            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, "trace", label))
-        };
-        let mut deep = Vec::new();
-        for store in DeepStore::ALL.iter().copied() {
-            for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
-                // Distances need no payload.
-                let settings = DeepImageSettings { store, depth, payload: false, ..Default::default() };
-                let [within, across] =
-                    [Tracer::WithinTexel, Tracer::AcrossTexels].map(|tracer| tracer.features(&settings));
-                deep.push(DeepTracers {
-                    store,
-                    depth,
-                    within_texel: kernel(&within, "deep_images/within_texel")?,
-                    across_texels: kernel(&across, "deep_images/across_texels")?,
-                });
+        let mut kernels = Vec::new();
+        for tracer in Tracer::ALL.iter().copied().filter(|tracer| tracer.is_supported(device)) {
+            let label = format!("rays/{tracer}");
+            let mut compile = |kind, images: &DeepImageSettings| {
+                let shader = SHADERS.link("rays/list", &tracer.features(images))?;
+                kernels.push((tracer, kind, ComputeKernel::new(device, &shader, "trace", &label)));
+                Ok::<_, RenderError>(())
+            };
+            if !tracer.uses_deep_images() {
+                compile(None, &DeepImageSettings::default())?;
+                continue;
+            }
+            for store in DeepStore::ALL.iter().copied() {
+                for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
+                    // Distances need no payload.
+                    let images = DeepImageSettings { store, depth, payload: false, ..Default::default() };
+                    compile(Some((store, depth)), &images)?;
+                }
             }
         }
-        let ray_query = has_ray_query(device).then(|| kernel(&[TRACER_RAY_QUERY], "ray_query/closest_hit"));
-        Ok(Self { deep, bvh: kernel(&[], "bvh/closest_hit")?, ray_query: ray_query.transpose()? })
-    }
-
-    /// Those that read such images.
-    fn tracers(&self, images: &DeepImages) -> &DeepTracers {
-        let DeepImageSettings { store, depth, .. } = images.settings;
-        let found = self.deep.iter().find(|tracers| (tracers.store, tracers.depth) == (store, depth));
-        found.expect("images are built only where the store holds the depth")
+        Ok(Self { kernels })
     }
 
     /// Puts a list of rays on the device.
     pub fn upload(&self, device: &wgpu::Device, rays: &[TracedRay]) -> Result<wgpu::Buffer, RenderError> {
-        Ok(storage_buffer_of(device, "deep_images/rays", rays, wgpu::BufferUsages::empty())?)
+        Ok(storage_buffer_of(device, "rays/list", rays, wgpu::BufferUsages::empty())?)
     }
 
-    /// Distance that each of `count` rays goes, m; −1 where it meets nothing. An error where the device lacks the structure, or
-    /// the scene was not uploaded for it.
+    /// Distance that each of `count` rays goes through a tracer, m; −1 where it meets nothing. `images`: what a tracer of deep images
+    /// goes through. An error where the device lacks what the tracer needs, or the scene was not uploaded for it.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        structure: Structure<'_>,
+        tracer: Tracer,
+        images: Option<&DeepImages>,
         rays: &wgpu::Buffer,
         count: u32,
     ) -> Result<wgpu::Buffer, RenderError> {
-        let distances = storage_buffer(frame.device, "deep_images/distances", 4 * u64::from(count))?;
-        let groups = workgroups(count);
+        tracer.check(frame.device, tracer.name(), "another tracer")?;
+        scene.check_parts(frame.device, tracer.parts())?;
+        let images = images.filter(|_| tracer.uses_deep_images());
+        let kind = images.map(|images| (images.settings.store, images.settings.depth));
+        let kernel = self.kernels.iter().find(|(known, of, _)| (*known, *of) == (tracer, kind));
+        let Some((_, _, kernel)) = kernel else {
+            return Err(RenderError::Together { setting: tracer.name(), needed: "deep images to go through" });
+        };
+        let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
-        let (kernel, images) = match structure {
-            Structure::Bvh => {
-                scene.check_bvh(frame.device)?;
-                frame.dispatch(&self.bvh, &bindings, groups);
-                return Ok(distances);
-            }
-            Structure::RayQuery => {
-                let kernel = self.ray_query.as_ref().ok_or(RenderError::MissingFeature {
-                    setting: "tracing through the adapter's own structure",
-                    feature: "ray queries",
-                    instead: "the BVH",
-                })?;
-                scene.check_ray_query(frame.device)?;
-                frame.dispatch(kernel, &bindings, groups);
-                return Ok(distances);
-            }
-            Structure::WithinTexel(images) => (&self.tracers(images).within_texel, images),
-            Structure::AcrossTexels(images) => (&self.tracers(images).across_texels, images),
-        };
-        dispatch(frame, kernel, &bindings, groups, Some(images));
+        dispatch(frame, kernel, &bindings, workgroups(count), images);
         Ok(distances)
     }
 }

@@ -1,94 +1,163 @@
-//! What rays meet: one structure behind two questions.
+//! What rays meet: several structures behind the questions of `tracer.wesl`.
 //!
-//! - `any_hit.wesl`: is a segment closed? Asked by shadows, and by rays to lights.
-//! - `closest_hit.wesl`: which triangle does a ray from a surface meet first? Asked by indirect light.
+//! - `any_hit`: is a segment closed? Asked by shadows, and by rays to lights.
+//! - `closest_hit`: which triangle does a ray from a surface meet first? Asked by indirect light.
+//! - `first_distance`: how far does a ray go? Asked of lists of rays, by tests and benches ([`RayTracer`]).
 //!
-//! The host says through which structure when it links ([`Tracer::features`]), and runs a pass once for each chunk where that is deep
-//! images (`dispatch`). Lists of rays, for tests and benches, are traced by [`RayTracer`].
+//! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is ([`Room`]). The host chooses one when it links
+//! ([`Tracer::features`]), and runs a pass once for each chunk where that is deep images (`dispatch`).
 
 mod list;
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, SharedStruct};
+use lanternfish_scene::named_enum_impls;
 
-pub use self::list::{RayTracer, Structure, TracedRay};
+pub use self::list::{RayTracer, TracedRay};
 use crate::{
-    deep_images::{DEPTH_16, DeepImages, LINKED_LIST, SORTED_LINKED_LIST},
+    deep_images::DeepImages,
     error::RenderError,
-    settings::DeepImageSettings,
+    gpu_scene::Parts,
+    settings::{DeepDepth, DeepImageSettings, DeepStore},
     shaders::{Root, Shaders},
 };
 
-/// The adapter's own structure answers.
-pub(crate) const TRACER_RAY_QUERY: Feature = Feature("tracer_ray_query");
-/// The texel of a deep image that a ray starts in answers.
-pub(crate) const TRACER_WITHIN_TEXEL: Feature = Feature("tracer_within_texel");
-/// The texels of a deep image that a ray crosses answer.
-pub(crate) const TRACER_ACROSS_TEXELS: Feature = Feature("tracer_across_texels");
+/// What a tracer says of itself.
+#[derive(Debug)]
+pub(crate) struct Room {
+    /// What flags call it.
+    pub name: &'static str,
+    /// One line of help.
+    pub words: &'static str,
+    /// Makes shaders ask it: `tracer.wesl` has a line for it.
+    pub feature: Feature,
+    /// What it reads of a scene.
+    pub structure: Structure,
+}
 
-/// The exact structures: the BVH, and the adapter's own.
-pub(crate) const EXACT_TRACERS: &[&[Feature]] = &[&[], &[TRACER_RAY_QUERY]];
-
-/// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::of(
-        "rays/list",
-        &[&[
-            &[],
-            &[TRACER_RAY_QUERY],
-            &[TRACER_WITHIN_TEXEL],
-            &[TRACER_ACROSS_TEXELS],
-            &[LINKED_LIST, TRACER_WITHIN_TEXEL],
-            &[LINKED_LIST, TRACER_ACROSS_TEXELS],
-            &[SORTED_LINKED_LIST, TRACER_WITHIN_TEXEL],
-            &[SORTED_LINKED_LIST, TRACER_ACROSS_TEXELS],
-            &[DEPTH_16, TRACER_WITHIN_TEXEL],
-            &[DEPTH_16, TRACER_ACROSS_TEXELS],
-        ]],
-    )],
-    structs: &[SharedStruct::of::<TracedRay>()],
-};
-
-/// What answers.
+/// What a tracer reads of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tracer {
-    /// Nothing does: no ray is traced.
-    None,
-    /// A compressed wide BVH, walked in compute.
+pub(crate) enum Structure {
+    /// The BVH, or its triangles.
     Bvh,
     /// The adapter's own acceleration structure.
     RayQuery,
-    /// The texel of the nearest direction's deep image that a ray starts in, along the image's axis: closest hits alone.
-    WithinTexel,
-    /// Every texel of that image that a ray crosses.
-    AcrossTexels,
+    /// Deep images, and the BVH's triangles.
+    DeepImages,
+}
+
+/// Declares the tracers, one line each: a variant, and the folder that has its [`Room`].
+macro_rules! tracers {
+    ($(#[$meta:meta])* $name:ident { $($(#[$attribute:meta])* $variant:ident($folder:ident)),+ $(,)? }) => {
+        $($(#[$attribute])* mod $folder;)+
+
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $($(#[$attribute])* #[doc = concat!("That of the folder `rays/", stringify!($folder), "`.")] $variant),+
+        }
+
+        impl $name {
+            /// Every tracer, in the order in which help lists them.
+            pub const ALL: &[Self] = &[$($(#[$attribute])* Self::$variant),+];
+
+            pub(crate) const fn room(self) -> &'static Room {
+                match self { $($(#[$attribute])* Self::$variant => &$folder::ROOM),+ }
+            }
+        }
+    };
+}
+
+tracers! {
+    /// What rays are traced through.
+    Tracer {
+        Bvh(bvh),
+        RayQuery(ray_query),
+        WithinTexel(within_texel),
+        AcrossTexels(across_texels),
+        #[cfg(test)]
+        NewRoom(new_room),
+    }
+}
+
+named_enum_impls!(Tracer);
+
+/// The answers come in parts, one for each chunk of deep images.
+pub(crate) const IN_CHUNKS: Feature = Feature("in_chunks");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::computed("rays/list", || every_tracer(false))],
+    structs: &[SharedStruct::of::<TracedRay>()],
+};
+
+/// The features of every tracer, through deep images of every kind that have triangles or have none: for shaders that ask any of them.
+pub(crate) fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
+    Tracer::ALL.iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
+}
+
+/// The features of the tracers that need no deep images.
+pub(crate) fn exact_tracers() -> Vec<Vec<Feature>> {
+    let exact = Tracer::ALL.iter().filter(|tracer| !tracer.uses_deep_images());
+    exact.map(|tracer| vec![tracer.room().feature]).collect()
 }
 
 impl Tracer {
-    /// The feature that makes the shaders of this room use it; none for the BVH.
-    pub fn feature(self) -> Option<Feature> {
-        match self {
-            Self::None | Self::Bvh => None,
-            Self::RayQuery => Some(TRACER_RAY_QUERY),
-            Self::WithinTexel => Some(TRACER_WITHIN_TEXEL),
-            Self::AcrossTexels => Some(TRACER_ACROSS_TEXELS),
-        }
+    /// The name that [`FromStr`](std::str::FromStr) reads.
+    pub const fn name(self) -> &'static str {
+        self.room().name
     }
 
-    /// The same, and what reads deep images of these settings, where it goes through those.
+    /// What it is, in a line.
+    pub const fn words(self) -> &'static str {
+        self.room().words
+    }
+
+    /// The features that make shaders ask it; `images`: what deep images are read, where it goes through those.
     pub fn features(self, images: &DeepImageSettings) -> Vec<Feature> {
         let mut features = if self.uses_deep_images() { images.fragment_features() } else { Vec::new() };
-        features.extend(self.feature());
+        features.extend(self.uses_deep_images().then_some(IN_CHUNKS));
+        features.push(self.room().feature);
         features
+    }
+
+    /// Those features through deep images of every kind.
+    fn every_features(self, with_triangles: bool) -> Vec<Vec<Feature>> {
+        let mut every = Vec::new();
+        for store in DeepStore::ALL.iter().copied() {
+            for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
+                let images = DeepImageSettings { store, depth, payload: with_triangles, ..Default::default() };
+                let features = self.features(&images);
+                if !every.contains(&features) {
+                    every.push(features);
+                }
+            }
+        }
+        every
+    }
+
+    /// What it reads of a scene.
+    pub(crate) const fn parts(self) -> Parts {
+        match self.room().structure {
+            Structure::Bvh => Parts::BVH,
+            Structure::RayQuery => Parts::RAY_QUERY,
+            Structure::DeepImages => Parts::DEEP_IMAGES,
+        }
     }
 
     /// Whether it goes through deep images.
     pub fn uses_deep_images(self) -> bool {
-        matches!(self, Self::WithinTexel | Self::AcrossTexels)
+        self.room().structure == Structure::DeepImages
     }
 
     /// What traces rays from where deep images are not asked: from blended surfaces, samples of a pixel, ends of other rays.
     pub fn exact(self) -> Self {
         if self.uses_deep_images() { Self::Bvh } else { self }
+    }
+
+    /// Whether the device has what it needs.
+    pub fn is_supported(self, device: &wgpu::Device) -> bool {
+        self.room().structure != Structure::RayQuery
+            || device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY)
     }
 
     /// An error where the device does not have it. `setting`: what asks for it; `instead`: what to ask for.
@@ -98,20 +167,15 @@ impl Tracer {
         setting: &'static str,
         instead: &'static str,
     ) -> Result<Self, RenderError> {
-        if self == Self::RayQuery && !has_ray_query(device) {
-            return Err(RenderError::MissingFeature { setting, feature: "ray queries", instead });
+        if self.is_supported(device) {
+            return Ok(self);
         }
-        Ok(self)
+        Err(RenderError::MissingFeature { setting, feature: "ray queries", instead })
     }
 }
 
-/// Whether the device has ray queries.
-pub(crate) fn has_ray_query(device: &wgpu::Device) -> bool {
-    device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY)
-}
-
-/// Adds the pass of a kernel that asks one of the two questions: one dispatch, or through deep images one for each chunk of them, each
-/// of which answers for its own images.
+/// Adds the pass of a kernel that asks a tracer: one dispatch, or through deep images one for each chunk of them, each of which answers
+/// for its own images.
 pub(crate) fn dispatch(
     frame: &mut Frame<'_>,
     kernel: &ComputeKernel,

@@ -13,7 +13,7 @@ use crate::{
     view::View,
 };
 
-const NO_MEAN_OF_DEBUG_VIEWS: RenderError = RenderError::Together { setting: "--debug-view", needed: "--accumulate 1" };
+const NO_MEAN_OF_DEBUG_VIEWS: RenderError = RenderError::Together { setting: "`debug-view`", needed: "`accumulate 1`" };
 
 /// An error unless these frames have a mean.
 pub(super) fn check(settings: &Settings) -> Result<(), RenderError> {

@@ -15,7 +15,7 @@ fn gpu_a_frame_has_few_compute_passes() {
     let test = "gpu_a_frame_has_few_compute_passes";
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("cornell").unwrap();
-    let settings = Settings { shadows: Shadows::Bvh, ..Settings::default() };
+    let settings = Settings { shadows: Shadows::BVH, ..Settings::default() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let mut passes_of_frame = || {

@@ -11,11 +11,10 @@ use super::*;
 use crate::{
     debug_views,
     gpu_scene::{MASKED, TEXTURES},
-    rays::Tracer,
     rooms::Family,
     settings::{
         Attenuation, Culling, DebugView, DeepDepth, Indirect, Occlusion, RayCulling, Sampled, Samples, Settings,
-        ToneMap,
+        ToneMap, Tracer,
     },
     shading, shadows,
 };
@@ -54,7 +53,7 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
     let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for settings in all_settings() {
         asked.entry("debug_views/debug").or_default().insert(debug_views::features(&settings));
-        for tracer in [Tracer::None, Tracer::Bvh, Tracer::RayQuery, Tracer::AcrossTexels] {
+        for tracer in [None].into_iter().chain(Tracer::ALL.iter().copied().map(Some)) {
             // What each draw asks for beside.
             let [opaque, blended] = shading::features(&settings, tracer);
             for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (blended, &[&[]])] {
@@ -62,9 +61,7 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
                 let added = drawn.map(|[draw, textures]| [&features[..], draw, textures].concat());
                 asked.entry("shading/forward").or_default().extend(added);
             }
-            if tracer == Tracer::None {
-                continue;
-            }
+            let Some(tracer) = tracer else { continue };
             if let Ok([plan, trace]) = shadows::features(&settings, tracer) {
                 asked.entry("shadows/plan").or_default().insert(plan);
                 asked.entry("shadows/trace").or_default().insert(trace);

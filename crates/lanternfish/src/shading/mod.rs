@@ -49,7 +49,7 @@ pub struct Forward {
 
 impl Forward {
     /// Nothing is compiled until the first scene is drawn.
-    pub fn new(settings: &Settings, tracer: Tracer) -> Self {
+    pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         let depth = |compare| wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(false),
@@ -176,8 +176,7 @@ impl Forward {
 }
 
 /// Features of the shaders of the opaque and of the blended pass, before those that draws ask for.
-pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<Feature>; 2] {
-    let tracer = tracer.exact();
+pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feature>; 2] {
     let culling = LightCulling::feature(settings.culling);
     let samples = settings.samples.count();
     let mut opaque = vec![culling];
@@ -191,15 +190,16 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> [Vec<Feature>; 2]
         features.extend(arriving);
         features.extend((samples > 1).then_some(MULTISAMPLED));
     }
-    if tracer != Tracer::None {
+    if let Some(tracer) = tracer {
+        let tracing = tracer.exact().features(&settings.deep_images);
         // Bits are of the surface at a pixel's middle: where a pixel has others, they trace their own rays.
         opaque.push(SHADOW_BITS);
         if samples > 1 {
             opaque.push(SHADOW_RAYS);
-            opaque.extend(tracer.feature());
+            opaque.extend(&tracing);
         }
         blended.push(SHADOW_RAYS);
-        blended.extend(tracer.feature());
+        blended.extend(tracing);
         if settings.casts_soft_shadows() {
             opaque.push(SOFT);
             blended.push(SOFT);

@@ -18,7 +18,7 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct NearestBlended {
     settings: Settings,
-    tracer: Tracer,
+    tracer: Option<Tracer>,
     passes: Option<Passes>,
 }
 
@@ -31,7 +31,7 @@ struct Passes {
 
 impl NearestBlended {
     /// Glass is smooth: rays go through the BVH, from every pixel, and there is one about the mirror direction at least.
-    pub fn new(settings: &Settings, tracer: Tracer) -> Self {
+    pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         let mut settings = settings.clone();
         if let Some(room) = settings.indirect.chosen_mut() {
             room.look_at_glass();

@@ -17,11 +17,11 @@ use lanternfish_gpu::{
 
 use crate::{
     context::ViewContext,
-    deep_images::{DEPTH_16, DeepImages},
+    deep_images::DeepImages,
     error::RenderError,
     light_culling::{LightCulling, LightLists},
     rays::{self, Tracer},
-    settings::{DebugView, DeepDepth, DeepStore, RayCulling, Settings},
+    settings::{DebugView, DeepImageSettings, DeepStore, RayCulling, Settings},
     shaders::{Root, SHADERS, Shaders},
     texture::frame_target,
 };
@@ -75,8 +75,8 @@ const WORDS: &str = "shadows/words";
 
 /// Rays of a band at most, however large the device's bindings: they are counted in a u32.
 const MOST_RAYS: u64 = 1 << 31;
-/// Flag that chooses [`Tracer::AcrossTexels`], for errors.
-const DEEP_SHADOWS: &str = "--shadows deep-image";
+/// The setting of [`Tracer`]s that go through deep images.
+const DEEP_SHADOWS: &str = "`shadows` through deep images";
 /// Bits of a light that has a size: `SOFT_LIGHT_BITS` of `visibility_bits.wesl`. More rays than they can count are an error.
 const SOFT_LIGHT_BITS: u32 = 8;
 
@@ -143,7 +143,7 @@ impl VisibilityPlan {
 }
 
 impl Shadows {
-    /// Compiles the passes for a tracer (not [`Tracer::None`]).
+    /// Compiles the passes for a tracer.
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
         let [plan, trace] = features(settings, tracer)?;
         let plan = SHADERS.link("shadows/plan", &plan)?;
@@ -235,7 +235,7 @@ impl Shadows {
 
     /// Whether rays are traced through deep images.
     pub fn uses_deep_images(&self) -> bool {
-        self.tracer == Tracer::AcrossTexels
+        self.tracer.uses_deep_images()
     }
 
     /// Traces the rays of one band. `images` are of the scene as it stands, where rays go through them.
@@ -284,15 +284,15 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<Featu
     let plan: Vec<_> = [culling].into_iter().chain(settings.casts_soft_shadows().then_some(SOFT)).collect();
     let mut trace = plan.clone();
     trace.push(VISIBILITY_WRITTEN);
-    trace.extend(tracer.feature());
-    if tracer == Tracer::AcrossTexels {
+    // Segments ask no triangles.
+    trace.extend(tracer.features(&DeepImageSettings { payload: false, ..settings.deep_images }));
+    if tracer.uses_deep_images() {
         if settings.deep_images.store != DeepStore::LinearArray {
             return Err(RenderError::Together { setting: DEEP_SHADOWS, needed: "the store linear_array" });
         }
         if counts_rays(settings) {
-            return Err(RenderError::Together { setting: "--debug-view of shadow rays", needed: "--shadows bvh" });
+            return Err(RenderError::Together { setting: "`debug-view` of shadow rays", needed: "`shadows bvh`" });
         }
-        trace.extend((settings.deep_images.depth == DeepDepth::Bits16).then_some(DEPTH_16));
     }
     trace.extend(match settings.ray_culling {
         RayCulling::None => None,
@@ -317,12 +317,12 @@ fn check_row(columns: u32, words_a_pixel: u32) -> Result<(), RenderError> {
 /// An error where the lights' radius is negative or not finite, or a light gets no ray or more rays than are counted.
 pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
     if !(settings.light_radius >= 0.0 && settings.light_radius.is_finite()) {
-        return Err(RenderError::Together { setting: "--light-radius", needed: "a number of metres, 0 or more" });
+        return Err(RenderError::Together { setting: "`light-radius`", needed: "a number of metres, 0 or more" });
     }
     if !(1..1 << SOFT_LIGHT_BITS).contains(&settings.shadow_rays) {
         return Err(RenderError::Together {
-            setting: "--shadow-rays",
-            needed: "1 to 255 rays; --accumulate adds to them",
+            setting: "`shadow-rays`",
+            needed: "1 to 255 rays; `accumulate` adds to them",
         });
     }
     Ok(())
@@ -334,7 +334,7 @@ pub(crate) fn check_driver(adapter: &wgpu::AdapterInfo) -> Result<(), RenderErro
         return Ok(());
     }
     let (driver, fault) = (adapter.driver_info.clone(), "crashes on it");
-    Err(RenderError::Driver { setting: DEEP_SHADOWS, driver, fault, instead: "--shadows bvh" })
+    Err(RenderError::Driver { setting: DEEP_SHADOWS, driver, fault, instead: "`shadows bvh`" })
 }
 
 /// Words before each row of blocks, the total last. The device's sums, which start over at 2³², are unrolled.
@@ -360,7 +360,7 @@ fn bands(row_starts: &[u64], limit: u64) -> Result<Vec<Range<u32>>, RenderError>
                 list: WORDS,
                 needed: words(row),
                 limit,
-                remedy: "give the lights a shorter range, use --culling tiled, or render a narrower image",
+                remedy: "give the lights a shorter range, use `culling tiled`, or render a narrower image",
             });
         }
         if words(first) > limit {

@@ -15,7 +15,7 @@ use lanternfish_scene::{
 use super::{BLOCK_EDGE, FIRST_START, SOFT_LIGHT_BITS, Tracer, bands, check_row, row_starts};
 use crate::{
     Renderer, Settings,
-    settings::{Samples, Shadows},
+    settings::{DeepImageSettings, Samples, Shadows},
     shaders::constant,
     testing::{Random, probe, quad, scene_of},
 };
@@ -184,10 +184,10 @@ fn answer(faces: &[Face<'_>], p: Vec3, q: Vec3) -> Answer {
 
 /// Which of the segments a tracer finds open.
 fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Vec<bool> {
-    let shadows = if tracer == Tracer::RayQuery { Shadows::RayQuery } else { Shadows::Bvh };
+    let shadows = Shadows::Traced(tracer);
     let renderer = Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::direct_light() }).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let features: Vec<_> = tracer.feature().into_iter().collect();
+    let features = tracer.features(&DeepImageSettings::default());
     let kernel = probe(gpu, "testing/segments", &features, "segments");
     let ends: Vec<_> = segments.iter().flatten().map(|p| p.extend(0.0)).collect();
     let none = wgpu::BufferUsages::empty();
@@ -444,7 +444,7 @@ fn gpu_one_band_or_many_give_the_same_picture() {
     let picture = |samples, word_limit: Option<u64>, seed: u32| {
         let mut scene = scene.clone();
         scene.lights.truncate(scene.lights.len() - seed as usize);
-        let settings = Settings { shadows: Shadows::Bvh, samples, ..Settings::direct_light() };
+        let settings = Settings { shadows: Shadows::BVH, samples, ..Settings::direct_light() };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         if let Some(limit) = word_limit {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;

@@ -15,6 +15,7 @@ use crate::{
     GpuScene,
     context::ViewContext,
     prepass::Surface,
+    settings::{DeepImageSettings, Tracer},
     shaders::SHADERS,
     view::{View, ViewBuffer},
 };
@@ -58,6 +59,15 @@ pub(crate) fn ask_about(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &
     ask_module(gpu, "testing/functions", entry, about, queries, vectors)
 }
 
+/// The rooms that a probe asks: one of each family.
+fn rooms_of(module: &str) -> Vec<Feature> {
+    match module {
+        "testing/pixels" => vec![crate::light_culling::tiled::CULLING_TILED],
+        "testing/roulette" | "testing/segments" => Tracer::Bvh.features(&DeepImageSettings::default()),
+        _ => Vec::new(),
+    }
+}
+
 /// The same of another probe.
 pub(crate) fn ask_module(
     gpu: &Gpu,
@@ -67,7 +77,7 @@ pub(crate) fn ask_module(
     queries: &[Vec4],
     vectors: usize,
 ) -> Vec<Vec4> {
-    let kernel = probe(gpu, module, &[], entry);
+    let kernel = probe(gpu, module, &rooms_of(module), entry);
     let count = queries.len() / vectors;
     let none = wgpu::BufferUsages::empty();
     let queries = storage_buffer_of(&gpu.device, "queries", queries, none).expect("a few queries fit");
@@ -180,12 +190,10 @@ impl Random {
 #[test]
 fn every_probe_validates() {
     for (module, _) in PROBES {
-        // It asks for lists of lights: a room must be there.
-        let culling: &[Feature] =
-            if module == "testing/pixels" { &[crate::light_culling::tiled::CULLING_TILED] } else { &[] };
-        library().link(module, culling).unwrap_or_else(|error| panic!("{error}"));
+        library().link(module, &rooms_of(module)).unwrap_or_else(|error| panic!("{error}"));
     }
-    library().link("testing/segments", &[crate::rays::TRACER_RAY_QUERY]).unwrap_or_else(|error| panic!("{error}"));
+    let ray_query = Tracer::RayQuery.features(&DeepImageSettings::default());
+    library().link("testing/segments", &ray_query).unwrap_or_else(|error| panic!("{error}"));
     // They are no part of what the library carries.
     assert!(SHADERS.sources().iter().all(|(module, _)| !module.starts_with("testing")));
 }

@@ -15,8 +15,8 @@ fn gpu_empty_scenes_show_the_sky() {
     let Some(gpu) = testing::gpu("gpu_empty_scenes_show_the_sky") else { return };
     let sky = Vec3::new(0.25, 0.5, 2.0);
     let light = Light::point(Vec3::ONE, Vec3::ONE);
-    let mut shadows = vec![Shadows::None, Shadows::Bvh];
-    shadows.extend(gpu.description.ray_query.then_some(Shadows::RayQuery));
+    let mut shadows = vec![Shadows::None, Shadows::BVH];
+    shadows.extend(gpu.description.ray_query.then_some(Shadows::RAY_QUERY));
     for shadows in shadows {
         for culling in [Culling::All, Culling::default()] {
             for lights in [vec![], vec![light.clone()]] {
@@ -125,7 +125,7 @@ fn gpu_every_ray_culling_renders_without_depth() {
     let scene = generate::demo("cornell").unwrap();
     for ray_culling in RayCulling::ALL.iter().copied() {
         for size in [(1, 1), (2, 2), (3, 1)] {
-            let settings = Settings { ray_culling, shadows: Shadows::Bvh, ..Settings::direct_light() };
+            let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
             let picture = render(gpu, &scene, &scene.cameras[0], size, settings);
             assert!(picture.radiance.iter().flatten().all(|v| v.is_finite()), "{ray_culling} at {size:?}");
         }

@@ -179,7 +179,7 @@ fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64
 fn gpu_pictures_are_the_same_from_run_to_run() {
     let Some(gpu) = testing::gpu("gpu_pictures_are_the_same_from_run_to_run") else { return };
     let (scene, camera) = cornell_in_rain(3);
-    let settings = || Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
+    let settings = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let first = render(gpu, &scene, &camera, SIZE, settings());
     assert_eq!(differing(&render(gpu, &scene, &camera, SIZE, settings()), &first), 0, "a new renderer");
 
@@ -260,7 +260,7 @@ fn gpu_rays_to_lights_behind_a_surface_change_no_pixel() {
     atrium.lights.extend(generate::light_rain(&atrium.bounds(), 60, Some(4.0), 6, 0.0));
     for (scene, camera) in [(cornell, cornell_camera), (atrium, atrium_camera)] {
         let picture = |ray_culling| {
-            let settings = Settings { ray_culling, shadows: Shadows::Bvh, ..Settings::direct_light() };
+            let settings = Settings { ray_culling, shadows: Shadows::BVH, ..Settings::direct_light() };
             render(gpu, &scene, &camera, SIZE, settings)
         };
         let rays = |picture: &Picture| counter(picture, "shadows/rays");
@@ -301,7 +301,7 @@ fn gpu_tracers_agree() {
         let picture = |gpu: &Gpu, shadows| {
             render(gpu, &scene, &camera, (320, 180), Settings { shadows, ..Settings::direct_light() })
         };
-        let [bvh, ray_query, none] = [Shadows::Bvh, Shadows::RayQuery, Shadows::None].map(|s| picture(gpu, s));
+        let [bvh, ray_query, none] = [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None].map(|s| picture(gpu, s));
         let pixels = (bvh.width * bvh.height) as usize;
         let differ = differing(&bvh, &ray_query);
         println!("{}: {differ} of {pixels} pixels differ between tracers", scene.name);

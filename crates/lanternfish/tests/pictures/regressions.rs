@@ -143,7 +143,7 @@ fn gpu_a_hole_at_the_depth_of_a_surface_shades_nothing() {
     };
     scene.materials.push(hole);
     scene.meshes[0].primitives.push(pane(1, 0.0, 2.0));
-    for shadows in [Shadows::Bvh, Shadows::None] {
+    for shadows in [Shadows::BVH, Shadows::None] {
         let settings = Settings { shadows, ..Settings::direct_light() };
         assert_eq!(Front::render(gpu, &scene, settings).at(0.0, 0.0), alone, "{shadows}");
     }

@@ -101,7 +101,7 @@ fn gpu_surfaces_cover_the_environment_and_blend_over_it() {
     let Some(gpu) = testing::gpu("gpu_surfaces_cover_the_environment_and_blend_over_it") else { return };
     let plain = covered();
     let surrounded = Scene { environment: Some(environment()), ..covered() };
-    for shadows in [Shadows::None, Shadows::Bvh] {
+    for shadows in [Shadows::None, Shadows::BVH] {
         let settings = Settings { shadows, ..Settings::direct_light() };
         let [without, with] = [&plain, &surrounded].map(|scene| Front::render(gpu, scene, settings.clone()));
         let behind = environment().radiance(Vec3::NEG_Z);

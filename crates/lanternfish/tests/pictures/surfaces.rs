@@ -24,10 +24,10 @@ fn matt(color: Vec3) -> Material {
 /// The tracers of this adapter.
 fn tracers(test: &str, gpu: &Gpu) -> Vec<Shadows> {
     if gpu.description.ray_query {
-        return vec![Shadows::Bvh, Shadows::RayQuery];
+        return vec![Shadows::BVH, Shadows::RAY_QUERY];
     }
     testing::left_out(&format!("{test} by ray query"), "this adapter has none");
-    vec![Shadows::Bvh]
+    vec![Shadows::BVH]
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use lanternfish::settings::Tracer;
+
 use super::{
     Report,
     build::{Built, HoleShares},
@@ -95,7 +97,7 @@ fn builder_ratios(built: &[Built]) -> Vec<String> {
 fn tracer_ratios(traced: &[Traced]) -> Vec<String> {
     let ratio = |row: &Traced| {
         let bvh = traced.iter().find(|other| {
-            other.structure == "BVH in compute"
+            other.structure == Tracer::Bvh.name()
                 && other.group == row.group
                 && (other.directions, other.resolution) == (row.directions, row.resolution)
         })?;
@@ -105,7 +107,7 @@ fn tracer_ratios(traced: &[Traced]) -> Vec<String> {
             "{structure} / BVH, {directions} x {resolution}², rays a second: {random:.1} random, {by_direction:.1} by direction"
         ))
     };
-    let others = traced.iter().filter(|row| row.structure != "BVH in compute");
+    let others = traced.iter().filter(|row| row.structure != Tracer::Bvh.name());
     others.filter_map(ratio).collect()
 }
 

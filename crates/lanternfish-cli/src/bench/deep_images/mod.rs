@@ -137,8 +137,8 @@ impl Bench {
             let settings = Settings { shadows, ..Settings::direct_light() };
             Renderer::new(&gpu.device, &gpu.queue, settings)?.upload(scene)
         };
-        let uploaded = upload(Shadows::Bvh)?;
-        let with_ray_query = gpu.description.ray_query.then(|| upload(Shadows::RayQuery)).transpose()?;
+        let uploaded = upload(Shadows::BVH)?;
+        let with_ray_query = gpu.description.ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
         let profiler = Profiler::new(&gpu.device, &gpu.queue);
         Ok(Self { gpu, profiler, uploaded, with_ray_query, runs })
     }

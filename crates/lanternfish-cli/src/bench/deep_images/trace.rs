@@ -2,8 +2,8 @@
 
 use lanternfish::{
     deep_images::DeepImages,
-    rays::{RayTracer, Structure, TracedRay},
-    settings::DeepImageSettings,
+    rays::{RayTracer, TracedRay},
+    settings::{DeepImageSettings, Tracer},
 };
 use lanternfish_gpu::{Frame, read_back};
 use serde::Serialize;
@@ -39,7 +39,7 @@ pub struct Traced {
 }
 
 impl Bench {
-    /// Traces `rays` through the images in both ways, and through the exact structures where the group wants them.
+    /// Traces `rays` through every tracer of deep images, and through the exact ones where the group wants them.
     pub fn trace(
         &mut self,
         group: &Group,
@@ -48,32 +48,25 @@ impl Bench {
         rays: Vec<KnownRay>,
     ) -> Result<Vec<Traced>, CliError> {
         let tracer = RayTracer::new(&self.gpu.device)?;
-        let mut structures = vec![
-            ("within a texel", Structure::WithinTexel(images)),
-            ("across texels", Structure::AcrossTexels(images)),
-        ];
-        if group.beside_exact {
-            structures.push(("BVH in compute", Structure::Bvh));
-        }
-        if group.beside_exact && self.with_ray_query.is_some() {
-            structures.push(("ray query", Structure::RayQuery));
-        }
+        let known = Tracer::ALL.iter().filter(|known| known.is_supported(&self.gpu.device));
+        let (coarse, exact): (Vec<_>, Vec<_>) = known.copied().partition(|known| known.uses_deep_images());
+        let asked = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
         let is_software = self.gpu.description.device_type == "Cpu";
-        let figures = |(name, structure): (&'static str, Structure<'_>)| {
-            let is_slow = is_software && matches!(structure, Structure::RayQuery);
+        let figures = |through: Tracer| {
+            let is_slow = is_software && through == Tracer::RayQuery;
             let mut chosen = rays[..rays.len() / if is_slow { SOFTWARE_RAYS } else { 1 }].to_vec();
             let count = chosen.len();
             let rate = |ms: f64| count as f64 / ms / 1e3;
-            let (random_ms, _) = self.time(&tracer, structure, &chosen)?;
+            let (random_ms, _) = self.time(&tracer, through, images, &chosen)?;
             chosen.sort_by_key(|known| known.ray.image_and_side);
-            let (by_direction_ms, distances) = self.time(&tracer, structure, &chosen)?;
+            let (by_direction_ms, distances) = self.time(&tracer, through, images, &chosen)?;
             let errors = Errors::of(&distances, &chosen);
             Ok(Traced {
                 group: group.title,
                 images: in_words(&settings),
                 directions: settings.directions.count(),
                 resolution: settings.resolution,
-                structure: name,
+                structure: through.name(),
                 rays: count,
                 rate_random: rate(random_ms),
                 rate_by_direction: rate(by_direction_ms),
@@ -83,27 +76,28 @@ impl Bench {
                 false_hits: errors.false_hits,
             })
         };
-        structures.into_iter().map(figures).collect()
+        asked.map(figures).collect()
     }
 
     /// Milliseconds, the least of all runs but the first, and distances.
     fn time(
         &mut self,
         tracer: &RayTracer,
-        structure: Structure<'_>,
+        through: Tracer,
+        images: &DeepImages,
         rays: &[KnownRay],
     ) -> Result<(f64, Vec<f32>), CliError> {
         let rays: Vec<TracedRay> = rays.iter().map(|known| known.ray).collect();
         let uploaded = tracer.upload(&self.gpu.device, &rays)?;
-        let scene = match (&structure, &self.with_ray_query) {
-            (Structure::RayQuery, Some(scene)) => scene,
+        let scene = match (through, &self.with_ray_query) {
+            (Tracer::RayQuery, Some(scene)) => scene,
             _ => &self.uploaded,
         };
         let mut least = f64::INFINITY;
         let mut distances = Vec::new();
         for run in 0..=self.runs {
             let mut frame = Frame::new(&self.gpu.device, &self.gpu.queue, &mut self.profiler);
-            let buffer = tracer.record(&mut frame, scene, structure, &uploaded, rays.len() as u32)?;
+            let buffer = tracer.record(&mut frame, scene, through, Some(images), &uploaded, rays.len() as u32)?;
             frame.submit();
             distances = read_back::<f32>(&self.gpu.device, &self.gpu.queue, &buffer, rays.len())?;
             let ms: f64 = self.profiler.finished().iter().map(|pass| pass.ms).sum();

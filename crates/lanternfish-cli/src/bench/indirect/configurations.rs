@@ -1,8 +1,6 @@
 //! What is measured: one list.
 
-use lanternfish::settings::{
-    DeepImageSettings, DirectionSet, Indirect, IndirectTracer, Materials, Sampled, Samples, Settings,
-};
+use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, Materials, Sampled, Samples, Settings, Tracer};
 use lanternfish_scene::Scene;
 use serde::Serialize;
 
@@ -120,7 +118,7 @@ impl ImageSet {
 pub struct Configuration {
     pub brdf: Brdf,
     /// What rays are traced through; without, the BVH.
-    pub images: Option<(ImageSet, IndirectTracer)>,
+    pub images: Option<(ImageSet, Tracer)>,
     /// Pixels to each side.
     pub filter_radius: u32,
     pub samples: Samples,
@@ -139,8 +137,8 @@ impl Configuration {
         Self { images: None, ..self }
     }
 
-    pub fn tracer(self) -> IndirectTracer {
-        self.images.map_or(IndirectTracer::Bvh, |(_, tracer)| tracer)
+    pub fn tracer(self) -> Tracer {
+        self.images.map_or(Tracer::Bvh, |(_, tracer)| tracer)
     }
 
     /// `look`: what all configurations share. `fragments_a_texel`: as [`DeepImageSettings`] has it, where there are images.
@@ -207,7 +205,7 @@ impl Plan {
             let is_his = |brdf: Brdf| set.resolution == resolutions[0] && (quick || set.k == brdf.k());
             let rows = through_bvh.iter().filter(|row| **row == Configuration::plain(row.brdf) || is_his(row.brdf));
             let traced = |row: &Configuration| {
-                let tracers = [IndirectTracer::WithinTexel, IndirectTracer::AcrossTexels];
+                let tracers = [Tracer::WithinTexel, Tracer::AcrossTexels];
                 let row = *row;
                 tracers.map(|tracer| Configuration { images: Some((set, tracer)), ..row })
             };

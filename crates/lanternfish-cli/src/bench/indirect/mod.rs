@@ -114,7 +114,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     light_rig::add(&mut scene, lights, &camera)?;
     // One tracer of shadow rays, so that the hits' shading is the same work on every adapter.
     let mut look = Settings {
-        shadows: Shadows::Bvh,
+        shadows: Shadows::BVH,
         attenuation: lights.attenuation,
         range_threshold: lights.range_threshold,
         // One for all pictures, which are compared with each other.

@@ -18,6 +18,7 @@ use super::{shots::Shot, techniques::Technique};
 use crate::{
     bench::forward_plus::{differing, median},
     error::CliError,
+    flags::as_flags,
     reference::display,
 };
 
@@ -96,7 +97,7 @@ impl Bench<'_> {
             Err(RenderError::MissingFeature { feature, .. }) => {
                 return Ok(row(Some(format!("the adapter has no {feature}")), None));
             }
-            Err(error @ RenderError::Driver { .. }) => return Ok(row(Some(error.to_string()), None)),
+            Err(error @ RenderError::Driver { .. }) => return Ok(row(Some(as_flags(&error.to_string())), None)),
             Err(error) => return Err(error.into()),
         };
         let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.picture, &picture));

@@ -8,8 +8,8 @@ use lanternfish::{
     rooms::Family,
     settings::{
         Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet,
-        Indirect, IndirectClamp, IndirectResolution, IndirectTracer, Materials, Occlusion, Quality, RayCulling,
-        Sampled, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled,
+        Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RayCulling, Sampled, Samples,
+        Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
     },
 };
 
@@ -131,20 +131,20 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     let all = |tracer| Sampled { tracer, ..GOOD };
     let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
     let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
-    let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(IndirectTracer::Bvh) };
+    let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::Bvh) };
     let rows = [
-        ("within-texel 64", all(IndirectTracer::WithinTexel), 64),
-        ("within-texel 128", all(IndirectTracer::WithinTexel), 128),
-        ("across-texels 64", all(IndirectTracer::AcrossTexels), 64),
-        ("across-texels 128", all(IndirectTracer::AcrossTexels), 128),
-        ("bvh", all(IndirectTracer::Bvh), usual),
-        ("ray-query", all(IndirectTracer::RayQuery), usual),
-        ("within-texel 64, every fourth pixel", half(IndirectTracer::WithinTexel), 64),
-        ("within-texel 128, every fourth pixel", half(IndirectTracer::WithinTexel), 128),
-        ("within-texel 256, every fourth pixel", half(IndirectTracer::WithinTexel), 256),
-        ("bvh, every fourth pixel", half(IndirectTracer::Bvh), usual),
-        ("within-texel 128, half the rays", fewer(IndirectTracer::WithinTexel), 128),
-        ("bvh, half the rays", fewer(IndirectTracer::Bvh), usual),
+        ("within-texel 64", all(Tracer::WithinTexel), 64),
+        ("within-texel 128", all(Tracer::WithinTexel), 128),
+        ("across-texels 64", all(Tracer::AcrossTexels), 64),
+        ("across-texels 128", all(Tracer::AcrossTexels), 128),
+        ("bvh", all(Tracer::Bvh), usual),
+        ("ray-query", all(Tracer::RayQuery), usual),
+        ("within-texel 64, every fourth pixel", half(Tracer::WithinTexel), 64),
+        ("within-texel 128, every fourth pixel", half(Tracer::WithinTexel), 128),
+        ("within-texel 256, every fourth pixel", half(Tracer::WithinTexel), 256),
+        ("bvh, every fourth pixel", half(Tracer::Bvh), usual),
+        ("within-texel 128, half the rays", fewer(Tracer::WithinTexel), 128),
+        ("bvh, half the rays", fewer(Tracer::Bvh), usual),
         ("bvh, not clamped", not_clamped, usual),
     ];
     let rows = rows.map(|(name, sampled, resolution)| of(name, Indirect::Sampled(sampled), resolution));
@@ -161,9 +161,9 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
     let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..GOOD });
     vec![
         of("none", Indirect::None),
-        of("within-texel", sampled(IndirectTracer::WithinTexel)),
-        of("across-texels", sampled(IndirectTracer::AcrossTexels)),
-        of("bvh", sampled(IndirectTracer::Bvh)),
+        of("within-texel", sampled(Tracer::WithinTexel)),
+        of("across-texels", sampled(Tracer::AcrossTexels)),
+        of("bvh", sampled(Tracer::Bvh)),
     ]
 }
 
@@ -214,7 +214,7 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
         rows.push(of(format!("deep {resolution}"), settings));
     }
     let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..GOOD });
-    for tracer in [IndirectTracer::AcrossTexels, IndirectTracer::Bvh] {
+    for tracer in [Tracer::AcrossTexels, Tracer::Bvh] {
         let settings = Settings { indirect: sampled(tracer), ..default.clone() };
         rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
     }
@@ -339,7 +339,7 @@ mod tests {
             Indirect::Sampled(sampled) => Some(sampled),
             _ => None,
         };
-        for tracer in IndirectTracer::ALL {
+        for tracer in Tracer::ALL {
             assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer));
         }
         for resolution in IndirectResolution::ALL {

@@ -24,7 +24,7 @@ use super::{
 };
 use crate::{
     error::RenderError,
-    gpu_scene::GpuScene,
+    gpu_scene::{GpuScene, Parts},
     settings::{DeepBuilder, DeepImageSettings},
     shaders::SHADERS,
     texture::frame_target,
@@ -128,7 +128,7 @@ impl DeepImageBuilder {
     /// Builds the images of the scene's triangles; blended surfaces are not in them. A scene that was not uploaded for the BVH
     /// is an error.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
-        scene.check_bvh(frame.device)?;
+        scene.check_parts(frame.device, Parts::BVH)?;
         let directions = self.directions.rotated(self.rotation);
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)
             .map(|image| {

@@ -8,8 +8,8 @@ use super::{build, builders::compare, distances, exact, frame_of, lists, setting
 use crate::{
     deep_images::{DeepImages, Fragment, directions::DirectionSet, twin},
     gpu_scene::GpuScene,
-    rays::{RayTracer, Structure, TracedRay},
-    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
+    rays::{RayTracer, TracedRay},
+    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, Tracer},
     testing::{Random, probe},
 };
 
@@ -103,15 +103,14 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
         DeepDepth::Bits16 => ((depth / grid.radius * 32767.0).round() as i32 as u32, triangle),
     };
     let held: HashSet<_> = lists.iter().flatten().map(|fragment| key(fragment.depth, fragment.triangle)).collect();
-    for (entry, structure) in [("within", Structure::WithinTexel(images)), ("across", Structure::AcrossTexels(images))]
-    {
-        let traced = distances(gpu, tracer, scene, structure, &rays);
+    for (entry, through) in [("within", Tracer::WithinTexel), ("across", Tracer::AcrossTexels)] {
+        let traced = distances(gpu, tracer, scene, (through, Some(images)), &rays);
         let answers = hits(gpu, images, entry, &rays);
         let twin = |ray: &TracedRay| {
             let image = ray.image_and_side / 2;
             let (frame, first) = (frame_of(images, image), image as usize * texels);
-            match structure {
-                Structure::WithinTexel(_) => twin::within_texel(grid, &frame, &lists[first..first + texels], ray),
+            match through {
+                Tracer::WithinTexel => twin::within_texel(grid, &frame, &lists[first..first + texels], ray),
                 _ => twin::across_texels(grid, &frame, &lists[first..first + texels], ray),
             }
         };

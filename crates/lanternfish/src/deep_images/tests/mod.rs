@@ -18,13 +18,13 @@ use super::{Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment, directions
 use crate::{
     Renderer, Settings,
     gpu_scene::GpuScene,
-    rays::{RayTracer, Structure, TracedRay},
-    settings::{DeepBuilder, DeepImageSettings, Shadows},
+    rays::{RayTracer, TracedRay},
+    settings::{DeepBuilder, DeepImageSettings, Shadows, Tracer},
 };
 
 /// Uploads for the BVH, whose triangles the builders draw.
 pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
-    let settings = Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
+    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(scene).unwrap()
 }
 
@@ -47,13 +47,13 @@ fn distances(
     gpu: &Gpu,
     tracer: &RayTracer,
     scene: &GpuScene,
-    structure: Structure<'_>,
+    (through, images): (Tracer, Option<&DeepImages>),
     rays: &[TracedRay],
 ) -> Vec<f32> {
     let buffer = tracer.upload(&gpu.device, rays).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let distances = tracer.record(&mut frame, scene, structure, &buffer, rays.len() as u32).unwrap();
+    let distances = tracer.record(&mut frame, scene, through, images, &buffer, rays.len() as u32).unwrap();
     frame.submit();
     read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap()
 }

@@ -24,16 +24,15 @@ fn gpu_ray_query_finds_what_the_bvh_finds() {
         .collect();
     let tracer = RayTracer::new(&gpu.device).unwrap();
     let buffer = tracer.upload(&gpu.device, &rays).unwrap();
-    let [bvh, ray_query] =
-        [(Shadows::Bvh, Structure::Bvh), (Shadows::RayQuery, Structure::RayQuery)].map(|(shadows, structure)| {
-            let settings = Settings { shadows, ..Settings::direct_light() };
-            let uploaded = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(&scene).unwrap();
-            let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-            let distances = tracer.record(&mut frame, &uploaded, structure, &buffer, rays.len() as u32).unwrap();
-            frame.submit();
-            read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap()
-        });
+    let [bvh, ray_query] = [Tracer::Bvh, Tracer::RayQuery].map(|through| {
+        let settings = Settings { shadows: Shadows::Traced(through), ..Settings::direct_light() };
+        let uploaded = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(&scene).unwrap();
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+        let distances = tracer.record(&mut frame, &uploaded, through, None, &buffer, rays.len() as u32).unwrap();
+        frame.submit();
+        read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap()
+    });
     let other = |bvh: &[f32], ray_query: &[f32]| {
         let pairs = bvh.iter().zip(ray_query);
         pairs.filter(|(a, b)| (**a < 0.0) != (**b < 0.0) || (*a - *b).abs() > 1e-3 * a.abs().max(1.0)).count()
@@ -60,6 +59,6 @@ fn gpu_a_device_without_ray_query_says_so() {
     let rays = tracer.upload(&gpu.device, &[TracedRay::default()]).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let error = tracer.record(&mut frame, &scene, Structure::RayQuery, &rays, 1).unwrap_err();
+    let error = tracer.record(&mut frame, &scene, Tracer::RayQuery, None, &rays, 1).unwrap_err();
     assert!(error.to_string().contains("ray queries"), "{error}");
 }

@@ -5,8 +5,8 @@ use lanternfish_gpu::testing;
 use super::{build, distances, settings, upload};
 use crate::{
     deep_images::directions::DirectionSet,
-    rays::{RayTracer, Structure, TracedRay},
-    settings::{DeepBuilder, DeepImageSettings},
+    rays::{RayTracer, TracedRay},
+    settings::{DeepBuilder, DeepImageSettings, Tracer},
     testing::Random,
 };
 
@@ -24,7 +24,7 @@ fn gpu_the_bvh_finds_the_closest_surface() {
             TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
         })
         .collect();
-    let found = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, Structure::Bvh, &rays);
+    let found = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, (Tracer::Bvh, None), &rays);
     let (mut hits, mut other) = (0, 0);
     for (ray, found) in rays.iter().zip(found) {
         let expected = exact.nearest(ray.origin.into(), ray.direction.into());
@@ -55,8 +55,8 @@ fn gpu_rays_across_texels_are_closer_to_the_truth() {
         })
         .collect();
     let tracer = RayTracer::new(&gpu.device).unwrap();
-    let median = |structure| {
-        let found = distances(gpu, &tracer, &uploaded, structure, &rays);
+    let median = |through| {
+        let found = distances(gpu, &tracer, &uploaded, (through, Some(&images)), &rays);
         let pairs = rays.iter().zip(found);
         let mut errors: Vec<f32> = pairs
             .filter_map(|(ray, found)| {
@@ -68,7 +68,7 @@ fn gpu_rays_across_texels_are_closer_to_the_truth() {
         errors.sort_unstable_by(f32::total_cmp);
         errors[errors.len() / 2]
     };
-    let (within, across) = (median(Structure::WithinTexel(&images)), median(Structure::AcrossTexels(&images)));
+    let (within, across) = (median(Tracer::WithinTexel), median(Tracer::AcrossTexels));
     println!("median error {within} within a texel, {across} across texels");
     assert!(across < 0.4 * within && across < 0.05, "{within} {across}");
 }

@@ -4,8 +4,14 @@ use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, 
 
 use super::{super::DeepImages, check_store, place_of};
 use crate::{
-    error::RenderError, gpu_scene::GpuScene, output::DISPLAY_FORMAT, prepass::DEPTH_FORMAT,
-    settings::DeepImageSettings, shaders::SHADERS, texture::target, view::View,
+    error::RenderError,
+    gpu_scene::{GpuScene, Parts},
+    output::DISPLAY_FORMAT,
+    prepass::DEPTH_FORMAT,
+    settings::DeepImageSettings,
+    shaders::SHADERS,
+    texture::target,
+    view::View,
 };
 
 gpu_struct! {
@@ -95,7 +101,7 @@ impl PointCloud {
         if view.size.min_element() == 0 || view.size.max_element() > limit {
             return Err(RenderError::Size { width: view.size.x, height: view.size.y, limit });
         }
-        scene.check_bvh(frame.device)?;
+        scene.check_parts(frame.device, Parts::BVH)?;
         // Lists of each chunk that are drawn.
         let drawn = match image {
             None => images.chunks.iter().map(|chunk| (chunk, 0, chunk.list_count())).collect(),

@@ -5,12 +5,10 @@ use lanternfish_scene::Material;
 
 use super::{half_white, image};
 use crate::{
-    deep_images::directions::{Directions, rotation_of_turn},
     environment_light::{
         brdf_shares::{LEAST_ROUGHNESS, shares},
-        samples::{by_normal, cell_radiances, harmonics, samples_of, sun_of},
+        samples::{by_normal, harmonics, samples_of, sun_of},
     },
-    settings::DirectionSet,
     shaders::constant,
     testing::{Random, ask},
 };
@@ -29,32 +27,6 @@ fn pieces_are_the_whole_sphere() {
         // A piece is 1.4° wide, and the colour changes by up to 2 a radian.
         assert!(worst < 0.02, "{width}: {worst}");
     }
-}
-
-#[test]
-fn every_direction_has_the_mean_of_what_is_near_it() {
-    let set = Directions::new(DirectionSet::ZonalEqualArea { count: 169 }).unwrap();
-    let even = samples_of(&image(32, 16, 0.0, |_| Vec3::new(0.3, 1.0, 7.0)));
-    let half = samples_of(&half_white());
-    for frame in [None, Some(0), Some(7)] {
-        let turned = set.rotated(frame.map_or(Quat::IDENTITY, rotation_of_turn));
-        let cells = cell_radiances(&even, &turned);
-        let off = cells.iter().map(|cell| (*cell - Vec4::new(0.3, 1.0, 7.0, 0.0)).length());
-        assert!(off.fold(0.0, f32::max) < 1e-6);
-        // A cell is less than 10° wide.
-        let wrong = |directions: &Directions| {
-            let cells = cell_radiances(&half, directions);
-            let axes = turned.axes().iter().flat_map(|axis| [*axis, -*axis]);
-            let is_wrong = |(axis, cell): &(Vec3, &Vec4)| axis.y.abs() > 0.2 && cell.x != f32::from(axis.y > 0.0);
-            axes.zip(&cells).filter(is_wrong).count()
-        };
-        assert_eq!(wrong(&turned), 0);
-        // It can fail: cells of a set that is turned otherwise.
-        assert!(wrong(&set.rotated(rotation_of_turn(3))) > 50);
-    }
-    // The largest set has cells smaller than the pieces at the equator: none is black for it.
-    let largest = Directions::new(DirectionSet::ZonalEqualArea { count: Directions::MAX_COUNT }).unwrap();
-    assert!(cell_radiances(&even, &largest).iter().all(|cell| (cell.y - 1.0).abs() < 1e-6));
 }
 
 #[test]

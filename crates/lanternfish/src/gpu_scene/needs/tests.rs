@@ -7,10 +7,10 @@ use lanternfish_scene::{Camera, Environment, Image, Light, Material, Projection,
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     deep_images::DeepImageBuilder,
-    rays::{RayTracer, Structure, TracedRay},
+    rays::{RayTracer, TracedRay},
     settings::{
-        Attenuation, DebugView, DeepImageSettings, DirectionSet, Indirect, IndirectTracer, Materials, Occlusion,
-        Sampled, Shadows, TextureBinding,
+        Attenuation, DebugView, DeepImageSettings, DirectionSet, Indirect, Materials, Occlusion, Sampled, Shadows,
+        TextureBinding, Tracer,
     },
     testing::{quad, scene_of},
 };
@@ -49,7 +49,7 @@ fn coarse() -> DeepImageSettings {
 
 /// Settings that need something of a scene each.
 fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
-    let direct = || Settings { shadows: Shadows::Bvh, deep_images: coarse(), ..Settings::direct_light() };
+    let direct = || Settings { shadows: Shadows::BVH, deep_images: coarse(), ..Settings::direct_light() };
     let indirect = |tracer| {
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer, ..Sampled::default() };
         Settings { indirect: Indirect::Sampled(sampled), ..direct() }
@@ -63,11 +63,11 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
         ("soft", Settings { light_radius: 0.1, ..direct() }),
         ("textures one by one", Settings { textures: TextureBinding::PerMaterial, ..direct() }),
         ("hbao", Settings { occlusion: Occlusion::hbao(1.0), shadows: Shadows::None, ..direct() }),
-        ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(IndirectTracer::Bvh) }),
-        ("indirect, deep images", indirect(IndirectTracer::WithinTexel)),
+        ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(Tracer::Bvh) }),
+        ("indirect, deep images", indirect(Tracer::WithinTexel)),
     ];
     if has_ray_query {
-        choices.push(("indirect, ray query", indirect(IndirectTracer::RayQuery)));
+        choices.push(("indirect, ray query", indirect(Tracer::RayQuery)));
     }
     choices
 }
@@ -118,7 +118,7 @@ fn gpu_what_is_traced_through_a_scene_must_be_there() {
     let Some(gpu) = testing::gpu("gpu_what_is_traced_through_a_scene_must_be_there") else { return };
     let without = renderer(gpu, Settings { shadows: Shadows::None, ..Settings::direct_light() });
     let mut uploaded = without.upload(&scene()).unwrap();
-    let mut tracing = renderer(gpu, Settings { shadows: Shadows::Bvh, ..Settings::direct_light() });
+    let mut tracing = renderer(gpu, Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
     is_other_settings(tracing.update(&mut uploaded, &scene()));
     is_other_settings(tracing.refine(&uploaded, &[(&camera(), 16, 12)]));
 
@@ -127,9 +127,9 @@ fn gpu_what_is_traced_through_a_scene_must_be_there() {
     is_other_settings(DeepImageBuilder::new(&gpu.device, coarse()).unwrap().record(&mut frame, &uploaded));
     let rays = RayTracer::new(&gpu.device).unwrap();
     let buffer = rays.upload(&gpu.device, &[TracedRay { direction: Vec3::X, ..TracedRay::default() }]).unwrap();
-    is_other_settings(rays.record(&mut frame, &uploaded, Structure::Bvh, &buffer, 1));
+    is_other_settings(rays.record(&mut frame, &uploaded, Tracer::Bvh, None, &buffer, 1));
     if gpu.description.ray_query {
-        is_other_settings(rays.record(&mut frame, &uploaded, Structure::RayQuery, &buffer, 1));
+        is_other_settings(rays.record(&mut frame, &uploaded, Tracer::RayQuery, None, &buffer, 1));
     }
 }
 
@@ -137,7 +137,7 @@ fn gpu_what_is_traced_through_a_scene_must_be_there() {
 fn gpu_a_scene_of_another_device_is_refused() {
     let Some(gpu) = testing::gpu("gpu_a_scene_of_another_device_is_refused") else { return };
     let other = Gpu::open(&AdapterChoice::Auto).unwrap();
-    let direct = || Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
+    let direct = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let mut uploaded = renderer(&other, direct()).upload(&scene()).unwrap();
     let mut renderer = renderer(gpu, direct());
     is_other_device(renderer.render(&uploaded, &camera(), 16, 12));

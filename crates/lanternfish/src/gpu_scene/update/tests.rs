@@ -9,8 +9,8 @@ use lanternfish_scene::{
 use super::Outline;
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
-    rays::{RayTracer, Structure, TracedRay},
-    settings::{Indirect, IndirectTracer, Sampled, Shadows},
+    rays::{RayTracer, TracedRay},
+    settings::{Indirect, Sampled, Shadows, Tracer},
     testing::{Random, apart, moved},
 };
 
@@ -53,14 +53,14 @@ fn gpu_a_picture_after_an_update_is_that_of_a_fresh_upload() {
         lights: after.lights.iter().cloned().chain([Light::point(Vec3::Y, Vec3::splat(0.3))]).collect(),
         ..after.clone()
     };
-    for shadows in [Shadows::Bvh, Shadows::RayQuery, Shadows::None] {
-        if shadows == Shadows::RayQuery && !gpu.description.ray_query {
+    for shadows in [Shadows::BVH, Shadows::RAY_QUERY, Shadows::None] {
+        if shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out(test, "this adapter has no ray query");
             continue;
         }
         let mut renderer = renderer(gpu, shadows);
         // The order of triangles differs: at edges either of two may be met.
-        let allowed = if shadows == Shadows::RayQuery { 120 * 120 / 500 } else { 0 };
+        let allowed = if shadows == Shadows::RAY_QUERY { 120 * 120 / 500 } else { 0 };
         let mut uploaded = renderer.upload(&before).unwrap();
         let mut last = shown(&mut renderer, &uploaded, &before);
         for now in [&after, &more_lights, &before] {
@@ -100,9 +100,9 @@ fn gpu_factors_of_materials_follow() {
         ("normal scale", |m| m.normal_scale = 0.3),
         ("unlit", |m| m.unlit = true),
     ];
-    let direct = Settings { shadows: Shadows::Bvh, ..Settings::direct_light() };
+    let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     // And where hits are shaded.
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: IndirectTracer::Bvh, ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh, ..Sampled::default() };
     let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
@@ -135,7 +135,7 @@ fn distances(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay]) -> Vec<f32> {
     let buffer = tracer.upload(&gpu.device, rays).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let found = tracer.record(&mut frame, uploaded, Structure::Bvh, &buffer, rays.len() as u32).unwrap();
+    let found = tracer.record(&mut frame, uploaded, Tracer::Bvh, None, &buffer, rays.len() as u32).unwrap();
     frame.submit();
     read_back(&gpu.device, &gpu.queue, &found, rays.len()).unwrap()
 }
@@ -143,7 +143,7 @@ fn distances(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay]) -> Vec<f32> {
 #[test]
 fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
     let Some(gpu) = testing::gpu("gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do") else { return };
-    let renderer = renderer(gpu, Shadows::Bvh);
+    let renderer = renderer(gpu, Shadows::BVH);
     for name in ["cornell", "atrium"] {
         let mut scene = apart(&generate::demo(name).unwrap());
         let mut uploaded = renderer.upload(&scene).unwrap();
@@ -178,7 +178,7 @@ fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
 #[test]
 fn gpu_what_cannot_follow_is_named_and_changes_nothing() {
     let Some(gpu) = testing::gpu("gpu_what_cannot_follow_is_named_and_changes_nothing") else { return };
-    let mut renderer = renderer(gpu, Shadows::Bvh);
+    let mut renderer = renderer(gpu, Shadows::BVH);
     let mut before = scene();
     before.images.push(Image { name: "checks".to_owned(), width: 1, height: 1, rgba: vec![255; 4] });
     before.samplers.push(Sampler::default());
@@ -240,7 +240,7 @@ fn every_texel_of_a_small_image_is_asked() {
 #[test]
 fn gpu_a_generation_is_of_triangles_that_moved() {
     let Some(gpu) = testing::gpu("gpu_a_generation_is_of_triangles_that_moved") else { return };
-    let renderer = renderer(gpu, Shadows::Bvh);
+    let renderer = renderer(gpu, Shadows::BVH);
     let mut scene = scene();
     let mut uploaded = renderer.upload(&scene).unwrap();
     let first = uploaded.generation();

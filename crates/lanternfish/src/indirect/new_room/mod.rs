@@ -51,7 +51,7 @@ impl IndirectRoom for NewRoom {
         &self,
         device: &wgpu::Device,
         _settings: &Settings,
-        _tracer: Tracer,
+        _tracer: Option<Tracer>,
     ) -> Result<Box<dyn IndirectPasses>, RenderError> {
         let shader = SHADERS.link("indirect/new_room/find", &[])?;
         let parameters = NewRoomParameters { radiance: self.radiance };

@@ -15,17 +15,17 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
 use self::targets::Targets;
 pub use self::{
-    settings::{IndirectClamp, IndirectResolution, IndirectTracer, Sampled},
+    settings::{IndirectClamp, IndirectResolution, Sampled},
     targets::RayCounters,
 };
 use super::{IndirectPasses, IndirectSums};
 use crate::{
     context::ViewContext,
-    deep_images::{DEPTH_16, DeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST},
+    deep_images::DeepImages,
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
-    rays::{self, EXACT_TRACERS, TRACER_ACROSS_TEXELS, TRACER_RAY_QUERY, TRACER_WITHIN_TEXEL, Tracer},
+    rays::{self, Tracer},
     settings::DeepImageSettings,
     shaders::{Root, SHADERS, Shaders},
 };
@@ -33,24 +33,10 @@ use crate::{
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
-        Root::of(
-            "indirect/sampled/trace",
-            &[&[
-                &[],
-                &[TRACER_RAY_QUERY],
-                &[PAYLOAD, TRACER_WITHIN_TEXEL],
-                &[PAYLOAD, TRACER_ACROSS_TEXELS],
-                &[PAYLOAD, DEPTH_16, TRACER_WITHIN_TEXEL],
-                &[PAYLOAD, DEPTH_16, TRACER_ACROSS_TEXELS],
-                &[PAYLOAD, LINKED_LIST, TRACER_WITHIN_TEXEL],
-                &[PAYLOAD, LINKED_LIST, TRACER_ACROSS_TEXELS],
-                &[PAYLOAD, SORTED_LINKED_LIST, TRACER_WITHIN_TEXEL],
-                &[PAYLOAD, SORTED_LINKED_LIST, TRACER_ACROSS_TEXELS],
-            ]],
-        ),
+        Root::computed("indirect/sampled/trace", || rays::every_tracer(true)),
         Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
-        Root::of("indirect/sampled/shadow", &[EXACT_TRACERS]),
-        Root::of("indirect/sampled/emitters", &[EXACT_TRACERS]),
+        Root::computed("indirect/sampled/shadow", rays::exact_tracers),
+        Root::computed("indirect/sampled/emitters", rays::exact_tracers),
         Root::new("indirect/sampled/bound"),
         Root::new("indirect/sampled/filter"),
     ],
@@ -147,16 +133,16 @@ impl SampledLight {
         settings: Sampled,
         deep_images: DeepImageSettings,
         frames: u32,
-        tracer: Tracer,
+        tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
         check(&settings, &deep_images)?;
-        settings.tracer.tracer().check(device, "--indirect-tracer ray-query", "--indirect-tracer bvh")?;
+        settings.tracer.check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
         let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
             let shader = SHADERS.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
-        let tracing = settings.tracer.tracer().features(&deep_images);
-        let exact: Vec<Feature> = tracer.exact().feature().into_iter().collect();
+        let tracing = settings.tracer.features(&deep_images);
+        let exact = tracer.unwrap_or(Tracer::Bvh).exact().features(&deep_images);
         Ok(Self {
             settings,
             frames,
@@ -217,7 +203,7 @@ impl IndirectPasses for SampledLight {
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
-        let images = images.filter(|_| settings.tracer.tracer().uses_deep_images());
+        let images = images.filter(|_| settings.tracer.uses_deep_images());
         for round in 0..rounds {
             let uniform = frame.uniform(&SampledParameters { round, ..parameters });
             let tracing = seen.clone().part("sampled", &uniform).buffer("sampled_hits", &targets.hits);
@@ -282,13 +268,13 @@ fn glossy_blur(rays: u32, frames: u32) -> f32 {
 /// An error where the number of rays or the filter's radius is out of range, or deep images lack the triangles that are needed.
 fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), RenderError> {
     if settings.diffuse_rays == 0 || settings.diffuse_rays > 4096 || settings.glossy_rays > 4096 {
-        return Err(RenderError::Together { setting: "--indirect sampled", needed: "1 to 4096 rays a pixel" });
+        return Err(RenderError::Together { setting: "`indirect sampled`", needed: "1 to 4096 rays a pixel" });
     }
     if settings.filter_radius > MOST_RADIUS {
-        return Err(RenderError::Together { setting: "--indirect sampled", needed: "a filter of at most 64 pixels" });
+        return Err(RenderError::Together { setting: "`indirect sampled`", needed: "a filter of at most 64 pixels" });
     }
-    if settings.tracer.tracer().uses_deep_images() && !deep_images.payload {
-        return Err(RenderError::Together { setting: "--indirect sampled", needed: "deep images with triangles" });
+    if settings.tracer.uses_deep_images() && !deep_images.payload {
+        return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });
     }
     Ok(())
 }

@@ -5,6 +5,7 @@ use lanternfish_scene::named_enum;
 use super::{DECLARED, SampledLight};
 use crate::{
     error::RenderError,
+    gpu_scene::Parts,
     indirect::{IndirectPasses, IndirectRoom, Quality},
     rays::Tracer,
     rooms::{Knob, Range, Room},
@@ -20,7 +21,7 @@ pub struct Sampled {
     /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
     pub glossy_rays: u32,
     /// What rays are traced through.
-    pub tracer: IndirectTracer,
+    pub tracer: Tracer,
     /// Where rays start.
     pub resolution: IndirectResolution,
     /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none. More: less noise, softer detail.
@@ -43,7 +44,7 @@ impl Quality {
         let good = Sampled {
             diffuse_rays: 8,
             glossy_rays: 4,
-            tracer: IndirectTracer::Bvh,
+            tracer: Tracer::Bvh,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::On,
@@ -54,33 +55,6 @@ impl Quality {
             Self::Best => {
                 Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, clamp: IndirectClamp::Off, ..good }
             }
-        }
-    }
-}
-
-named_enum! {
-    /// What rays of indirect light are traced through.
-    IndirectTracer {
-        /// The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].
-        WithinTexel = "within-texel":
-            "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
-        /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
-        AcrossTexels = "across-texels": "Every texel of a deep image that a ray crosses",
-        /// The BVH: exact.
-        Bvh = "bvh": "The bounding volume hierarchy: exact",
-        /// The adapter's own acceleration structure: exact, and fast where it is hardware.
-        RayQuery = "ray-query": "The adapter's own acceleration structure: exact",
-    }
-}
-
-impl IndirectTracer {
-    /// The structure.
-    pub(crate) fn tracer(self) -> Tracer {
-        match self {
-            Self::WithinTexel => Tracer::WithinTexel,
-            Self::AcrossTexels => Tracer::AcrossTexels,
-            Self::Bvh => Tracer::Bvh,
-            Self::RayQuery => Tracer::RayQuery,
         }
     }
 }
@@ -143,7 +117,7 @@ impl Room for Sampled {
             "ON|OFF",
             Range::Names,
             "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
-                       --quality best off",
+                       `quality best` off",
             |sampled| &mut sampled.clamp,
         ),
     ];
@@ -155,16 +129,12 @@ impl IndirectRoom for Sampled {
         *self = quality.sampled();
     }
 
-    fn tracer(&self) -> Tracer {
-        self.tracer.tracer()
-    }
-
-    fn shades_hits(&self) -> bool {
-        true
+    fn parts(&self) -> Parts {
+        Parts::HITS | self.tracer.parts()
     }
 
     fn look_at_glass(&mut self) {
-        self.tracer = IndirectTracer::Bvh;
+        self.tracer = Tracer::Bvh;
         self.resolution = IndirectResolution::Full;
         self.glossy_rays = self.glossy_rays.max(1);
     }
@@ -173,7 +143,7 @@ impl IndirectRoom for Sampled {
         &self,
         device: &wgpu::Device,
         settings: &Settings,
-        tracer: Tracer,
+        tracer: Option<Tracer>,
     ) -> Result<Box<dyn IndirectPasses>, RenderError> {
         // Lambertian surfaces do not shine.
         let glossy_rays = if settings.materials == Materials::Lambert { 0 } else { self.glossy_rays };

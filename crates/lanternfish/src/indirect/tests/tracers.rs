@@ -21,7 +21,7 @@ fn gpu_light_leaks_are_small() {
     // It can fail: without its roof.
     scene.meshes[0].primitives.retain(|side| side.positions.iter().any(|corner| corner.y < 0.99));
     assert_eq!(scene.meshes[0].primitives.len(), 5);
-    let found = picture(gpu, settings(sampled(IndirectTracer::Bvh)), &scene, &camera);
+    let found = picture(gpu, settings(sampled(Tracer::Bvh)), &scene, &camera);
     let truth = traced(&scene, &camera, 3, 192);
     let inside = mean(&found) * std::f64::consts::PI / 0.5;
     println!("{inside:.2} lx without a roof, energy {:.3}", mean(&found) / mean(&truth));
@@ -51,7 +51,7 @@ fn gpu_ray_query_meets_the_triangles_of_the_bvh() {
             let sampled = Sampled { diffuse_rays: 8, glossy_rays: 4, ..sampled(tracer) };
             picture(gpu, settings(sampled), &scene, &scene.cameras[0])
         };
-        let [bvh, ray_query] = [IndirectTracer::Bvh, IndirectTracer::RayQuery].map(of);
+        let [bvh, ray_query] = [Tracer::Bvh, Tracer::RayQuery].map(of);
         let apart = off(&ray_query, &bvh);
         println!("{name}: apart by {apart:.5} of the mean");
         assert!(apart < 0.005 && mean(&bvh) > 0.0, "{name}: {apart}");
@@ -73,7 +73,7 @@ fn gpu_every_store_gives_the_same_light() {
     let scene = demo("cornell").unwrap();
     let of = |store, depth| {
         let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
-        let settings = Settings { deep_images, ..settings(sampled(IndirectTracer::WithinTexel)) };
+        let settings = Settings { deep_images, ..settings(sampled(Tracer::WithinTexel)) };
         picture(gpu, settings, &scene, &scene.cameras[0])
     };
     let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);

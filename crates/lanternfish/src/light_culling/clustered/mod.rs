@@ -243,7 +243,7 @@ impl ClusteredCulling {
             limit,
         })?;
         let remedy =
-            "give the lights a shorter range (--range-threshold), or choose larger clusters (--clusters persp:64)";
+            "give the lights a shorter range (`range-threshold`), or choose larger clusters (`clusters persp:64`)";
         super::check_room(&room, limit, remedy)?;
         let [_, visible_count, tests @ ..] = room.words;
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
@@ -328,7 +328,7 @@ fn refused(error: GridError) -> RenderError {
     match error {
         GridError::Unaligned => RenderError::Unaligned,
         GridError::TooMany { needed, .. } => {
-            let remedy = "choose larger ones with --clusters, or --culling tiled";
+            let remedy = "choose larger ones with `clusters`, or `culling tiled`";
             RenderError::Overflow { list: "clusters", needed, limit: MOST_CLUSTERS, remedy }
         }
     }

@@ -74,7 +74,7 @@ impl Room for Clustered {
             "clusters",
             "SHAPE",
             Range::Text,
-            "Shape of the clusters, with --culling clustered: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or \
+            "Shape of the clusters, with `culling clustered`: persp:P (P pixels wide, as deep as wide), ortho:S (cubes of S m) or \
              displ:P:D (as persp, from D m behind the camera). The picture is the same",
             |clustered: &mut Self| &mut clustered.shape,
         )

@@ -59,7 +59,7 @@ impl Room for Tiled {
             "tile-size",
             "PIXELS",
             Range::Numbers,
-            "Edge of a tile, pixels, with --culling tiled. The picture is the same",
+            "Edge of a tile, pixels, with `culling tiled`. The picture is the same",
             |tiled: &mut Self| &mut tiled.tile_size,
         )
         .with_default(),
@@ -67,7 +67,7 @@ impl Room for Tiled {
             "aabb",
             "on|off",
             Range::Switch("Fewer lights a tile, slightly more work to find them", "Leaves the test out"),
-            "Also tests lights against a box around the tile, with --culling tiled. The picture is the same",
+            "Also tests lights against a box around the tile, with `culling tiled`. The picture is the same",
             |tiled: &mut Self| &mut tiled.aabb_test,
         )
         .with_default(),

@@ -12,6 +12,7 @@ use crate::{
     deep_images::{DEPTH_16, KeptDeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions},
     environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
+    gpu_scene::Parts,
     prepass::Surface,
     rooms::{Knob, Room},
     settings::{DeepImageSettings, Settings},
@@ -65,6 +66,10 @@ impl OcclusionRoom for Deep {
 
     fn uses_deep_images(&self) -> bool {
         true
+    }
+
+    fn parts(&self) -> Parts {
+        Parts::BVH
     }
 
     fn build(&self, device: &wgpu::Device, settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {

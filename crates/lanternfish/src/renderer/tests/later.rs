@@ -162,7 +162,7 @@ fn check(outcome: &Outcome) {
 }
 
 fn settings(culling: Culling) -> Settings {
-    Settings { shadows: Shadows::Bvh, culling, ..Settings::direct_light() }
+    Settings { shadows: Shadows::BVH, culling, ..Settings::direct_light() }
 }
 
 #[test]

@@ -16,7 +16,7 @@ use crate::{
 
 /// The same on every adapter.
 fn bvh(settings: Settings) -> Settings {
-    Settings { shadows: Shadows::Bvh, ..settings }
+    Settings { shadows: Shadows::BVH, ..settings }
 }
 
 /// A camera on its way along a small circle, which takes eight frames.
@@ -83,7 +83,7 @@ fn gpu_after_an_error_frames_begin_anew() {
     let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_anew") else { return };
     let scene = demo("cornell").unwrap();
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let settings = Settings { shadows: Shadows::DeepImage, deep_images, ..Settings::direct_light() };
+    let settings = Settings { shadows: Shadows::ACROSS_TEXELS, deep_images, ..Settings::direct_light() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| {

@@ -17,11 +17,11 @@ fn deep(resolution: u32) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 60 };
     let deep_images =
         DeepImageSettings { directions, resolution, fragments_a_texel: 8, ..DeepImageSettings::default() };
-    Settings { shadows: Shadows::DeepImage, deep_images, ..Settings::direct_light() }
+    Settings { shadows: Shadows::ACROSS_TEXELS, deep_images, ..Settings::direct_light() }
 }
 
 fn bvh() -> Settings {
-    Settings { shadows: Shadows::Bvh, ..Settings::direct_light() }
+    Settings { shadows: Shadows::BVH, ..Settings::direct_light() }
 }
 
 fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
@@ -155,7 +155,7 @@ fn gpu_what_deep_images_cannot_do_is_refused() {
     linked.deep_images.store = DeepStore::LinkedList;
     assert!(refused(linked).contains("linear_array"));
     let counts = Settings { debug_view: Some(DebugView::RayCount), ..deep(16) };
-    assert_eq!(refused(counts), "--shadows bvh");
+    assert_eq!(refused(counts), "`shadows bvh`");
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn a_driver_that_crashes_is_refused_by_name_and_with_the_remedy() {
         check_driver(&wgpu::AdapterInfo { driver_info: driver.to_owned(), ..adapter })
     };
     let error = check(wgpu::DeviceType::Cpu, "Mesa 22.3.6 (LLVM 15.0.6)").unwrap_err().to_string();
-    for word in ["--shadows deep-image", "Mesa 22.3.6", "crashes", "use --shadows bvh", "newer driver"] {
+    for word in ["`shadows` through deep images", "Mesa 22.3.6", "crashes", "use `shadows bvh`", "newer driver"] {
         assert!(error.contains(word), "{word:?} is not in {error}");
     }
     assert!(check(wgpu::DeviceType::Cpu, "Mesa 25.0.7").is_ok());

@@ -25,7 +25,7 @@ fn luminance(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings, size
 }
 
 fn soft(shadow_rays: u32) -> Settings {
-    Settings { light_radius: RADIUS, shadow_rays, shadows: Shadows::Bvh, ..Settings::direct_light() }
+    Settings { light_radius: RADIUS, shadow_rays, shadows: Shadows::BVH, ..Settings::direct_light() }
 }
 
 /// A floor in the plane z = 0, a light 2 m before it, and halfway a sheet that hides all with x < 0.
@@ -149,8 +149,8 @@ fn gpu_numbers_that_make_no_sense_are_refused() {
         other => panic!("{other:?}"),
     };
     for light_radius in [-0.1, f32::NAN, f32::INFINITY] {
-        assert_eq!(refused(Settings { light_radius, ..Settings::direct_light() }), "--light-radius");
+        assert_eq!(refused(Settings { light_radius, ..Settings::direct_light() }), "`light-radius`");
     }
-    assert_eq!(refused(soft(0)), "--shadow-rays");
-    assert_eq!(refused(soft(256)), "--shadow-rays");
+    assert_eq!(refused(soft(0)), "`shadow-rays`");
+    assert_eq!(refused(soft(256)), "`shadow-rays`");
 }

@@ -1,0 +1,61 @@
+//! What techniques read of a scene beside what it looks like: each says it of itself, and a scene is uploaded for all of them.
+
+use std::ops::BitOr;
+
+/// Parts of a scene on the device that not every technique reads. They add up: `BVH | HITS`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Parts {
+    /// The BVH and its triangles.
+    pub bvh: bool,
+    /// The adapter's own acceleration structure.
+    pub ray_query: bool,
+    /// What the ends of rays are shaded with.
+    pub hits: bool,
+    /// What arrives from the surroundings where nothing occludes them.
+    pub open_surroundings: bool,
+    /// The deep images that the renderer builds and keeps as long as nothing moves.
+    pub deep_images: bool,
+}
+
+impl Parts {
+    pub const NONE: Self =
+        Self { bvh: false, ray_query: false, hits: false, open_surroundings: false, deep_images: false };
+    pub const BVH: Self = Self { bvh: true, ..Self::NONE };
+    pub const RAY_QUERY: Self = Self { ray_query: true, ..Self::NONE };
+    /// They are found by the BVH's triangles.
+    pub const HITS: Self = Self { bvh: true, hits: true, ..Self::NONE };
+    pub const OPEN_SURROUNDINGS: Self = Self { open_surroundings: true, ..Self::NONE };
+    /// They are made of the BVH's triangles.
+    pub const DEEP_IMAGES: Self = Self { bvh: true, deep_images: true, ..Self::NONE };
+
+    /// Whether something is traced.
+    pub fn rays(self) -> bool {
+        self.bvh || self.ray_query
+    }
+
+    /// What a scene that has these parts lacks of those needed: the first that is missing, in words. Deep images are made where they are
+    /// asked for.
+    pub fn lacks(self, needed: Self) -> Option<&'static str> {
+        let faults = [
+            (needed.bvh && !self.bvh, "it has no BVH"),
+            (needed.ray_query && !self.ray_query, "it has no acceleration structure of the adapter's own"),
+            (needed.hits && !self.hits, "it has nothing to shade the ends of indirect rays with"),
+            (needed.open_surroundings && !self.open_surroundings, "it has no surroundings to light by occlusion"),
+        ];
+        faults.iter().find(|(is_missing, _)| *is_missing).map(|(_, what)| *what)
+    }
+}
+
+impl BitOr for Parts {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self {
+            bvh: self.bvh || other.bvh,
+            ray_query: self.ray_query || other.ray_query,
+            hits: self.hits || other.hits,
+            open_surroundings: self.open_surroundings || other.open_surroundings,
+            deep_images: self.deep_images || other.deep_images,
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! Every texel of the nearest direction's deep image that a ray crosses [Niessner2010, §3.2].
+
+use lanternfish_gpu::Feature;
+
+use super::{Room, Structure};
+
+pub(super) const ROOM: Room = Room {
+    name: "across-texels",
+    words: "Every texel of a deep image that a ray crosses",
+    feature: Feature("tracer_across_texels"),
+    structure: Structure::DeepImages,
+};

@@ -1,0 +1,12 @@
+//! The adapter's own acceleration structure: exact, and fast where it is hardware.
+
+use lanternfish_gpu::Feature;
+
+use super::{Room, Structure};
+
+pub(super) const ROOM: Room = Room {
+    name: "ray-query",
+    words: "The adapter's own acceleration structure: exact",
+    feature: Feature("tracer_ray_query"),
+    structure: Structure::RayQuery,
+};

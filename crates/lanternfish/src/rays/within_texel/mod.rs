@@ -1,0 +1,12 @@
+//! The texel of the nearest direction's deep image that a ray starts in, along the image's axis [Archer2019, §3.2].
+
+use lanternfish_gpu::Feature;
+
+use super::{Room, Structure};
+
+pub(super) const ROOM: Room = Room {
+    name: "within-texel",
+    words: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
+    feature: Feature("tracer_within_texel"),
+    structure: Structure::DeepImages,
+};
