@@ -21,7 +21,11 @@ pub fn run(words: &[String]) -> Result<(), String> {
         "Its page, its shader and its twin say what it does: change them. cargo xtask test runs its test with all others."
     );
     // Tracers have no flag of their own: whatever traces rays asks for them.
-    let flag = if family == "rays" { "shadows" } else { family };
+    let flag = match family.as_str() {
+        "rays" => "shadows",
+        "light_culling" => "culling",
+        other => other,
+    };
     println!("cargo run --release -- render demo:cornell --{flag} {} -o {name}.png", name.replace('_', "-"));
     Ok(())
 }
@@ -217,7 +221,7 @@ mod tests {
     fn a_new_room_is_one_folder_and_few_lines() {
         let library = Copy::new("a_new_room_is_one_folder_and_few_lines");
         let families = families(&library.0);
-        assert_eq!(families, ["indirect", "rays"]);
+        assert_eq!(families, ["indirect", "light_culling", "rays"]);
         for family in families {
             let before = files(&library.0);
             write(&library.0, &family, "room_of_a_test").unwrap();

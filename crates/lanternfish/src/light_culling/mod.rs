@@ -7,6 +7,8 @@
 pub mod all;
 pub mod clustered;
 #[cfg(test)]
+mod new_room;
+#[cfg(test)]
 mod tests;
 pub mod tiled;
 
@@ -47,6 +49,8 @@ rooms! {
     Culling: dyn LightCullingRoom, flag "culling", everyday: false,
     help: "How the lights of a pixel are found. The picture is the same.",
     none: All = "all", "Every light for every pixel: the yardstick for the others" {
+        #[cfg(test)]
+        NewRoom(new_room::NewRoom),
         Tiled(tiled::Tiled),
         Clustered(clustered::Clustered),
     }
