@@ -58,7 +58,7 @@ fn write(library: &Path, family: &str, name: &str) -> Result<Vec<String>, String
     let mut changed = Vec::new();
     for entry in fs::read_dir(library.join(family)).map_err(|error| format!("{family}: {error}"))? {
         let path = entry.map_err(|error| format!("{family}: {error}"))?.path();
-        if path.is_file() {
+        if path.extension().is_some_and(|ending| ending == "rs" || ending == "wesl") {
             let text = read(&path)?;
             let named = with_room(&text, &names);
             if named != text {

@@ -111,7 +111,7 @@ impl Settings {
 pub use crate::{
     deep_images::{
         directions::DirectionSet,
-        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
+        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     },
     indirect::{
         Indirect, Quality,
@@ -172,8 +172,6 @@ impl Shadows {
     pub const BVH: Self = Self::Traced(Tracer::Bvh);
     /// By rays through the adapter's own acceleration structure.
     pub const RAY_QUERY: Self = Self::Traced(Tracer::RayQuery);
-    /// By rays through deep images, from texel to texel.
-    pub const ACROSS_TEXELS: Self = Self::Traced(Tracer::AcrossTexels);
 
     /// Every one, in the order in which help lists them.
     pub const ALL: &[Self] = &{

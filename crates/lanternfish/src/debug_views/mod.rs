@@ -103,7 +103,7 @@ impl DebugViews {
         if view == DebugView::Occlusion && settings.occlusion == Occlusion::None {
             return Err(RenderError::Together {
                 setting: "`debug-view occlusion`",
-                needed: "`occlusion deep` or `occlusion hbao`",
+                needed: "a way to find `occlusion`",
             });
         }
         let shader = SHADERS.link("debug_views/debug", &features(settings))?;

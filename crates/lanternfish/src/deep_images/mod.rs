@@ -32,7 +32,7 @@ pub use self::{
     validate::{Fragment, ListFault},
 };
 use crate::{
-    settings::{DeepDepth, DeepImageSettings, DeepStore},
+    settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     shaders::{Root, Shaders},
 };
 
@@ -60,7 +60,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("deep_images/store/pack"),
         Root::of("deep_images/store/link", &[&[&[], &[PAYLOAD]]]),
         Root::of("deep_images/view/points", &[&[&[PAYLOAD]], &[&[], &[DEPTH_16]]]),
-        Root::of("deep_images/view/texels", &[&[&[], &[PAYLOAD]], &[&[], &[DEPTH_16]]]),
+        Root::of("deep_images/view/texels", &[&[&[], &[PAYLOAD]], &[&[], &[DEPTH_16]], &[&[], &[LINEAR_STEPS]]]),
         Root::new("deep_images/view/paint"),
     ],
     structs: &[
@@ -84,6 +84,8 @@ pub(crate) const SORTED_LINKED_LIST: Feature = Feature("sorted_linked_list");
 pub(crate) const PAYLOAD: Feature = Feature("payload");
 /// Depths of fragments have 16 bits.
 pub(crate) const DEPTH_16: Feature = Feature("depth_16");
+/// Lists in linear arrays are searched one fragment after the other.
+pub(crate) const LINEAR_STEPS: Feature = Feature("linear_steps");
 
 gpu_struct! {
     /// Where deep images lie.
@@ -192,6 +194,23 @@ pub struct DeepCounts {
 }
 
 impl DeepImageSettings {
+    /// Images of every kind that shaders read otherwise, with triangles or without.
+    pub(crate) fn every_kind(payload: bool) -> Vec<Self> {
+        let stores = DeepStore::ALL.iter().copied();
+        let depths = stores.flat_map(|store| {
+            let held = DeepDepth::ALL.iter().copied().filter(move |depth| store.holds(*depth));
+            held.map(move |depth| Self { store, depth, payload, ..Self::default() })
+        });
+        let of_kind = |images: Self| {
+            let searches = match images.store {
+                DeepStore::LinearArray => DeepSearch::ALL,
+                DeepStore::LinkedList | DeepStore::SortedLinkedList => &[DeepSearch::Bisection],
+            };
+            searches.iter().map(move |search| Self { search: *search, ..images })
+        };
+        depths.flat_map(of_kind).collect()
+    }
+
     /// Features with which a shader that imports `deep_images/fragments` is linked, so that it reads images of these settings.
     pub fn fragment_features(&self) -> Vec<Feature> {
         let store = match self.store {
@@ -200,7 +219,9 @@ impl DeepImageSettings {
             DeepStore::SortedLinkedList => Some(SORTED_LINKED_LIST),
         };
         let depth = (self.depth == DeepDepth::Bits16).then_some(DEPTH_16);
-        store.into_iter().chain(depth).chain(self.payload.then_some(PAYLOAD)).collect()
+        let steps = self.store == DeepStore::LinearArray && self.search == DeepSearch::LinearSteps;
+        let search = steps.then_some(LINEAR_STEPS);
+        store.into_iter().chain(depth).chain(search).chain(self.payload.then_some(PAYLOAD)).collect()
     }
 }
 

@@ -24,6 +24,8 @@ pub struct DeepImageSettings {
     pub store: DeepStore,
     /// How a depth lies in memory.
     pub depth: DeepDepth,
+    /// How a linear array's lists are searched. The result is the same.
+    pub search: DeepSearch,
     /// Whether a fragment knows its triangle: 4 bytes each. Without, rays find distances alone.
     pub payload: bool,
 }
@@ -39,6 +41,7 @@ impl Default for DeepImageSettings {
             fragments_a_texel: 32,
             store: DeepStore::LinearArray,
             depth: DeepDepth::Bits32,
+            search: DeepSearch::Bisection,
             payload: true,
         }
     }
@@ -68,6 +71,16 @@ named_enum! {
         /// Each fragment names the next by depth: put there while the lists are built, in time of the square of their
         /// lengths; 12 bytes a fragment [Aalund2015, §3].
         SortedLinkedList = "sorted_linked_list",
+    }
+}
+
+named_enum! {
+    /// How the next fragment of a sorted list is looked for.
+    DeepSearch {
+        /// By halves: as many reads as the list's length has binary digits.
+        Bisection = "bisection",
+        /// One after the other from the end that the ray comes from [Archer2019, §3.2].
+        LinearSteps = "linear_steps",
     }
 }
 

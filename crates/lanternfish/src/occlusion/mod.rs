@@ -64,7 +64,7 @@ impl Occlusion {
     }
 
     /// Whether the chosen room looks along deep images.
-    pub(crate) fn uses_deep_images(&self) -> bool {
+    pub fn uses_deep_images(&self) -> bool {
         self.chosen().is_some_and(|room| room.uses_deep_images())
     }
 

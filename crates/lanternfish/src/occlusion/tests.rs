@@ -308,5 +308,5 @@ fn gpu_what_cannot_be_is_refused_with_a_remedy() {
         }
     }
     let error = refused(Settings { debug_view: Some(DebugView::Occlusion), ..settings(Occlusion::None) });
-    assert!(error.to_string().contains("`occlusion deep`"), "{error}");
+    assert!(error.to_string().contains("`occlusion`"), "{error}");
 }

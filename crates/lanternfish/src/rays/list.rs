@@ -1,14 +1,14 @@
 //! The same lists of rays through every tracer.
 
 use glam::Vec3;
-use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer, storage_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
 use super::{Tracer, dispatch};
 use crate::{
     deep_images::{DeepImages, workgroups},
     error::RenderError,
     gpu_scene::GpuScene,
-    settings::{DeepDepth, DeepImageSettings, DeepStore},
+    settings::DeepImageSettings,
     shaders::SHADERS,
 };
 
@@ -37,8 +37,8 @@ impl TracedRay {
 /// Traces lists of rays.
 #[derive(Debug)]
 pub struct RayTracer {
-    /// Of every tracer that the device has; through deep images for each store and depth.
-    kernels: Vec<(Tracer, Option<(DeepStore, DeepDepth)>, ComputeKernel)>,
+    /// By their features: of every tracer that the device has, through deep images of every kind.
+    kernels: Vec<(Vec<Feature>, ComputeKernel)>,
 }
 
 impl RayTracer {
@@ -46,22 +46,10 @@ impl RayTracer {
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let mut kernels = Vec::new();
         for tracer in Tracer::ALL.iter().copied().filter(|tracer| tracer.is_supported(device)) {
-            let label = format!("rays/{tracer}");
-            let mut compile = |kind, images: &DeepImageSettings| {
-                let shader = SHADERS.link("rays/list", &tracer.features(images))?;
-                kernels.push((tracer, kind, ComputeKernel::new(device, &shader, "trace", &label)));
-                Ok::<_, RenderError>(())
-            };
-            if !tracer.uses_deep_images() {
-                compile(None, &DeepImageSettings::default())?;
-                continue;
-            }
-            for store in DeepStore::ALL.iter().copied() {
-                for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
-                    // Distances need no payload.
-                    let images = DeepImageSettings { store, depth, payload: false, ..Default::default() };
-                    compile(Some((store, depth)), &images)?;
-                }
+            // Distances need no triangles.
+            for features in tracer.every_features(false) {
+                let shader = SHADERS.link("rays/list", &features)?;
+                kernels.push((features, ComputeKernel::new(device, &shader, "trace", &format!("rays/{tracer}"))));
             }
         }
         Ok(Self { kernels })
@@ -86,11 +74,13 @@ impl RayTracer {
         tracer.check(frame.device, tracer.name(), "another tracer")?;
         scene.check_parts(frame.device, tracer.parts())?;
         let images = images.filter(|_| tracer.uses_deep_images());
-        let kind = images.map(|images| (images.settings.store, images.settings.depth));
-        let kernel = self.kernels.iter().find(|(known, of, _)| (*known, *of) == (tracer, kind));
-        let Some((_, _, kernel)) = kernel else {
+        if tracer.uses_deep_images() && images.is_none() {
             return Err(RenderError::Together { setting: tracer.name(), needed: "deep images to go through" });
-        };
+        }
+        let kind = images.map_or_else(DeepImageSettings::default, |images| images.settings);
+        let features = tracer.features(&DeepImageSettings { payload: false, ..kind });
+        let kernel = self.kernels.iter().find(|(known, _)| *known == features);
+        let (_, kernel) = kernel.expect("every kind that the device supports is compiled");
         let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);

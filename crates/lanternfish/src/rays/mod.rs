@@ -17,7 +17,7 @@ use crate::{
     deep_images::DeepImages,
     error::RenderError,
     gpu_scene::Parts,
-    settings::{DeepDepth, DeepImageSettings, DeepStore},
+    settings::DeepImageSettings,
     shaders::{Root, Shaders},
 };
 
@@ -122,17 +122,10 @@ impl Tracer {
 
     /// Those features through deep images of every kind.
     fn every_features(self, with_triangles: bool) -> Vec<Vec<Feature>> {
-        let mut every = Vec::new();
-        for store in DeepStore::ALL.iter().copied() {
-            for depth in DeepDepth::ALL.iter().copied().filter(|depth| store.holds(*depth)) {
-                let images = DeepImageSettings { store, depth, payload: with_triangles, ..Default::default() };
-                let features = self.features(&images);
-                if !every.contains(&features) {
-                    every.push(features);
-                }
-            }
+        if !self.uses_deep_images() {
+            return vec![self.features(&DeepImageSettings::default())];
         }
-        every
+        DeepImageSettings::every_kind(with_triangles).iter().map(|images| self.features(images)).collect()
     }
 
     /// What it reads of a scene.

@@ -1,6 +1,6 @@
 //! The list of configurations that are measured.
 
-use lanternfish::settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, DirectionSet};
+use lanternfish::settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore, DirectionSet};
 
 use super::build::Built;
 
@@ -20,7 +20,7 @@ const MOST_BYTES: f64 = 4e9;
 const UNEVEN: f64 = 3.0;
 
 /// Names of the tables: the titles of [`groups`] in lower case.
-pub const TABLES: [&str; 5] = ["directions", "supersampling", "resolution", "stores", "builders"];
+pub const TABLES: [&str; 6] = ["directions", "supersampling", "resolution", "stores", "searches", "builders"];
 
 /// Everything that is built and traced, in this order: coarse images come before fine ones ([`fitted`]).
 pub fn groups(quick: bool) -> Vec<Group> {
@@ -68,6 +68,10 @@ pub fn groups(quick: bool) -> Vec<Group> {
         stored(DeepStore::SortedLinkedList, DeepDepth::Bits32, true),
     ];
     groups.push(Group { title: "Stores", rows, beside_exact: false, with_holes: false });
+    let searched = |search, resolution| DeepImageSettings { search, resolution, ..of(all) };
+    let searches = |resolution| DeepSearch::ALL.iter().map(move |search| searched(*search, resolution));
+    let rows = [default.resolution, 2 * default.resolution].into_iter().flat_map(searches).collect();
+    groups.push(Group { title: "Searches", rows, beside_exact: false, with_holes: false });
     let rows = vec![
         by(DeepBuilder::SinglePass, few),
         by(DeepBuilder::PerTriangle, few),
@@ -86,7 +90,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
 
 /// Description of what tells a configuration from others of as many directions and texels.
 pub fn in_words(settings: &DeepImageSettings) -> String {
-    let DeepImageSettings { builder, supersampling, store, depth, payload, .. } = settings;
+    let DeepImageSettings { builder, supersampling, store, depth, search, payload, .. } = settings;
     let mut words = builder.to_string();
     if *supersampling > 1 {
         words += &format!(", {supersampling} times finer");
@@ -96,6 +100,9 @@ pub fn in_words(settings: &DeepImageSettings) -> String {
     }
     if *depth != DeepDepth::Bits32 {
         words += &format!(", {depth} bits");
+    }
+    if *search != DeepSearch::Bisection {
+        words += ", linear steps";
     }
     if !payload {
         words += ", no triangles";

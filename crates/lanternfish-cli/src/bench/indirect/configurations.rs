@@ -205,9 +205,9 @@ impl Plan {
             let is_his = |brdf: Brdf| set.resolution == resolutions[0] && (quick || set.k == brdf.k());
             let rows = through_bvh.iter().filter(|row| **row == Configuration::plain(row.brdf) || is_his(row.brdf));
             let traced = |row: &Configuration| {
-                let tracers = [Tracer::WithinTexel, Tracer::AcrossTexels];
                 let row = *row;
-                tracers.map(|tracer| Configuration { images: Some((set, tracer)), ..row })
+                let tracers = Tracer::ALL.iter().copied().filter(|tracer| tracer.uses_deep_images());
+                tracers.map(move |tracer| Configuration { images: Some((set, tracer)), ..row })
             };
             Group { set, rows: rows.flat_map(traced).collect() }
         };

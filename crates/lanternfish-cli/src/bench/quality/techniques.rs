@@ -128,17 +128,20 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
         Technique { name: format!("one-bounce {name}"), settings, truth }
     };
+    let mut rows = vec![of("none", Indirect::None, usual)];
+    for tracer in Tracer::ALL.iter().copied() {
+        let plain = Indirect::Sampled(Sampled { tracer, ..GOOD });
+        if tracer.uses_deep_images() {
+            rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain, resolution)));
+        } else {
+            rows.push(of(tracer.name(), plain, usual));
+        }
+    }
     let all = |tracer| Sampled { tracer, ..GOOD };
     let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
     let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
     let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::Bvh) };
-    let rows = [
-        ("within-texel 64", all(Tracer::WithinTexel), 64),
-        ("within-texel 128", all(Tracer::WithinTexel), 128),
-        ("across-texels 64", all(Tracer::AcrossTexels), 64),
-        ("across-texels 128", all(Tracer::AcrossTexels), 128),
-        ("bvh", all(Tracer::Bvh), usual),
-        ("ray-query", all(Tracer::RayQuery), usual),
+    let more = [
         ("within-texel 64, every fourth pixel", half(Tracer::WithinTexel), 64),
         ("within-texel 128, every fourth pixel", half(Tracer::WithinTexel), 128),
         ("within-texel 256, every fourth pixel", half(Tracer::WithinTexel), 256),
@@ -147,8 +150,8 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         ("bvh, half the rays", fewer(Tracer::Bvh), usual),
         ("bvh, not clamped", not_clamped, usual),
     ];
-    let rows = rows.map(|(name, sampled, resolution)| of(name, Indirect::Sampled(sampled), resolution));
-    std::iter::once(of("none", Indirect::None, usual)).chain(rows).collect()
+    rows.extend(more.map(|(name, sampled, resolution)| of(name, Indirect::Sampled(sampled), resolution)));
+    rows
 }
 
 /// One bounce on the file's materials, by 16 glossy rays.
@@ -159,63 +162,75 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
         Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
     };
     let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..GOOD });
-    vec![
-        of("none", Indirect::None),
-        of("within-texel", sampled(Tracer::WithinTexel)),
-        of("across-texels", sampled(Tracer::AcrossTexels)),
-        of("bvh", sampled(Tracer::Bvh)),
-    ]
+    let traced = Tracer::ALL.iter().map(|tracer| of(tracer.name(), sampled(*tracer)));
+    std::iter::once(of("none", Indirect::None)).chain(traced).collect()
 }
 
 /// Directions of a row beside those of the default: four times as many.
 const MANY_DIRECTIONS: u32 = 676;
 
-/// Both ways to find occlusion, near, far and without an end; by deep images of three resolutions.
+/// Every room of occlusion with what it sees up to a distance, m, or without an end; where it has to have one, that of the scene.
+fn occlusion_rooms(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
+    let distance = "occlusion-distance";
+    let ended = |mut occlusion: Occlusion| {
+        let room = occlusion.room_mut().expect("it is a room");
+        if let Some(end) = max_distance.or(room.get(distance).map(|_| diagonal)) {
+            room.set(distance, &end.to_string()).expect("it is a distance");
+        }
+        occlusion
+    };
+    Occlusion::rooms().into_iter().map(ended).collect()
+}
+
+/// A room's name, and the deep images that it is judged with: of three resolutions, where it looks along them.
+fn with_images(occlusion: Occlusion, default: &DeepImageSettings) -> Vec<(String, DeepImageSettings)> {
+    if !occlusion.uses_deep_images() {
+        return vec![(occlusion.name().to_owned(), *default)];
+    }
+    let of = |resolution| (format!("{} {resolution}", occlusion.name()), DeepImageSettings { resolution, ..*default });
+    [64, 128, 256].map(of).to_vec()
+}
+
+/// Every way to find occlusion, near, far and without an end.
 fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let mut rows = Vec::new();
     for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
         let kind = truth.name();
         let max_distance = truth.max_distance(diagonal);
-        // Horizons have an end in any case: the scene's.
-        let hbao = Occlusion::hbao(max_distance.unwrap_or(diagonal));
-        let deep = Occlusion::deep(max_distance);
         let mut row = |name: String, occlusion, deep_images| {
             let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
             rows.push(Technique { name, settings, truth });
         };
         row(format!("{kind} none"), Occlusion::None, default.deep_images);
-        row(format!("{kind} hbao"), hbao, default.deep_images);
-        for resolution in [64, 128, 256] {
-            let images = DeepImageSettings { resolution, ..default.deep_images };
-            row(format!("{kind} deep {resolution}"), deep, images);
+        for occlusion in occlusion_rooms(max_distance, diagonal) {
+            for (name, images) in with_images(occlusion, &default.deep_images) {
+                row(format!("{kind} {name}"), occlusion, images);
+            }
         }
         if max_distance.is_none() {
             // What is left at this resolution is directions.
             let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
             let images = DeepImageSettings { resolution: 128, directions, ..default.deep_images };
-            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), deep, images);
+            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), Occlusion::deep(None), images);
         }
     }
     rows
 }
 
-/// Light from the surroundings: none, by both ways to find occlusion, and by rays.
+/// Light from the surroundings: none, by every way to find occlusion, and by rays.
 fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let of =
         |name: String, settings| Technique { name: format!("environment {name}"), settings, truth: Truth::Environment };
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
-    let mut rows = vec![
-        of("none".to_owned(), occluded(Occlusion::None)),
-        of("hbao".to_owned(), occluded(Occlusion::hbao(diagonal))),
-    ];
-    for resolution in [64, 128, 256] {
-        let deep_images = DeepImageSettings { resolution, ..default.deep_images };
-        let settings = Settings { deep_images, ..occluded(Occlusion::deep(None)) };
-        rows.push(of(format!("deep {resolution}"), settings));
+    let mut rows = vec![of("none".to_owned(), occluded(Occlusion::None))];
+    for occlusion in occlusion_rooms(None, diagonal) {
+        for (name, deep_images) in with_images(occlusion, &default.deep_images) {
+            rows.push(of(name, Settings { deep_images, ..occluded(occlusion) }));
+        }
     }
     let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..GOOD });
-    for tracer in [Tracer::AcrossTexels, Tracer::Bvh] {
-        let settings = Settings { indirect: sampled(tracer), ..default.clone() };
+    for tracer in Tracer::ALL {
+        let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
         rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
     }
     rows
@@ -319,16 +334,12 @@ mod tests {
     }
 
     #[test]
-    fn occlusion_is_found_both_ways_and_left_out_under_each_truth() {
+    fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
         for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear, Truth::Environment] {
             let mut rows = rows();
             rows.retain(|row| row.truth == truth);
-            for known in [
-                |o: &Occlusion| *o == Occlusion::None,
-                |o: &Occlusion| matches!(o, Occlusion::Deep(_)),
-                |o: &Occlusion| matches!(o, Occlusion::Hbao(_)),
-            ] {
-                assert!(rows.iter().any(|row| known(&row.settings.occlusion)), "{truth}");
+            for known in std::iter::once(Occlusion::None).chain(Occlusion::rooms()) {
+                assert!(rows.iter().any(|row| row.settings.occlusion.name() == known.name()), "{truth}");
             }
         }
     }

@@ -21,12 +21,15 @@ const SETS: [DirectionSet; 3] = [
 
 const RAYS: usize = 1500;
 
-/// Every store with every depth that it holds, with and without a payload.
+/// Images of every kind, with and without a payload.
 fn stored(settings: DeepImageSettings) -> impl Iterator<Item = DeepImageSettings> {
-    let stores = DeepStore::ALL.iter().flat_map(|store| DeepDepth::ALL.iter().map(move |depth| (*store, *depth)));
-    let held = stores.filter(|(store, depth)| store.holds(*depth));
-    held.flat_map(move |(store, depth)| {
-        [true, false].map(|payload| DeepImageSettings { store, depth, payload, ..settings })
+    let kinds = [true, false].into_iter().flat_map(DeepImageSettings::every_kind);
+    kinds.map(move |DeepImageSettings { store, depth, search, payload, .. }| DeepImageSettings {
+        store,
+        depth,
+        search,
+        payload,
+        ..settings
     })
 }
 

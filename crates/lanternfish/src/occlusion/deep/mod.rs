@@ -9,7 +9,9 @@ use self::cells::CellRadiances;
 use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
 use crate::{
     context::ViewContext,
-    deep_images::{DEPTH_16, KeptDeepImages, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions},
+    deep_images::{
+        DEPTH_16, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions,
+    },
     environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
     gpu_scene::Parts,
@@ -39,7 +41,11 @@ gpu_struct! {
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[Root::of(
         "occlusion/deep/accumulate",
-        &[&[&[PAYLOAD]], &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[DEPTH_16]], &[&[], &[ENVIRONMENT]]],
+        &[
+            &[&[PAYLOAD]],
+            &[&[], &[LINKED_LIST], &[SORTED_LINKED_LIST], &[DEPTH_16], &[LINEAR_STEPS], &[DEPTH_16, LINEAR_STEPS]],
+            &[&[], &[ENVIRONMENT]],
+        ],
     )],
     structs: &[SharedStruct::of::<DirectionRun>()],
 };

@@ -11,7 +11,7 @@ use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
     deep_images::KeptDeepImages,
-    settings::{Culling, DeepImageSettings, Exposure, Samples, Shadows, Tiled},
+    settings::{Culling, DeepImageSettings, Exposure, Samples, Shadows, Tiled, Tracer},
 };
 
 /// The same on every adapter.
@@ -83,7 +83,7 @@ fn gpu_after_an_error_frames_begin_anew() {
     let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_anew") else { return };
     let scene = demo("cornell").unwrap();
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let settings = Settings { shadows: Shadows::ACROSS_TEXELS, deep_images, ..Settings::direct_light() };
+    let settings = Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), deep_images, ..Settings::direct_light() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| {

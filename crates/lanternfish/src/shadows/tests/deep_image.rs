@@ -6,7 +6,7 @@ use lanternfish_scene::{Scene, generate};
 
 use crate::{
     RenderError, Renderer, Settings,
-    settings::{DebugView, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, Samples, Shadows},
+    settings::{DebugView, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, Samples, Shadows, Tracer},
     shadows::check_driver,
     testing::apart,
 };
@@ -17,7 +17,7 @@ fn deep(resolution: u32) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 60 };
     let deep_images =
         DeepImageSettings { directions, resolution, fragments_a_texel: 8, ..DeepImageSettings::default() };
-    Settings { shadows: Shadows::ACROSS_TEXELS, deep_images, ..Settings::direct_light() }
+    Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), deep_images, ..Settings::direct_light() }
 }
 
 fn bvh() -> Settings {
