@@ -12,10 +12,10 @@ pub const QUICK_LIGHT_COUNTS: &[u32] = &[10_000, 100_000];
 /// left out. Twice as many are made, for lists are counted and then written.
 pub const BRUTE_FORCE_TESTS: u64 = 300_000_000;
 
-/// Diagonal of a scene, m, whose cubes and displacements are those of the thesis.
-const DIAGONAL: f32 = 40.0;
-/// Rows of a picture whose clusters are as many pixels wide as those of the thesis.
-const ROWS: f32 = 1080.0;
+/// How far from the eye clusters reach in the thesis, in whose units its cubes and displacements are [VanGelderen2020, §6.1.3].
+const DEPTH: f32 = 100.0;
+/// Rows of the thesis' pictures, in whose pixels its clusters are [VanGelderen2020, §6.1.5].
+const ROWS: f32 = 720.0;
 /// Width of a cluster at least, pixels.
 const LEAST_PIXELS: u32 = 4;
 
@@ -47,19 +47,19 @@ impl std::fmt::Display for Views {
     }
 }
 
-/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit a picture of so many `rows` and metres that
-/// fit a scene with this `diagonal`, m.
-pub fn shapes(rows: u32, diagonal: f32, quick: bool) -> Vec<ClusterShape> {
+/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit a picture of so many `rows`, and in metres that
+/// fit clusters which reach `depth`, m, from the eye.
+pub fn shapes(rows: u32, depth: f32, quick: bool) -> Vec<ClusterShape> {
     let pixels = |pixels: f32| ((pixels * rows as f32 / ROWS).round() as u32).max(LEAST_PIXELS);
-    let metres = |metres: f32| two_digits(metres * diagonal / DIAGONAL);
+    let metres = |metres: f32| two_digits(metres * depth / DEPTH);
     let perspective = |width| ClusterShape::Perspective { pixels: pixels(width) };
     let orthographic = |side| ClusterShape::Orthographic { side: metres(side) };
     let displaced = |width, distance| ClusterShape::Displaced { pixels: pixels(width), distance: metres(distance) };
     if quick {
-        return vec![perspective(32.0), orthographic(1.0), displaced(64.0, 32.0)];
+        return vec![perspective(64.0), orthographic(4.0), displaced(64.0, 32.0)];
     }
     let mut shapes: Vec<_> = [16.0, 32.0, 64.0, 128.0].map(perspective).into();
-    shapes.extend([0.5, 1.0, 2.0, 4.0].map(orthographic));
+    shapes.extend([1.0, 2.0, 4.0, 8.0].map(orthographic));
     shapes.extend([displaced(64.0, 8.0), displaced(64.0, 32.0)]);
     // In a small picture two may be one.
     shapes.dedup();
@@ -78,12 +78,15 @@ pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment)
 }
 
 #[test]
-fn shapes_grow_with_picture_and_scene() {
-    let side = |diagonal| shapes(1080, diagonal, false)[4];
-    assert_eq!(side(40.0), ClusterShape::Orthographic { side: 0.5 });
-    assert_eq!(side(4000.0), ClusterShape::Orthographic { side: 50.0 });
-    assert_eq!(side(33.3), ClusterShape::Orthographic { side: 0.42 });
-    assert_eq!(shapes(1080, 40.0, true)[2], ClusterShape::Displaced { pixels: 64, distance: 32.0 });
-    assert_eq!(shapes(270, 40.0, true)[2], ClusterShape::Displaced { pixels: 16, distance: 32.0 });
-    assert_eq!(shapes(90, 40.0, false).iter().filter(|s| **s == ClusterShape::Perspective { pixels: 4 }).count(), 1);
+fn shapes_grow_with_picture_and_depth() {
+    let side = |depth| shapes(720, depth, false)[4];
+    assert_eq!(side(100.0), ClusterShape::Orthographic { side: 1.0 });
+    assert_eq!(side(5000.0), ClusterShape::Orthographic { side: 50.0 });
+    assert_eq!(side(33.3), ClusterShape::Orthographic { side: 0.33 });
+    // Those that the thesis judges best.
+    assert_eq!(shapes(720, 100.0, true)[0], ClusterShape::Perspective { pixels: 64 });
+    assert_eq!(shapes(720, 100.0, true)[1], ClusterShape::Orthographic { side: 4.0 });
+    assert_eq!(shapes(720, 100.0, true)[2], ClusterShape::Displaced { pixels: 64, distance: 32.0 });
+    assert_eq!(shapes(180, 100.0, true)[2], ClusterShape::Displaced { pixels: 16, distance: 32.0 });
+    assert_eq!(shapes(90, 100.0, false).iter().filter(|s| **s == ClusterShape::Perspective { pixels: 4 }).count(), 1);
 }

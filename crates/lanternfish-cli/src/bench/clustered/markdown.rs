@@ -22,8 +22,8 @@ pub fn to_markdown(results: &Results) -> String {
         results.seed, results.adapter, results.driver, results.version, results.runs
     ));
     line(
-        "Clusters are named as `--clusters` has them: as wide as 16, 32, 64 and 128 pixels are in 1080 rows, and as 0.5 to 4 m \
-         (displaced: 8 and 32 m) are in a scene 40 m across.\n",
+        "Clusters are named as `--clusters` has them: as wide as 16, 32, 64 and 128 pixels are in 720 rows, and as 1 to 8 m \
+         (displaced: 8 and 32 m) are in a view 100 m deep, as in the thesis.\n",
     );
     for promise in &results.promises {
         line(&format!("- {}", promise.line()));
@@ -35,7 +35,7 @@ pub fn to_markdown(results: &Results) -> String {
         line(&format!("\n## {} lights\n", grouped(lights as u64)));
         line(
             "| clusters | views | assignment | visible clusters | of | lights listed | light tests | lighting operations | a fragment \
-             | KiB | mark | compact | sort + tree | count | write | shading | frame ms |",
+             | KiB | visibility | compact | sort + tree | count | write | shading | frame ms |",
         );
         line("|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
         for row in results.rows.iter().filter(|row| row.lights == lights) {
@@ -43,7 +43,7 @@ pub fn to_markdown(results: &Results) -> String {
         }
     }
     line(
-        "\nLighting operations: lights of its cluster's list, summed over all fragments. Plots: light tests by the number of lights \
+        "\nVisibility: the depth pass and counting fragments, as in fig. 6.8. Lighting operations: lights of its cluster's list, summed over all fragments. Plots: light tests by the number of lights \
          (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters by their lights and by their fragments \
          (`clusters-by-*.svg`, fig. 6.9 and 6.10).",
     );
@@ -72,7 +72,7 @@ fn table_row(row: &Row) -> String {
     }
     text += &format!(" {:.1} |", counts.lighting_operations as f64 / counts.fragments.max(1) as f64);
     text += &format!(" {} |", grouped(counts.bytes / 1024));
-    for ms in [ms.mark, ms.compact, ms.tree, ms.count, ms.write, ms.shading, ms.frame()] {
+    for ms in [ms.visibility(), ms.compact, ms.tree, ms.count, ms.write, ms.shading, ms.frame()] {
         text += &format!(" {ms:.2} |");
     }
     text

@@ -61,6 +61,12 @@ impl Steps {
         [self.prepass, self.mark, self.compact, self.tree, self.count, self.write, self.shading, self.other]
     }
 
+    /// Milliseconds of what the thesis calls visibility: the depth pass, and counting the fragments of clusters
+    /// [VanGelderen2020, fig. 6.8].
+    pub fn visibility(&self) -> f64 {
+        self.prepass + self.mark
+    }
+
     /// Milliseconds of finding the lights: everything but drawing.
     pub fn culling(&self) -> f64 {
         self.mark + self.compact + self.tree + self.count + self.write
@@ -97,4 +103,5 @@ fn the_two_scans_are_told_apart_in_every_grid() {
     let steps = Steps::of(&passes);
     assert_eq!(steps.values(), [1.0, 4.0, 8.0, 6.0, 4.0, 2.0, 1.0, 1.0]);
     assert_eq!((steps.frame(), steps.culling()), (27.0, 24.0));
+    assert_eq!(steps.visibility(), 5.0);
 }
