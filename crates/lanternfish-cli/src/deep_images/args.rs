@@ -166,6 +166,12 @@ impl DeepImageArgs {
                 "choose a smaller --resolution, or --builder per_triangle, which draws nothing",
             ));
         }
+        if self.supersampling > 1 && self.builder != DeepBuilder::SinglePass {
+            return Err(CliError::new(
+                format!("--supersampling {}: --builder {} has nothing to sample", self.supersampling, self.builder),
+                "leave it out, or choose --builder single_pass",
+            ));
+        }
         let texels = self.directions.count() * u64::from(self.resolution).pow(2);
         if texels > MOST_TEXELS {
             return Err(CliError::new(
@@ -205,13 +211,13 @@ mod tests {
 
     #[test]
     fn flags_choose_the_images() {
-        let words = "--directions cube:2 --resolution 100 --supersampling 3 --builder per_direction";
+        let words = "--directions cube:2 --resolution 100 --supersampling 3 --builder single_pass";
         let settings = parsed(words).unwrap().images.settings(8192).unwrap();
         let expected = DeepImageSettings {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 100,
             supersampling: 3,
-            builder: DeepBuilder::PerDirection,
+            builder: DeepBuilder::SinglePass,
             ..DeepImageSettings::default()
         };
         assert_eq!(settings, expected);
@@ -244,7 +250,9 @@ mod tests {
             let error = settings(words).unwrap_err();
             assert!(error.contains("this adapter has 8192") && error.contains("--builder per_triangle"), "{error}");
         }
-        let fine = "--resolution 4096 --supersampling 8 --builder per_direction --directions";
+        let error = settings("--supersampling 2").unwrap_err();
+        assert!(error.contains("--builder single_pass") && error.contains("per_triangle"), "{error}");
+        let fine = "--resolution 4096 --builder per_direction --directions";
         assert!(settings(&format!("{fine} zonal:128")).is_ok());
         let error = settings(&format!("{fine} zonal:129")).unwrap_err();
         assert!(error.contains("2164260864 texels") && error.contains("fewer --directions"), "{error}");

@@ -160,6 +160,16 @@ mod tests {
         }
     }
 
+    /// Other builders take no samples: their rows would be one measurement several times.
+    #[test]
+    fn only_what_supersamples_is_in_its_table() {
+        for quick in [false, true] {
+            let groups = groups(quick);
+            let table = groups.iter().find(|group| group.title == "Supersampling").unwrap();
+            assert!(table.rows.iter().all(|row| row.builder == DeepBuilder::SinglePass));
+        }
+    }
+
     #[test]
     fn directions_are_fewer_where_all_would_not_fit() {
         let default = DeepImageSettings::default();

@@ -56,7 +56,7 @@ impl LinearArray {
             |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
 
         // Gather and scan, once more where there was no room.
-        self.capacity = self.capacity.max(first_guess(device, lists));
+        self.capacity = self.capacity.max(first_guess(&device.limits(), lists));
         let (slots, filled_starts) = loop {
             let grid_buffer = with_capacity(&mut grid, device, self.capacity);
             let slots = Slots::new(device, self.capacity, self.payload)?;

@@ -41,7 +41,7 @@ impl LinkedLists {
         let device = frame.device;
         let lists = grid.list_count();
         if self.capacity == 0 {
-            self.capacity = first_guess(device, lists);
+            self.capacity = first_guess(&device.limits(), lists);
         }
         loop {
             let grid_buffer = with_capacity(&mut grid, device, self.capacity);

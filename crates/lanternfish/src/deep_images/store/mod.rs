@@ -104,14 +104,14 @@ impl Store {
 }
 
 /// Fragments that the first chunk has room for, before any were counted.
-fn first_guess(device: &wgpu::Device, lists: u32) -> u64 {
-    (FIRST_GUESS * u64::from(lists)).min(most_fragments(device))
+fn first_guess(limits: &wgpu::Limits, lists: u32) -> u64 {
+    (FIRST_GUESS * u64::from(lists)).min(most_fragments(limits))
 }
 
 /// The room for so many fragments as were counted. An error where no binding holds them.
 fn grown(device: &wgpu::Device, capacity: u64, taken: u64) -> Result<u64, RenderError> {
     tracing::debug!(taken, capacity, "deep_images/fragments grow");
-    let limit = most_fragments(device);
+    let limit = most_fragments(&device.limits());
     if taken > limit {
         return Err(RenderError::Overflow {
             list: "deep_images/fragments",
@@ -123,8 +123,18 @@ fn grown(device: &wgpu::Device, capacity: u64, taken: u64) -> Result<u64, Render
     Ok(taken)
 }
 
-fn most_fragments(device: &wgpu::Device) -> u64 {
-    device.limits().max_storage_buffer_binding_size / 4
+fn most_fragments(limits: &wgpu::Limits) -> u64 {
+    limits.max_storage_buffer_binding_size / 4
+}
+
+#[test]
+fn the_first_guess_fits_a_binding() {
+    let limits = wgpu::Limits { max_storage_buffer_binding_size: 4000, ..Default::default() };
+    assert_eq!(first_guess(&limits, 10), 40);
+    assert_eq!(first_guess(&limits, 250), 1000);
+    // An image of 2,897 texels a side has more lists than a quarter of what a binding of 128 MiB holds.
+    assert_eq!(first_guess(&limits, 251), 1000);
+    assert_eq!(first_guess(&limits, u32::MAX), 1000);
 }
 
 /// The grid with room for so many fragments, on the device.

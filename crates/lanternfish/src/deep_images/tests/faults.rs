@@ -1,6 +1,8 @@
 //! `validate` notices broken images; and stores hold what is put into them, whoever puts it.
 
-use lanternfish_gpu::{Frame, Gpu, Profiler, storage_buffer, storage_buffer_of, testing};
+use lanternfish_gpu::{
+    Bindings, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of, testing, uniform_buffer_of,
+};
 
 use glam::{Quat, Vec4};
 
@@ -14,6 +16,7 @@ use crate::{
     },
     error::RenderError,
     settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
+    shaders::constant,
     testing::{Random, probe},
 };
 
@@ -84,6 +87,36 @@ fn fragments() -> Vec<Vec4> {
         }
     }
     all
+}
+
+/// However many fragments are put: the counter of slots stays where it is full, and does not start over at zero.
+#[test]
+fn gpu_the_counter_of_slots_does_not_start_over() {
+    const MOST_SLOTS: u32 = 1 << 30;
+    let Some(gpu) = testing::gpu("gpu_the_counter_of_slots_does_not_start_over") else { return };
+    assert_eq!(constant("deep_images/store/put_fragment", "MOST_SLOTS"), f64::from(MOST_SLOTS));
+    let none = wgpu::BufferUsages::empty();
+    let settings = by_hand(DeepStore::LinearArray, 0.0);
+    let kernel = probe(gpu, "testing/put_fragments", &put_features(&settings), "put");
+    let grid = DeepGrid { resolution: 2, image_count: 1, capacity: 4, ..DeepGrid::default() };
+    // Four lists, nothing, and the slots that were taken.
+    let counters = [0, 0, 0, 0, 0, MOST_SLOTS - 100];
+    let counters = storage_buffer_of(&gpu.device, "counters", &counters, none).unwrap();
+    let queries = storage_buffer_of(&gpu.device, "put", &[Vec4::ZERO; 640], none).unwrap();
+    let slots = |label| storage_buffer(&gpu.device, label, 16).unwrap();
+    let (depths, triangles, links) = (slots("depths"), slots("triangles"), slots("links"));
+    let grid = uniform_buffer_of(&gpu.device, "grid", &grid);
+    let bindings = Bindings::new().buffer("queries", &queries).buffer("list_counters", &counters);
+    let bindings = bindings.buffer("deep_grid", &grid).buffer("put_depths", &depths);
+    let bindings = bindings.buffer("put_triangles", &triangles).buffer("put_links", &links);
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+    frame.dispatch(&kernel, &bindings, [10, 1, 1]);
+    frame.submit();
+    let found = read_back::<u32>(&gpu.device, &gpu.queue, &counters, 6).unwrap();
+    assert_eq!(found[5], MOST_SLOTS + 1);
+    // Only what took a slot is in its list.
+    assert_eq!(found[0], 101);
 }
 
 #[test]
