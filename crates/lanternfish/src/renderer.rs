@@ -251,9 +251,8 @@ impl Renderer {
     #[cfg_attr(not(test), expect(dead_code, reason = "a window asks for it; until there is one, tests do"))]
     pub(crate) fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
         let deep_occlusion = self.passes.occlusion.is_some() && self.effective.occlusion.uses_deep_images();
-        let deep = self.passes.deep_images.is_some() || deep_occlusion;
-        if growth == Growth::Later && deep {
-            return Err(RenderError::Together { setting: "frames that do not wait", needed: "no deep images" });
+        if self.passes.deep_images.is_some() || deep_occlusion {
+            self.effective.deep_images.check_growth(growth)?;
         }
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         // The frames of a mean are counted on the device or on the host.

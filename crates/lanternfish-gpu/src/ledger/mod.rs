@@ -182,6 +182,31 @@ impl Frame<'_> {
     /// Room for a list whose elements the commands so far have counted. Without waiting the frame notes, when it runs, whether the room
     /// is enough. More elements than the limit are left to the caller to refuse.
     pub fn room_for(&mut self, counted: &Counted<'_>) -> Result<ListRoom, GpuError> {
+        let capacity = self.planned_room(counted.list, counted.guess, counted.limit);
+        self.counted_room(counted, capacity)
+    }
+
+    /// Room for a list that is counted while it is written: what was enough before, in elements. When it is written,
+    /// [`Self::counted_room`] says whether it was enough.
+    pub fn planned_room(&mut self, list: &'static str, guess: u64, limit: u64) -> u64 {
+        let growth = self.growth();
+        let list = self.pool.ledger.lists.entry(list).or_default();
+        match growth {
+            Growth::Wait => list.before_waiting(guess, limit),
+            Growth::Later => list.later(guess, limit),
+        }
+    }
+
+    /// How many elements the longest list of this name had in the last frame that has arrived, where frames do not wait.
+    pub fn last_counted(&self, list: &'static str) -> u64 {
+        let ledger = &self.pool.ledger;
+        let history = ledger.lists.get(list).filter(|_| ledger.later.is_some());
+        history.map_or(0, |history| history.last[0].into())
+    }
+
+    /// Whether room for `capacity` elements is enough for a list that the commands so far have counted: where the frame waits, it is
+    /// the caller's to write the list again in the room that this returns; where it does not, the frame notes it when it runs.
+    pub fn counted_room(&mut self, counted: &Counted<'_>, capacity: u64) -> Result<ListRoom, GpuError> {
         match self.growth() {
             Growth::Wait => {
                 let words: [u32; LIST_WORDS] =
@@ -195,9 +220,8 @@ impl Frame<'_> {
                 Ok(ListRoom { capacity: list.waited_for(counted, elements), elements, words })
             }
             Growth::Later => {
-                let ledger = &mut self.pool.ledger;
-                let list = ledger.lists.entry(counted.list).or_default();
-                let (capacity, words) = (list.later(counted), list.last);
+                let list = self.pool.ledger.lists.entry(counted.list).or_default();
+                let words = list.last;
                 if u64::from(words[0]) > counted.limit {
                     // It is told once. Whether it is so still, the next frame finds out.
                     list.last = [0; LIST_WORDS];

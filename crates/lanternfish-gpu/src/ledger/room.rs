@@ -30,10 +30,15 @@ impl Room {
         self.capacity
     }
 
+    /// Before anything is counted, where the frame will wait: what was enough before.
+    pub fn before_waiting(&self, guess: u64, limit: u64) -> u64 {
+        self.capacity.max(guess).min(limit)
+    }
+
     /// Where it does not: what earlier frames have shown to be enough.
-    pub fn later(&mut self, counted: &Counted<'_>) -> u64 {
-        self.limit = counted.limit;
-        self.capacity = self.capacity.max(counted.guess).max(LEAST).min(counted.limit);
+    pub fn later(&mut self, guess: u64, limit: u64) -> u64 {
+        self.limit = limit;
+        self.capacity = self.capacity.max(guess).max(LEAST).min(limit);
         self.capacity
     }
 

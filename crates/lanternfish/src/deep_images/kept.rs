@@ -1,9 +1,12 @@
 //! Deep images that are kept while nothing moves, and built again when something has.
 
 use glam::Quat;
-use lanternfish_gpu::Frame;
+use lanternfish_gpu::{Frame, Growth};
 
-use super::{DeepImageBuilder, DeepImages};
+use super::{
+    Chunk, DeepImageBuilder, DeepImages,
+    store::{SLOTS, note_again},
+};
 use crate::{error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings};
 
 /// Deep images of the scene as it is, asked for every frame.
@@ -30,11 +33,21 @@ impl KeptDeepImages {
 
     /// Images of the scene with the set of directions turned by `rotation` (unit; world space from the set's own): built in
     /// this frame where the last ones are of another scene, of triangles that have moved since, or turned differently; else
-    /// the last ones. A frame that they were built in must be submitted before they are read in another.
+    /// the last ones. A frame that they were built in must be submitted before they are read in another. Where frames do not wait,
+    /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole.
     pub fn get(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, rotation: Quat) -> Result<&DeepImages, RenderError> {
         let generation = scene.generation();
-        let same = |kept: &Kept| (kept.generation, kept.rotation) == (generation, rotation);
-        if !self.kept.as_ref().is_some_and(same) {
+        let counted = frame.last_counted(SLOTS);
+        let has_room = |chunk: &Chunk| counted <= chunk.grid.capacity.into();
+        let same = |kept: &Kept| {
+            let has_room = frame.growth() == Growth::Wait || kept.images.chunks.iter().all(has_room);
+            (kept.generation, kept.rotation) == (generation, rotation) && has_room
+        };
+        if self.kept.as_ref().is_some_and(same) {
+            if let (Growth::Later, Some(kept)) = (frame.growth(), &self.kept) {
+                kept.images.chunks.iter().try_for_each(|chunk| note_again(frame, chunk))?;
+            }
+        } else {
             // Their memory can go before there is more.
             self.kept = None;
             frame.forget_bind_groups();

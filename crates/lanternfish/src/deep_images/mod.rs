@@ -22,7 +22,7 @@ mod validate;
 pub mod view;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, Feature, SharedStruct, gpu_struct};
+use lanternfish_gpu::{Bindings, Feature, Growth, SharedStruct, gpu_struct};
 
 use self::directions::Directions;
 pub use self::{
@@ -32,7 +32,8 @@ pub use self::{
     validate::{Fragment, ListFault},
 };
 use crate::{
-    settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
+    error::RenderError,
+    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     shaders::{Root, Shaders},
 };
 
@@ -176,12 +177,14 @@ pub struct Chunk {
     pub depths: wgpu::Buffer,
     /// Triangle of each fragment, in the order of the BVH's leaves, where there is a payload.
     pub triangles: Option<wgpu::Buffer>,
-    /// How many fragments all lists of the chunk hold.
+    /// How many fragments all lists of the chunk hold; where frames do not wait, how many there is room for.
     pub fragments: u64,
+    /// How many were put into lists before any were merged, in the first of four words: of linear arrays.
+    counted: Option<wgpu::Buffer>,
 }
 
 /// How many fragments building drew and kept, and the bytes they take. All but `bytes` of linked lists, which depends on what was built
-/// before, is exact.
+/// before, is exact; where frames do not wait it is what there is room for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeepCounts {
     /// Fragments that were drawn into lists.
@@ -194,6 +197,16 @@ pub struct DeepCounts {
 }
 
 impl DeepImageSettings {
+    /// An error unless such images can be built by a frame that does not wait for the device.
+    pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        let counts_on_the_device = matches!(self.builder, DeepBuilder::PerTriangle | DeepBuilder::PerDirection);
+        if growth == Growth::Wait || (counts_on_the_device && self.store == DeepStore::LinearArray) {
+            return Ok(());
+        }
+        let needed = "deep images by per_triangle or per_direction, in a linear_array";
+        Err(RenderError::Together { setting: "a frame that does not wait", needed })
+    }
+
     /// Images of every kind that shaders read otherwise, with triangles or without.
     pub(crate) fn every_kind(payload: bool) -> Vec<Self> {
         let stores = DeepStore::ALL.iter().copied();

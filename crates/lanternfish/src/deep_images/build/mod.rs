@@ -99,6 +99,8 @@ pub struct DeepImageBuilder {
     directions: Directions,
     rotation: Quat,
     direction_cells: wgpu::Buffer,
+    /// Images of a chunk at most: fewer, once more of them were too many for a binding.
+    most_images: u32,
 }
 
 impl DeepImageBuilder {
@@ -116,6 +118,7 @@ impl DeepImageBuilder {
             direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
             directions,
             rotation: Quat::IDENTITY,
+            most_images: u32::MAX,
         })
     }
 
@@ -128,6 +131,7 @@ impl DeepImageBuilder {
     /// Builds the images of the scene's triangles; blended surfaces are not in them. A scene that was not uploaded for the BVH
     /// is an error.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
+        self.settings.check_growth(frame.growth())?;
         scene.check_parts(frame.device, Parts::BVH)?;
         let directions = self.directions.rotated(self.rotation);
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)
@@ -157,7 +161,7 @@ impl DeepImageBuilder {
         if let Found::Samples(samples) = &found {
             bindings = samples.bind(bindings);
         }
-        let mut most = self.images_a_chunk(frame.device);
+        let mut most = self.images_a_chunk(frame.device).min(self.most_images);
         let builder = &mut self.builder;
         let mut source =
             Source { bindings, gather: &mut |frame, grid, bindings| builder.gather(frame, &found, grid, bindings) };
@@ -171,6 +175,7 @@ impl DeepImageBuilder {
                     // More than one binding holds, of several images: of fewer it may hold them.
                     Err(RenderError::Overflow { .. }) if image_count > 1 => {
                         most = image_count / 2;
+                        self.most_images = most;
                         continue;
                     }
                     other => other?,

@@ -1,8 +1,8 @@
 //! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
 
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, primitives::Scan, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, primitives::Scan, storage_buffer, uniform_buffer_of};
 
-use super::{Slots, Source, first_guess, grown, with_capacity};
+use super::{SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity};
 use crate::{
     deep_images::{Chunk, DeepGrid, PAYLOAD, workgroups},
     error::RenderError,
@@ -55,23 +55,31 @@ impl LinearArray {
         let triangles_of =
             |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
 
-        // Gather and scan, once more where there was no room.
-        self.capacity = self.capacity.max(first_guess(&device.limits(), lists));
+        // Gather and scan; where the frame waits, once more where there was no room.
+        let counted = storage_buffer(device, "deep_images/counted", 16)?;
+        let limit = most_fragments(&device.limits());
         let (slots, filled_starts) = loop {
-            let grid_buffer = with_capacity(&mut grid, device, self.capacity);
-            let slots = Slots::new(device, self.capacity, self.payload)?;
+            let guess = self.capacity.max(first_guess(&device.limits(), lists));
+            let capacity = frame.planned_room(SLOTS, guess, limit);
+            let grid_buffer = with_capacity(&mut grid, device, capacity);
+            let slots = Slots::new(device, capacity, self.payload)?;
             let filled_starts = storage_buffer(device, "deep_images/filled_starts", list_bytes)?;
             let bindings = slots.bind(&source.bindings).buffer("deep_grid", &grid_buffer);
             (source.gather)(frame, &grid, &bindings.buffer("list_counters", &filled_starts))?;
-            // As many values are scanned here as below. The value after the lists becomes the end of the last one, and in the total
-            // the slots that were taken are counted twice.
-            let total = self.scan.record(frame, &filled_starts, lists + 2)?;
-            let taken = u64::from(frame.read_now::<u32>(&total, 1)?[0]) / 2;
-            if taken <= self.capacity {
-                grid.capacity = taken as u32;
-                break (slots, filled_starts);
+            // How many slots were taken becomes the end of the last list.
+            let taken = 4 * (u64::from(lists) + 1);
+            frame.encoder().copy_buffer_to_buffer(&filled_starts, taken, &counted, 0, 4);
+            self.scan.record(frame, &filled_starts, lists + 2)?;
+            let room = frame.counted_room(&counted_slots(&counted, guess, limit), capacity)?;
+            check_room(room.elements, limit)?;
+            match frame.growth() {
+                Growth::Wait if room.elements > capacity => self.capacity = room.elements,
+                Growth::Wait => {
+                    grid.capacity = room.elements as u32;
+                    break (slots, filled_starts);
+                }
+                Growth::Later => break (slots, filled_starts),
             }
-            self.capacity = grown(device, self.capacity, taken)?;
         };
         let drawn = u64::from(grid.capacity);
         let grid_buffer = uniform_buffer_of(device, "deep_images/grid", &grid);
@@ -91,7 +99,11 @@ impl LinearArray {
 
         // Compact: `kept` becomes the starts of what is left, in the same form as `filled_starts`.
         let total = self.scan.record(frame, &kept, lists + 2)?;
-        let fragments = u64::from(frame.read_now::<u32>(&total, 1)?[0]);
+        let fragments = match frame.growth() {
+            Growth::Wait => u64::from(frame.read_now::<u32>(&total, 1)?[0]),
+            // At most.
+            Growth::Later => drawn,
+        };
         let depths = storage_buffer(device, "deep_images/depths", 4 * fragments)?;
         let triangles = triangles_of("deep_images/triangles", fragments)?;
         let mut compacting = sorting.buffer("compact_depths", &depths);
@@ -111,7 +123,16 @@ impl LinearArray {
             None => None,
         };
         let depths = packed.unwrap_or(depths);
-        let chunk = Chunk { grid, grid_buffer, list_starts: kept, next: None, depths, triangles, fragments };
+        let chunk = Chunk {
+            grid,
+            grid_buffer,
+            list_starts: kept,
+            next: None,
+            depths,
+            triangles,
+            fragments,
+            counted: Some(counted),
+        };
         Ok((chunk, drawn))
     }
 }

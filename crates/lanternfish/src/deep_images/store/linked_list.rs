@@ -4,7 +4,7 @@
 
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 
-use super::{Slots, Source, first_guess, grown, with_capacity};
+use super::{Slots, Source, check_room, first_guess, most_fragments, with_capacity};
 use crate::{
     deep_images::{Chunk, DeepGrid, PAYLOAD, workgroups},
     error::RenderError,
@@ -52,7 +52,8 @@ impl LinkedLists {
             (source.gather)(frame, &grid, &bindings)?;
             let taken = frame.read_now::<u32>(&list_starts, 1)?[0];
             if u64::from(taken) > self.capacity {
-                self.capacity = grown(device, self.capacity, u64::from(taken))?;
+                check_room(taken.into(), most_fragments(&device.limits()))?;
+                self.capacity = taken.into();
                 continue;
             }
             if let Some(link) = &self.link {
@@ -62,7 +63,16 @@ impl LinkedLists {
             let fragments = u64::from(taken);
             let Slots { depths, triangles, links } = slots;
             return Ok((
-                Chunk { grid, grid_buffer, list_starts, next: Some(links), depths, triangles, fragments },
+                Chunk {
+                    grid,
+                    grid_buffer,
+                    list_starts,
+                    next: Some(links),
+                    depths,
+                    triangles,
+                    fragments,
+                    counted: None,
+                },
                 fragments,
             ));
         }

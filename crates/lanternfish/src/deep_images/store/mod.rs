@@ -3,7 +3,7 @@
 mod linear_array;
 mod linked_list;
 
-use lanternfish_gpu::{Bindings, Feature, Frame, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Counted, Feature, Frame, storage_buffer, uniform_buffer_of};
 
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
 use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
@@ -108,19 +108,30 @@ fn first_guess(limits: &wgpu::Limits, lists: u32) -> u64 {
     (FIRST_GUESS * u64::from(lists)).min(most_fragments(limits))
 }
 
-/// The room for so many fragments as were counted. An error where no binding holds them.
-fn grown(device: &wgpu::Device, capacity: u64, taken: u64) -> Result<u64, RenderError> {
-    tracing::debug!(taken, capacity, "deep_images/fragments grow");
-    let limit = most_fragments(&device.limits());
-    if taken > limit {
-        return Err(RenderError::Overflow {
-            list: "deep_images/fragments",
-            needed: taken,
-            limit,
-            remedy: "use coarser deep images",
-        });
+/// Name of the list of slots, of which every chunk has one.
+pub(super) const SLOTS: &str = "deep_images/fragments";
+
+/// The slots of a chunk that were taken, in the first word of `words`.
+fn counted_slots(words: &wgpu::Buffer, guess: u64, limit: u64) -> Counted<'_> {
+    Counted { list: SLOTS, words, starts: (words, 1), may_wrap: &|_| false, guess, limit }
+}
+
+/// Where frames do not wait: notes in this one, which reads a chunk that an earlier one built, whether that had room for all of its
+/// fragments.
+pub(super) fn note_again(frame: &mut Frame<'_>, chunk: &Chunk) -> Result<(), RenderError> {
+    if let Some(counted) = &chunk.counted {
+        let limit = most_fragments(&frame.device.limits());
+        frame.counted_room(&counted_slots(counted, 0, limit), chunk.grid.capacity.into())?;
     }
-    Ok(taken)
+    Ok(())
+}
+
+/// An error where no binding holds so many fragments.
+fn check_room(taken: u64, limit: u64) -> Result<(), RenderError> {
+    if taken <= limit {
+        return Ok(());
+    }
+    Err(RenderError::Overflow { list: SLOTS, needed: taken, limit, remedy: "use coarser deep images" })
 }
 
 fn most_fragments(limits: &wgpu::Limits) -> u64 {

@@ -3,14 +3,18 @@
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Gpu, Growth, testing};
 use lanternfish_scene::{
-    Camera, Scene,
+    Camera, Light, Material, Projection, Scene,
     generate::{demo, light_rain},
 };
 
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     context::FrameContext,
-    settings::{Culling, Occlusion, Shadows, Tiled},
+    settings::{
+        Culling, DeepBuilder, DeepImageSettings, DeepStore, DirectionSet, Exposure, Indirect, Occlusion, Sampled,
+        Shadows, Tiled, Tracer,
+    },
+    testing::{quad, scene_of},
 };
 
 /// Frames that the device has in hand at most, as with a window.
@@ -218,13 +222,54 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
     assert!(found != mean_after(Growth::Later, 5).0);
 }
 
+/// Panes behind each other: more fragments a texel than there is room for at first.
+fn panes() -> Scene {
+    let pane = |i: usize| quad(0, Vec3::new(0.0, 0.0, -0.02 * i as f32), Vec3::X, Vec3::Y);
+    let mut scene = scene_of((0..90).map(pane).collect(), vec![Material { double_sided: true, ..Material::default() }]);
+    scene.lights.push(Light::point(Vec3::new(0.3, 0.4, 2.0), Vec3::splat(9.0)));
+    scene.sky = Vec3::splat(0.4);
+    scene
+}
+
+/// Through deep images too: for shadows, for indirect light, and to find occlusion.
 #[test]
-fn gpu_deep_images_are_refused_where_frames_do_not_wait() {
-    let Some(gpu) = testing::gpu("gpu_deep_images_are_refused_where_frames_do_not_wait") else { return };
-    let settings = Settings { occlusion: Occlusion::deep(None), ..settings(Culling::default()) };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
-    assert!(matches!(renderer.set_growth(Growth::Later), Err(RenderError::Together { .. })));
-    renderer.set_growth(Growth::Wait).unwrap();
+fn gpu_deep_images_get_their_room_in_later_frames() {
+    let Some(gpu) = testing::gpu("gpu_deep_images_get_their_room_in_later_frames") else { return };
+    let scene = panes();
+    let camera =
+        Camera::look_at(Vec3::new(0.4, 0.2, 2.5), Vec3::ZERO, Projection::Perspective { fov_y: 0.9, near: 0.02 });
+    let step = |i: usize| (camera.clone(), [0, 300][i / 6 % 2]);
+    let path = Path { scene: scene.clone(), range: 3.0, size: [48, 32], step: &step, frames: 18 };
+    let deep_images =
+        DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 3 }, ..DeepImageSettings::default() };
+    let direct = Settings { deep_images, exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
+    let sampled = Sampled { tracer: Tracer::WithinTexel, diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
+    for (name, settings) in [
+        ("shadows", Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), ..direct.clone() }),
+        ("indirect", Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() }),
+        ("occlusion", Settings { occlusion: Occlusion::deep(None), ..direct.clone() }),
+    ] {
+        let outcome = walk(gpu, &settings, &path);
+        println!("{name}: {outcome:?}");
+        check(&outcome);
+    }
+}
+
+#[test]
+fn gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_do_not_wait() {
+    let test = "gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_do_not_wait";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let coarse = DeepImageSettings { resolution: 8, ..DeepImageSettings::default() };
+    for deep_images in [
+        DeepImageSettings { builder: DeepBuilder::SinglePass, ..coarse },
+        DeepImageSettings { builder: DeepBuilder::DepthPeeling, ..coarse },
+        DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
+    ] {
+        let settings = Settings { occlusion: Occlusion::deep(None), deep_images, ..settings(Culling::default()) };
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        assert!(matches!(renderer.set_growth(Growth::Later), Err(RenderError::Together { .. })));
+        renderer.set_growth(Growth::Wait).unwrap();
+    }
 }
 
 /// Ten lights become a hundred thousand and ten again, while the camera goes through Sponza.
