@@ -2,11 +2,17 @@
 //!
 //! Indices are as the file has them: unchecked.
 
+mod material;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+
+pub(super) use self::material::{
+    Empty, Material, MaterialExtensions, MetallicRoughness, SpecularGlossiness, TextureInfo, TextureTransform,
+};
 
 /// Text that is borrowed from the JSON where it holds no escapes: data URIs are long.
 #[derive(Deserialize)]
@@ -202,191 +208,6 @@ pub(super) struct Image<'a> {
     #[serde(borrow)]
     pub uri: Option<Text<'a>>,
     pub buffer_view: Option<usize>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Material {
-    pub name: String,
-    pub pbr_metallic_roughness: Option<MetallicRoughness>,
-    pub normal_texture: Option<NormalTexture>,
-    pub occlusion_texture: Option<OcclusionTexture>,
-    pub emissive_texture: Option<TextureInfo>,
-    pub emissive_factor: [f32; 3],
-    pub alpha_mode: Option<String>,
-    pub alpha_cutoff: Option<f32>,
-    pub double_sided: bool,
-    pub extensions: MaterialExtensions,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct MetallicRoughness {
-    pub base_color_factor: Option<[f32; 4]>,
-    pub base_color_texture: Option<TextureInfo>,
-    pub metallic_factor: Option<f32>,
-    pub roughness_factor: Option<f32>,
-    pub metallic_roughness_texture: Option<TextureInfo>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct MaterialExtensions {
-    #[serde(rename = "KHR_materials_emissive_strength")]
-    pub emissive_strength: Option<EmissiveStrength>,
-    #[serde(rename = "KHR_materials_unlit")]
-    pub unlit: Option<Empty>,
-    #[serde(rename = "KHR_materials_anisotropy")]
-    pub anisotropy: Option<Anisotropy>,
-    #[serde(rename = "KHR_materials_clearcoat")]
-    pub clearcoat: Option<Clearcoat>,
-    #[serde(rename = "KHR_materials_dispersion")]
-    pub dispersion: Option<Dispersion>,
-    #[serde(rename = "KHR_materials_ior")]
-    pub ior: Option<Ior>,
-    #[serde(rename = "KHR_materials_iridescence")]
-    pub iridescence: Option<Iridescence>,
-    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
-    pub specular_glossiness: Option<SpecularGlossiness>,
-    #[serde(rename = "KHR_materials_sheen")]
-    pub sheen: Option<Sheen>,
-    #[serde(rename = "KHR_materials_specular")]
-    pub specular: Option<Specular>,
-    #[serde(rename = "KHR_materials_transmission")]
-    pub transmission: Option<Transmission>,
-    #[serde(rename = "KHR_materials_volume")]
-    pub volume: Option<Volume>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Anisotropy {
-    pub anisotropy_strength: f32,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Clearcoat {
-    pub clearcoat_factor: f32,
-    pub clearcoat_texture: Option<TextureInfo>,
-    pub clearcoat_roughness_factor: f32,
-    pub clearcoat_roughness_texture: Option<TextureInfo>,
-    pub clearcoat_normal_texture: Option<NormalTexture>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Dispersion {
-    pub dispersion: f32,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Ior {
-    pub ior: Option<f32>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Iridescence {
-    pub iridescence_factor: f32,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Sheen {
-    pub sheen_color_factor: [f32; 3],
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Specular {
-    pub specular_factor: Option<f32>,
-    pub specular_texture: Option<TextureInfo>,
-    pub specular_color_factor: Option<[f32; 3]>,
-    pub specular_color_texture: Option<TextureInfo>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct SpecularGlossiness {
-    pub diffuse_factor: Option<[f32; 4]>,
-    pub diffuse_texture: Option<TextureInfo>,
-    pub specular_factor: Option<[f32; 3]>,
-    pub glossiness_factor: Option<f32>,
-    pub specular_glossiness_texture: Option<TextureInfo>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Transmission {
-    pub transmission_factor: f32,
-    pub transmission_texture: Option<TextureInfo>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Volume {
-    pub thickness_factor: f32,
-    pub thickness_texture: Option<TextureInfo>,
-    pub attenuation_color: Option<[f32; 3]>,
-    pub attenuation_distance: Option<f32>,
-}
-
-#[derive(Deserialize)]
-pub(super) struct Empty {}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct EmissiveStrength {
-    pub emissive_strength: Option<f32>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct TextureInfo {
-    pub index: usize,
-    #[serde(default)]
-    pub tex_coord: u32,
-    #[serde(default, deserialize_with = "super::objects::field")]
-    pub extensions: TextureInfoExtensions,
-}
-
-#[derive(Deserialize)]
-pub(super) struct NormalTexture {
-    #[serde(flatten)]
-    pub info: TextureInfo,
-    pub scale: Option<f32>,
-}
-
-#[derive(Deserialize)]
-pub(super) struct OcclusionTexture {
-    #[serde(flatten)]
-    pub info: TextureInfo,
-    pub strength: Option<f32>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct TextureInfoExtensions {
-    #[serde(rename = "KHR_texture_transform")]
-    pub transform: Option<TextureTransform>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct TextureTransform {
-    #[serde(default)]
-    pub offset: [f32; 2],
-    #[serde(default)]
-    pub rotation: f32,
-    #[serde(default = "one_one")]
-    pub scale: [f32; 2],
-    pub tex_coord: Option<u32>,
-}
-
-fn one_one() -> [f32; 2] {
-    [1.0, 1.0]
 }
 
 #[derive(Deserialize)]
