@@ -221,7 +221,7 @@ mod tests {
     fn a_new_room_is_one_folder_and_few_lines() {
         let library = Copy::new("a_new_room_is_one_folder_and_few_lines");
         let families = families(&library.0);
-        assert_eq!(families, ["indirect", "light_culling", "rays"]);
+        assert_eq!(families, ["indirect", "light_culling", "occlusion", "rays"]);
         for family in families {
             let before = files(&library.0);
             write(&library.0, &family, "room_of_a_test").unwrap();

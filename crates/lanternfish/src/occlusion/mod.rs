@@ -4,8 +4,11 @@
 //! The rooms are `deep` (by the directions of deep images) and `hbao` (in screen space, for comparison); what asks for the
 //! answer imports `openness.wesl`.
 
+mod by_normal;
 pub(crate) mod deep;
 pub(crate) mod hbao;
+#[cfg(test)]
+mod new_room;
 #[cfg(test)]
 mod tests;
 
@@ -26,8 +29,12 @@ use crate::{
     prepass::Surface,
     rooms::{AnyRoom, Family, KnobWords, Range, rooms},
     settings::Settings,
+    shaders::{Root, Shaders},
     texture::frame_target,
 };
+
+/// The shaders of this folder, but for those of its rooms.
+pub(crate) const DECLARED: Shaders = Shaders { roots: &[Root::new("occlusion/by_normal")], structs: &[] };
 
 /// [`Openness`] is read.
 pub(crate) const OCCLUSION: Feature = Feature("occlusion");
@@ -43,6 +50,8 @@ rooms! {
     none: None = "none", "It is not: the surroundings light nothing" {
         Deep(deep::Deep),
         Hbao(hbao::Hbao),
+        #[cfg(test)]
+        NewRoom(new_room::NewRoom),
     }
 }
 

@@ -1,11 +1,8 @@
 //! Ambient obscurance by horizons in the depth of the view [Bavoil2008; Jimenez2016]: what screen space can do, for comparison.
 
-mod by_normal;
-
 use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 
-use self::by_normal::LightByNormal;
-use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
+use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, by_normal::LightByNormal, openness_target};
 use crate::{
     context::ViewContext,
     environment_light::sums_target,
@@ -26,11 +23,7 @@ gpu_struct! {
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
-        Root::new("occlusion/hbao/horizon"),
-        Root::new("occlusion/hbao/blur"),
-        Root::new("occlusion/hbao/by_normal"),
-    ],
+    roots: &[Root::new("occlusion/hbao/horizon"), Root::new("occlusion/hbao/blur")],
     structs: &[SharedStruct::of::<HbaoParameters>()],
 };
 

@@ -2,19 +2,20 @@
 
 use lanternfish_gpu::{ComputeKernel, Frame};
 
-use crate::{context::ViewContext, error::RenderError, occlusion::Openness, prepass::Surface, shaders::SHADERS};
+use super::Openness;
+use crate::{context::ViewContext, error::RenderError, prepass::Surface, shaders::SHADERS};
 
 /// Light by the normal alone, times the openness: for openness that knows no directions.
 #[derive(Debug)]
-pub struct LightByNormal {
+pub(crate) struct LightByNormal {
     kernel: ComputeKernel,
 }
 
 impl LightByNormal {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("occlusion/hbao/by_normal", &[])?;
-        Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "occlusion/hbao/by_normal") })
+        let shader = SHADERS.link("occlusion/by_normal", &[])?;
+        Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "occlusion/by_normal") })
     }
 
     /// Fills the openness' `environment_sums`.
