@@ -53,10 +53,20 @@ mod tests {
         }
     }
 
-    /// The string literals of a source file, without those of its comments.
-    fn literals(source: &str) -> Vec<&str> {
+    /// The string literals of a source file, without those of its comments. A literal that goes on in the next line is one.
+    fn literals(source: &str) -> Vec<String> {
         let code = source.lines().filter(|line| !line.trim_start().starts_with("//"));
-        code.flat_map(|line| line.split('"').skip(1).step_by(2)).collect()
+        let joined = code.fold(String::new(), |text, line| match text.strip_suffix('\\') {
+            Some(begun) => format!("{begun}{}", line.trim_start()),
+            None => format!("{text}\n{line}"),
+        });
+        joined.lines().flat_map(|line| line.split('"').skip(1).step_by(2)).map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn literals_of_several_lines_are_read_whole() {
+        let source = "let a = \"use `shadows \\\n             bvh` or\";\n// \"a comment\"\nlet b = \"--flag\";";
+        assert_eq!(literals(source), ["use `shadows bvh` or", "--flag"]);
     }
 
     fn sources(folder: &Path, found: &mut Vec<(String, String)>) {

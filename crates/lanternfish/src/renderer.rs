@@ -250,10 +250,10 @@ impl Renderer {
     /// that was whole, of that size. What [`Self::render`] gives of it otherwise is not whole either.
     #[cfg_attr(not(test), expect(dead_code, reason = "a window asks for it; until there is one, tests do"))]
     pub(crate) fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
-        let deep_occlusion = self.passes.occlusion.is_some() && self.effective.occlusion.uses_deep_images();
-        if self.passes.deep_images.is_some() || deep_occlusion {
-            self.effective.deep_images.check_growth(growth)?;
-        }
+        self.passes.deep_images.as_ref().map_or(Ok(()), |images| images.check_growth(growth))?;
+        self.passes.occlusion.as_ref().map_or(Ok(()), |occlusion| occlusion.check_growth(growth))?;
+        // What a frame has kept that was not whole is not for those that wait.
+        self.passes.forget();
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         // The frames of a mean are counted on the device or on the host.
         self.passes.progressive.reset();

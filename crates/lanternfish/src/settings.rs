@@ -352,6 +352,10 @@ mod tests {
         for attenuation in Attenuation::ALL {
             assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
         }
+        // Of two of one name the second could not be asked for.
+        for shadows in Shadows::ALL {
+            assert_eq!(shadows.name().parse::<Shadows>(), Ok(*shadows));
+        }
         assert!("16px".parse::<TileSize>().unwrap_err().contains("8, 16, 32"));
     }
 }

@@ -77,7 +77,7 @@ const FIRST_LIST: usize = 8;
 /// Where the number of frames of a mean lies.
 const FRAMES: usize = 4;
 /// Lists of a frame at most.
-const MOST_LISTS: usize = 62;
+const MOST_LISTS: usize = 1022;
 const LEDGER_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as u64;
 
 /// Room of all lists, kept from frame to frame.
@@ -94,6 +94,8 @@ struct Later {
     count_frame: ComputeKernel,
     words: wgpu::Buffer,
     staging: Staging,
+    /// Frames so far.
+    frames: u64,
     /// The lists of the frame in hand.
     noted: Vec<&'static str>,
     arrived: Arrived,
@@ -123,6 +125,7 @@ impl Ledger {
         // What is wrong with the device shows where the frame is handed to it.
         let _ = device.poll(wgpu::PollType::Poll);
         later.noted.clear();
+        later.frames += 1;
         for (lists, words) in later.staging.arrived() {
             later.arrived.frames += 1;
             later.arrived.held += u64::from(words[1] == 0);
@@ -167,6 +170,7 @@ impl Later {
             count_frame: ComputeKernel::new(device, &shader, "count_frame", "ledger/count_frame"),
             words,
             staging: Staging::new(device, LEDGER_BYTES),
+            frames: 0,
             noted: Vec::new(),
             arrived: Arrived::default(),
         })
@@ -197,11 +201,16 @@ impl Frame<'_> {
         }
     }
 
-    /// How many elements the longest list of this name had in the last frame that has arrived, where frames do not wait.
-    pub fn last_counted(&self, list: &'static str) -> u64 {
+    /// The words of the longest list of this name in the last frame that has arrived, where frames do not wait.
+    pub fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
         let ledger = &self.pool.ledger;
         let history = ledger.lists.get(list).filter(|_| ledger.later.is_some());
-        history.map_or(0, |history| history.last[0].into())
+        history.map_or([0; LIST_WORDS], |history| history.last)
+    }
+
+    /// Where frames do not wait, the number of this one: no other has it.
+    pub fn number(&self) -> u64 {
+        self.pool.ledger.later.as_ref().map_or(0, |later| later.frames)
     }
 
     /// Whether room for `capacity` elements is enough for a list that the commands so far have counted: where the frame waits, it is
@@ -217,7 +226,11 @@ impl Frame<'_> {
                     true => sum_of_parts(&self.read_now::<u32>(starts, count)?),
                 };
                 let list = self.pool.ledger.lists.entry(counted.list).or_default();
-                Ok(ListRoom { capacity: list.waited_for(counted, elements), elements, words })
+                Ok(ListRoom {
+                    capacity: list.waited_for(counted.list, counted.guess, counted.limit, elements),
+                    elements,
+                    words,
+                })
             }
             Growth::Later => {
                 let list = self.pool.ledger.lists.entry(counted.list).or_default();

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Counted, LIST_WORDS};
+use super::LIST_WORDS;
 
 /// Frames whose needs count. More: room is given back later.
 const RECENT_FRAMES: usize = 64;
@@ -22,11 +22,13 @@ pub(super) struct Room {
 
 impl Room {
     /// Where the frame has waited: room for all, and never less than before.
-    pub fn waited_for(&mut self, counted: &Counted<'_>, elements: u64) -> u64 {
+    pub fn waited_for(&mut self, list: &str, guess: u64, limit: u64, elements: u64) -> u64 {
         if elements > self.capacity && self.capacity > 0 {
-            tracing::debug!(elements, capacity = self.capacity, "{} grows", counted.list);
+            tracing::debug!(elements, capacity = self.capacity, "{list} grows");
         }
-        self.capacity = self.capacity.max(counted.guess).max(elements).min(counted.limit);
+        // What cannot be is refused: no room is kept for it.
+        let wanted = if elements > limit { 0 } else { elements };
+        self.capacity = self.capacity.max(guess).max(wanted).min(limit);
         self.capacity
     }
 
@@ -78,6 +80,14 @@ mod tests {
             room.adapt();
         }
         room
+    }
+
+    #[test]
+    fn a_list_that_is_refused_gets_no_room() {
+        let mut room = Room::default();
+        assert_eq!(room.waited_for("a list", 0, 1000, 100), 100);
+        assert_eq!(room.waited_for("a list", 0, 1000, 1001), 100);
+        assert_eq!(room.waited_for("a list", 0, 1000, 1000), 1000);
     }
 
     #[test]

@@ -51,9 +51,9 @@ fn gpu_a_frame_that_waits_always_has_room() {
         assert!(rooms.iter().all(|room| room.words[1..] == [5, 6, 7]) && whole.is_none());
     }
     assert_eq!(frames.pool.waits(), 8);
-    // More than the limit is told, and there is no room for it.
+    // More than the limit is told, and no room is kept for it.
     let (rooms, _) = frames.next([0, 1 << 21]);
-    assert_eq!((rooms[1].capacity, rooms[1].elements), (1 << 20, 1 << 21));
+    assert_eq!((rooms[1].capacity, rooms[1].elements), (60, 1 << 21));
 }
 
 #[test]

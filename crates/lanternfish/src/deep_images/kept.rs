@@ -23,6 +23,8 @@ struct Kept {
     /// [`GpuScene::generation`] of the scene that the images were built of.
     generation: u64,
     rotation: Quat,
+    /// The last frame that has noted whether there was room for them: its number.
+    noted_in: u64,
 }
 
 impl KeptDeepImages {
@@ -37,14 +39,19 @@ impl KeptDeepImages {
     /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole.
     pub fn get(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, rotation: Quat) -> Result<&DeepImages, RenderError> {
         let generation = scene.generation();
-        let counted = frame.last_counted(SLOTS);
-        let has_room = |chunk: &Chunk| counted <= chunk.grid.capacity.into();
+        let [counted, images, ..] = frame.last_counted(SLOTS);
+        // What is told may be of larger chunks, before they were divided.
+        let has_room = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
         let same = |kept: &Kept| {
             let has_room = frame.growth() == Growth::Wait || kept.images.chunks.iter().all(has_room);
             (kept.generation, kept.rotation) == (generation, rotation) && has_room
         };
         if self.kept.as_ref().is_some_and(same) {
-            if let (Growth::Later, Some(kept)) = (frame.growth(), &self.kept) {
+            let number = frame.number();
+            if let (Growth::Later, Some(kept)) = (frame.growth(), &mut self.kept)
+                && kept.noted_in != number
+            {
+                kept.noted_in = number;
                 kept.images.chunks.iter().try_for_each(|chunk| note_again(frame, chunk))?;
             }
         } else {
@@ -54,7 +61,7 @@ impl KeptDeepImages {
             self.builder.set_rotation(rotation);
             let images = self.builder.record(frame, scene)?;
             self.builds += 1;
-            self.kept = Some(Kept { images, generation, rotation });
+            self.kept = Some(Kept { images, generation, rotation, noted_in: frame.number() });
         }
         Ok(&self.kept.as_ref().expect("just built, if not there").images)
     }
@@ -62,6 +69,11 @@ impl KeptDeepImages {
     /// Lets the next frame build them again: the one that built them was not handed to the device.
     pub fn forget(&mut self) {
         self.kept = None;
+    }
+
+    /// An error unless they can be built by frames that get their room so.
+    pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        self.builder.check_growth(growth)
     }
 
     /// How often images have been built.

@@ -22,7 +22,7 @@ mod validate;
 pub mod view;
 
 use glam::{UVec2, Vec2, Vec3, Vec4};
-use lanternfish_gpu::{Bindings, Feature, Growth, SharedStruct, gpu_struct};
+use lanternfish_gpu::{Bindings, Feature, SharedStruct, gpu_struct};
 
 use self::directions::Directions;
 pub use self::{
@@ -32,8 +32,7 @@ pub use self::{
     validate::{Fragment, ListFault},
 };
 use crate::{
-    error::RenderError,
-    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
+    settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     shaders::{Root, Shaders},
 };
 
@@ -197,16 +196,6 @@ pub struct DeepCounts {
 }
 
 impl DeepImageSettings {
-    /// An error unless such images can be built by a frame that does not wait for the device.
-    pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
-        let counts_on_the_device = matches!(self.builder, DeepBuilder::PerTriangle | DeepBuilder::PerDirection);
-        if growth == Growth::Wait || (counts_on_the_device && self.store == DeepStore::LinearArray) {
-            return Ok(());
-        }
-        let needed = "deep images by per_triangle or per_direction, in a linear_array";
-        Err(RenderError::Together { setting: "a frame that does not wait", needed })
-    }
-
     /// Images of every kind that shaders read otherwise, with triangles or without.
     pub(crate) fn every_kind(payload: bool) -> Vec<Self> {
         let stores = DeepStore::ALL.iter().copied();

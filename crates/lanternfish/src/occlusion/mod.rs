@@ -15,7 +15,7 @@ mod tests;
 use std::fmt;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Feature, Frame};
+use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
 pub use self::{
     deep::{Deep, DirectionRun},
@@ -121,6 +121,11 @@ pub(crate) trait OcclusionPasses: fmt::Debug {
         surface: &Surface,
     ) -> Result<Openness, RenderError>;
 
+    /// An error unless frames that get their room so can be recorded.
+    fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
+        Ok(())
+    }
+
     /// Forgets what is kept from frame to frame: the last one was not handed to the device.
     fn forget(&mut self) {}
 }
@@ -131,7 +136,7 @@ pub struct Openness {
     /// 32-bit floats, the one format of one channel that every device lets a compute pass write. 1 where nothing occludes,
     /// and where no surface is.
     pub texture: wgpu::TextureView,
-    /// What arrives from the surroundings: `environment_light/environment_light.wesl`.
+    /// What arrives from the surroundings: `shading/environment_light.wesl`.
     pub environment_sums: wgpu::TextureView,
     /// Counts of the deep images that the openness was found by, where it was.
     pub images: Option<DeepCounts>,

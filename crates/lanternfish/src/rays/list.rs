@@ -71,11 +71,11 @@ impl RayTracer {
         rays: &wgpu::Buffer,
         count: u32,
     ) -> Result<wgpu::Buffer, RenderError> {
-        tracer.check(frame.device, tracer.name(), "another tracer")?;
+        tracer.check(frame.device, "tracing a list of rays through the adapter's own structure", "another tracer")?;
         scene.check_parts(frame.device, tracer.parts())?;
         let images = images.filter(|_| tracer.uses_deep_images());
         if tracer.uses_deep_images() && images.is_none() {
-            return Err(RenderError::Together { setting: tracer.name(), needed: "deep images to go through" });
+            return Err(RenderError::Together { setting: "a list of rays through deep images", needed: "the images" });
         }
         let kind = images.map_or_else(DeepImageSettings::default, |images| images.settings);
         let features = tracer.features(&DeepImageSettings { payload: false, ..kind });

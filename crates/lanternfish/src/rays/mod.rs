@@ -45,15 +45,15 @@ pub(crate) enum Structure {
     DeepImages,
 }
 
-/// Declares the tracers, one line each: a variant, and the folder that has its [`Room`].
+/// Declares the tracers, one line each: a variant, the folder that has its [`Room`], and the variant's documentation.
 macro_rules! tracers {
-    ($(#[$meta:meta])* $name:ident { $($(#[$attribute:meta])* $variant:ident($folder:ident)),+ $(,)? }) => {
+    ($(#[$meta:meta])* $name:ident { $($(#[$attribute:meta])* $variant:ident($folder:ident): $doc:literal),+ $(,)? }) => {
         $($(#[$attribute])* mod $folder;)+
 
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum $name {
-            $($(#[$attribute])* #[doc = concat!("That of the folder `rays/", stringify!($folder), "`.")] $variant),+
+            $($(#[$attribute])* #[doc = $doc] $variant),+
         }
 
         impl $name {
@@ -70,12 +70,12 @@ macro_rules! tracers {
 tracers! {
     /// What rays are traced through.
     Tracer {
-        Bvh(bvh),
-        RayQuery(ray_query),
-        WithinTexel(within_texel),
-        AcrossTexels(across_texels),
+        Bvh(bvh): "A bounding volume hierarchy in compute: exact, on any adapter.",
+        RayQuery(ray_query): "The adapter's own acceleration structure: exact, and fast where it is hardware.",
+        WithinTexel(within_texel): "The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].",
+        AcrossTexels(across_texels): "Every texel of that image that the ray crosses [Niessner2010, §3.2].",
         #[cfg(test)]
-        NewRoom(new_room),
+        NewRoom(new_room): "Every triangle of the scene, one after the other.",
     }
 }
 

@@ -13,8 +13,8 @@ use crate::{
     gpu_scene::{MASKED, TEXTURES},
     rooms::Family,
     settings::{
-        Attenuation, Culling, DebugView, DeepDepth, Indirect, Occlusion, RayCulling, Sampled, Samples, Settings,
-        ToneMap, Tracer,
+        Attenuation, Culling, DebugView, DeepDepth, DeepSearch, Indirect, Occlusion, RayCulling, Sampled, Samples,
+        Settings, ToneMap, Tracer,
     },
     shading, shadows,
 };
@@ -45,6 +45,7 @@ fn all_settings() -> Vec<Settings> {
     let all = with(&all, &[Indirect::None, Indirect::Sampled(Sampled::default())], |s, v| s.indirect = v);
     let all = with(&all, &[Occlusion::None, Occlusion::deep(None)], |s, v| s.occlusion = v);
     let all = with(&all, DeepDepth::ALL, |s, v| s.deep_images.depth = v);
+    let all = with(&all, DeepSearch::ALL, |s, v| s.deep_images.search = v);
     with(&all, &[None, Some(DebugView::RayCount)], |s, v| s.debug_view = v)
 }
 

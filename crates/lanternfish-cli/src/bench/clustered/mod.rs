@@ -109,15 +109,13 @@ fn lit(scene: &Scene, places: Places, count: u32, seed: u32) -> Scene {
     Scene { lights, ..scene.clone() }
 }
 
-/// How far from the eye clusters reach, m: to the corner of the scene's box that lies farthest along the view.
+/// How far from the eye clusters reach, m: to the corner of the scene's box that lies farthest along the view; of a scene behind the eye,
+/// its diagonal.
 fn depth(scene: &Scene, camera: &Camera) -> f32 {
     let view_from_world = camera.world_from_camera.inverse();
-    scene
-        .bounds()
-        .corners()
-        .iter()
-        .map(|corner| -view_from_world.transform_point3(*corner).z)
-        .fold(f32::MIN_POSITIVE, f32::max)
+    let ahead = scene.bounds().corners().map(|corner| -view_from_world.transform_point3(corner).z);
+    let farthest = ahead.into_iter().fold(0.0, f32::max);
+    if farthest > 0.0 { farthest } else { scene.bounds().size().length() }
 }
 
 pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {

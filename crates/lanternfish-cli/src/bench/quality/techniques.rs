@@ -306,7 +306,7 @@ mod tests {
         assert_every(&[false, true], |settings| settings.accumulate > 1);
         assert_every(&[false, true], |settings| settings.light_radius > 0.0);
 
-        // `Culling` lists no values of its own: each part of each scheme.
+        // Every part of every scheme.
         let clustered = |culling| match culling {
             Culling::Clustered(clustered) => Some(clustered),
             _ => None,
@@ -321,6 +321,8 @@ mod tests {
             ClusterShape::Displaced { .. } => 2,
         };
         assert_every(&[Culling::All], |settings| settings.culling);
+        let names: Vec<_> = Culling::rooms().iter().map(Family::name).collect();
+        assert_every(&names, |settings| settings.culling.name());
         for size in TileSize::ALL {
             assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(settings.culling));
         }

@@ -6,7 +6,9 @@ mod per_triangle;
 mod single_pass;
 
 use glam::{Quat, UVec2};
-use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState, faulty_software, storage_buffer_of};
+use lanternfish_gpu::{
+    Bindings, Feature, Frame, Growth, RasterPipeline, RasterState, faulty_software, storage_buffer_of,
+};
 
 pub use self::depth_peeling::PeeledFragment;
 #[cfg(test)]
@@ -25,7 +27,7 @@ use super::{
 use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
-    settings::{DeepBuilder, DeepImageSettings},
+    settings::{DeepBuilder, DeepImageSettings, DeepStore},
     shaders::SHADERS,
     texture::frame_target,
 };
@@ -99,8 +101,8 @@ pub struct DeepImageBuilder {
     directions: Directions,
     rotation: Quat,
     direction_cells: wgpu::Buffer,
-    /// Images of a chunk at most: fewer, once more of them were too many for a binding.
-    most_images: u32,
+    /// Images of a chunk at most: fewer, once more of them were too many for a binding; and of which scene, by its generation.
+    most_images: (u64, u32),
 }
 
 impl DeepImageBuilder {
@@ -118,8 +120,18 @@ impl DeepImageBuilder {
             direction_cells: storage_buffer_of(device, "deep_images/direction_cells", directions.cells(), none)?,
             directions,
             rotation: Quat::IDENTITY,
-            most_images: u32::MAX,
+            most_images: (0, u32::MAX),
         })
+    }
+
+    /// An error unless frames that get their room so can build them: what reads counts on the host cannot be in one that does not wait.
+    pub(crate) fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        let counts_on_the_device = matches!(self.builder, Builder::PerTriangle(_) | Builder::PerDirection(_));
+        if growth == Growth::Wait || (counts_on_the_device && self.settings.store == DeepStore::LinearArray) {
+            return Ok(());
+        }
+        let needed = "deep images by per_triangle or per_direction, in a linear_array";
+        Err(RenderError::Together { setting: "a frame that does not wait", needed })
     }
 
     /// Turns the set of directions for the images that are recorded from now on: world space from the set's own, unit.
@@ -131,7 +143,7 @@ impl DeepImageBuilder {
     /// Builds the images of the scene's triangles; blended surfaces are not in them. A scene that was not uploaded for the BVH
     /// is an error.
     pub fn record(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) -> Result<DeepImages, RenderError> {
-        self.settings.check_growth(frame.growth())?;
+        self.check_growth(frame.growth())?;
         scene.check_parts(frame.device, Parts::BVH)?;
         let directions = self.directions.rotated(self.rotation);
         let axes: Vec<DeepFrame> = (0..directions.len() as u32)
@@ -161,7 +173,9 @@ impl DeepImageBuilder {
         if let Found::Samples(samples) = &found {
             bindings = samples.bind(bindings);
         }
-        let mut most = self.images_a_chunk(frame.device).min(self.most_images);
+        let (generation, known) = self.most_images;
+        let most_images = if generation == scene.generation() { known } else { u32::MAX };
+        let mut most = self.images_a_chunk(frame.device).min(most_images);
         let builder = &mut self.builder;
         let mut source =
             Source { bindings, gather: &mut |frame, grid, bindings| builder.gather(frame, &found, grid, bindings) };
@@ -175,7 +189,7 @@ impl DeepImageBuilder {
                     // More than one binding holds, of several images: of fewer it may hold them.
                     Err(RenderError::Overflow { .. }) if image_count > 1 => {
                         most = image_count / 2;
-                        self.most_images = most;
+                        self.most_images = (scene.generation(), most);
                         continue;
                     }
                     other => other?,

@@ -1,6 +1,8 @@
 //! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
 
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, primitives::Scan, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{
+    ComputeKernel, Feature, Frame, Growth, primitives::Scan, storage_buffer, storage_buffer_of, uniform_buffer_of,
+};
 
 use super::{SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity};
 use crate::{
@@ -56,7 +58,9 @@ impl LinearArray {
             |label, count: u64| self.payload.then(|| storage_buffer(device, label, 4 * count)).transpose();
 
         // Gather and scan; where the frame waits, once more where there was no room.
-        let counted = storage_buffer(device, "deep_images/counted", 16)?;
+        // How many were put, and of how many images.
+        let counted = [0, grid.image_count, 0, 0];
+        let counted = storage_buffer_of(device, "deep_images/counted", &counted, wgpu::BufferUsages::empty())?;
         let limit = most_fragments(&device.limits());
         let (slots, filled_starts) = loop {
             let guess = self.capacity.max(first_guess(&device.limits(), lists));
@@ -71,7 +75,10 @@ impl LinearArray {
             frame.encoder().copy_buffer_to_buffer(&filled_starts, taken, &counted, 0, 4);
             self.scan.record(frame, &filled_starts, lists + 2)?;
             let room = frame.counted_room(&counted_slots(&counted, guess, limit), capacity)?;
-            check_room(room.elements, limit)?;
+            // Where frames do not wait, what is told may be of larger chunks, before they were divided.
+            if frame.growth() == Growth::Wait || room.words[1] <= grid.image_count {
+                check_room(room.elements, limit)?;
+            }
             match frame.growth() {
                 Growth::Wait if room.elements > capacity => self.capacity = room.elements,
                 Growth::Wait => {

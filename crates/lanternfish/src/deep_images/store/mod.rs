@@ -111,7 +111,7 @@ fn first_guess(limits: &wgpu::Limits, lists: u32) -> u64 {
 /// Name of the list of slots, of which every chunk has one.
 pub(super) const SLOTS: &str = "deep_images/fragments";
 
-/// The slots of a chunk that were taken, in the first word of `words`.
+/// The slots of a chunk that were taken, in the first word of `words`; the second is the number of its images.
 fn counted_slots(words: &wgpu::Buffer, guess: u64, limit: u64) -> Counted<'_> {
     Counted { list: SLOTS, words, starts: (words, 1), may_wrap: &|_| false, guess, limit }
 }
@@ -134,8 +134,11 @@ fn check_room(taken: u64, limit: u64) -> Result<(), RenderError> {
     Err(RenderError::Overflow { list: SLOTS, needed: taken, limit, remedy: "use coarser deep images" })
 }
 
+/// Slots from which on none is counted: `MOST_SLOTS` of `put_fragment.wesl`.
+pub(super) const MOST_SLOTS: u32 = 1 << 30;
+
 fn most_fragments(limits: &wgpu::Limits) -> u64 {
-    limits.max_storage_buffer_binding_size / 4
+    (limits.max_storage_buffer_binding_size / 4).min(MOST_SLOTS.into())
 }
 
 #[test]
@@ -146,6 +149,9 @@ fn the_first_guess_fits_a_binding() {
     // An image of 2,897 texels a side has more lists than a quarter of what a binding of 128 MiB holds.
     assert_eq!(first_guess(&limits, 251), 1000);
     assert_eq!(first_guess(&limits, u32::MAX), 1000);
+    // More is not counted, however much a binding holds.
+    let limits = wgpu::Limits { max_storage_buffer_binding_size: 1 << 40, ..Default::default() };
+    assert_eq!(most_fragments(&limits), u64::from(MOST_SLOTS));
 }
 
 /// The grid with room for so many fragments, on the device.

@@ -11,7 +11,7 @@ use crate::{
     deep_images::{
         Chunk, DeepCounts, DeepGrid, DeepImages, Fragment, ListFault,
         directions::{DirectionSet, Directions},
-        store::{Source, Store, put_features},
+        store::{MOST_SLOTS, Source, Store, put_features},
         twin,
     },
     error::RenderError,
@@ -92,7 +92,6 @@ fn fragments() -> Vec<Vec4> {
 /// However many fragments are put: the counter of slots stays where it is full, and does not start over at zero.
 #[test]
 fn gpu_the_counter_of_slots_does_not_start_over() {
-    const MOST_SLOTS: u32 = 1 << 30;
     let Some(gpu) = testing::gpu("gpu_the_counter_of_slots_does_not_start_over") else { return };
     assert_eq!(constant("deep_images/store/put_fragment", "MOST_SLOTS"), f64::from(MOST_SLOTS));
     let none = wgpu::BufferUsages::empty();

@@ -8,7 +8,7 @@ use crate::{
     gpu_scene::{GpuScene, Parts},
     output::DISPLAY_FORMAT,
     prepass::DEPTH_FORMAT,
-    settings::DeepImageSettings,
+    settings::{DeepImageSettings, DeepSearch},
     shaders::SHADERS,
     texture::target,
     view::View,
@@ -78,8 +78,10 @@ impl PointCloud {
             bias: Default::default(),
         };
         let targets = [Some(DISPLAY_FORMAT.into())];
+        // All are shown: nothing is searched for.
+        let every_fragment = DeepImageSettings { search: DeepSearch::Bisection, ..*settings };
         let state = RasterState { depth: Some(depth), targets: &targets, ..Default::default() };
-        let shader = SHADERS.link("deep_images/view/points", &settings.fragment_features())?;
+        let shader = SHADERS.link("deep_images/view/points", &every_fragment.fragment_features())?;
         let pipeline = RasterPipeline::new(device, &shader, "vertex", "fragment", "deep_images/view/points", &state);
         Ok(Self { pipeline })
     }

@@ -134,7 +134,7 @@ impl IndirectRoom for Sampled {
     }
 
     fn look_at_glass(&mut self) {
-        self.tracer = Tracer::Bvh;
+        self.tracer = self.tracer.exact();
         self.resolution = IndirectResolution::Full;
         self.glossy_rays = self.glossy_rays.max(1);
     }

@@ -16,9 +16,6 @@ use crate::{
     shaders::{Root, SHADERS, Shaders},
 };
 
-/// This room is behind `light_list`.
-pub(crate) const CULLING_NEW_ROOM: Feature = Feature("culling_new_room");
-
 /// One list for the whole view, of the lights that reach what lies before the eye.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NewRoom {}
@@ -33,7 +30,7 @@ impl Room for NewRoom {
 
 impl LightCullingRoom for NewRoom {
     fn feature(&self) -> Feature {
-        CULLING_NEW_ROOM
+        Feature("culling_new_room")
     }
 
     fn tests_every_light(&self) -> bool {

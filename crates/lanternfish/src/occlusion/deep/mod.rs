@@ -3,7 +3,7 @@
 mod cells;
 
 use glam::{Quat, UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_struct};
 
 use self::cells::CellRadiances;
 use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
@@ -149,6 +149,10 @@ impl DeepOcclusion {
 }
 
 impl OcclusionPasses for DeepOcclusion {
+    fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        self.images.check_growth(growth)
+    }
+
     fn forget(&mut self) {
         self.images.forget();
         self.cells.forget();

@@ -1,7 +1,7 @@
 //! Frames that never wait show what frames that wait show, or what they showed last.
 
 use glam::{Affine3A, Vec3};
-use lanternfish_gpu::{Gpu, Growth, testing};
+use lanternfish_gpu::{Gpu, Growth, faulty_software, testing};
 use lanternfish_scene::{
     Camera, Light, Material, Projection, Scene,
     generate::{demo, light_rain},
@@ -234,7 +234,11 @@ fn panes() -> Scene {
 /// Through deep images too: for shadows, for indirect light, and to find occlusion.
 #[test]
 fn gpu_deep_images_get_their_room_in_later_frames() {
-    let Some(gpu) = testing::gpu("gpu_deep_images_get_their_room_in_later_frames") else { return };
+    let test = "gpu_deep_images_get_their_room_in_later_frames";
+    let Some(gpu) = testing::gpu(test) else { return };
+    if faulty_software(&gpu.device.adapter_info()) {
+        return testing::left_out(test, "this driver crashes on shadows through deep images");
+    }
     let scene = panes();
     let camera =
         Camera::look_at(Vec3::new(0.4, 0.2, 2.5), Vec3::ZERO, Projection::Perspective { fov_y: 0.9, near: 0.02 });
