@@ -162,7 +162,7 @@ pub enum Shadows {
     Auto,
     /// No shadows.
     None,
-    /// By rays through this tracer. Through deep images [Niessner2010] they are as coarse as texels, and rays from blended surfaces, and of
+    /// By rays through this tracer. Through deep images [Niessner2010, §4] they are as coarse as texels, and rays from blended surfaces, and of
     /// further samples of a pixel, go through the BVH.
     Traced(Tracer),
 }

@@ -5,11 +5,11 @@ use std::f32::consts::TAU;
 
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
-use lanternfish_scene::{Bounds, Camera, Environment, Projection};
+use lanternfish_scene::{Bounds, Environment};
 
 use super::{EnvironmentImage, EnvironmentLight};
 use crate::{
-    testing::{Random, ask_about},
+    testing::{Random, ask_about, looking},
     view::View,
 };
 
@@ -24,10 +24,6 @@ pub(crate) fn image(width: usize, height: usize, rotation: f32, radiance: impl F
 /// White from above, black from below.
 pub(crate) fn half_white() -> Environment {
     image(512, 256, 0.0, |direction| if direction.y > 0.0 { Vec3::ONE } else { Vec3::ZERO })
-}
-
-fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
-    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.05 })
 }
 
 /// What surfaces mirror from each direction, with the roughness as fourth number.

@@ -12,7 +12,7 @@ use crate::{
     context::FrameContext,
     settings::{DebugView, DeepImageSettings, DirectionSet, Occlusion, Shadows},
     shaders::constant,
-    testing::{quad, scene_of},
+    testing::{looking, quad, scene_of},
     view::View,
 };
 
@@ -67,10 +67,6 @@ fn mottling(a: &[f32], b: &[f32]) -> f64 {
     };
     let squares = columns * rows;
     ((0..squares).map(|i| square(i).powi(2)).sum::<f64>() / f64::from(squares)).sqrt()
-}
-
-fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
-    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.05 })
 }
 
 fn white() -> Material {

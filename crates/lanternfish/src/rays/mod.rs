@@ -4,7 +4,7 @@
 //! - `closest_hit`: which triangle does a ray from a surface meet first? Asked by indirect light.
 //! - `first_distance`: how far does a ray go? Asked of lists of rays, by tests and benches ([`RayTracer`]).
 //!
-//! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is ([`Room`]). The host chooses one when it links
+//! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is (`Room`). The host chooses one when it links
 //! ([`Tracer::features`]), and runs a pass once for each chunk where that is deep images (`dispatch`).
 
 mod list;

@@ -9,7 +9,7 @@ use lanternfish_gpu::{
     Bindings, ComputeKernel, Feature, Frame, Gpu, Profiler, ShaderLibrary, ShaderSource, read_back, storage_buffer,
     storage_buffer_of,
 };
-use lanternfish_scene::{Bounds, Instance, Material, Mesh, Primitive, Scene};
+use lanternfish_scene::{Bounds, Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
 
 use crate::{
     GpuScene,
@@ -149,6 +149,11 @@ pub(crate) fn quad(material: usize, center: Vec3, half_right: Vec3, half_up: Vec
         indices: vec![0, 1, 2, 0, 2, 3],
         ..Primitive::default()
     }
+}
+
+/// A camera at `eye` that looks at `target`, world space, m.
+pub(crate) fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
+    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.8, near: 0.05 })
 }
 
 /// Numbers in 0..1 that are the same on every machine (PCG, 32 bits of output).
