@@ -7,7 +7,7 @@ use crate::flags::as_flags;
 
 /// Reads a value by its name; unknown names are refused with the list of known ones.
 pub fn choice<T: Named>() -> impl TypedValueParser<Value = T> {
-    names(T::all().iter().map(|value| (value.name(), value.meaning())))
+    names(T::all().iter().map(|value| (value.name(), value.words())))
         .map(|name| *T::all().iter().find(|value| value.name() == name).expect("clap lets only known names through"))
 }
 

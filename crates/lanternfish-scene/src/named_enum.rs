@@ -7,7 +7,7 @@ pub trait Named: Copy + Send + Sync + 'static {
     /// The name of a variant: in a flag, a file, a report.
     fn name(self) -> &'static str;
     /// One line of help on a variant; empty where no front end offers it.
-    fn meaning(self) -> &'static str;
+    fn words(self) -> &'static str;
 }
 
 /// A setting as front ends write and read it: flags, shots, reports.
@@ -100,7 +100,7 @@ macro_rules! named_enum_impls {
             fn name(self) -> &'static str {
                 Self::name(self)
             }
-            fn meaning(self) -> &'static str {
+            fn words(self) -> &'static str {
                 Self::words(self)
             }
         }
@@ -114,7 +114,7 @@ macro_rules! named_enum_impls {
                 Ok(())
             }
             fn names(&self) -> Vec<(&'static str, &'static str)> {
-                Self::ALL.iter().map(|v| (v.name(), $crate::Named::meaning(*v))).collect()
+                Self::ALL.iter().map(|v| (v.name(), $crate::Named::words(*v))).collect()
             }
         }
 

@@ -43,10 +43,10 @@ pub enum Paper {
     /// on this machine, to be compared with each other only. Exits with an error when configurations that must show the
     /// same picture do not.
     ForwardPlus(Box<ForwardPlusArgs>),
-    /// Building and tracing deep images, beside the BVH: Archer 2019, tables 2 and 3, and Niessner 2010, table 1.
+    /// Building and tracing deep images, beside the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
     ///
-    /// Every speed stands beside its error. Counts are exact; times are the least of some runs on this machine, to be
-    /// compared with each other only.
+    /// Directions are those of the default set, of equal areas; Archer's are stacks and slices. Every speed stands beside its
+    /// error. Counts are exact; times are the least of some runs on this machine, to be compared with each other only.
     DeepImages(Box<deep_images::DeepImagesArgs>),
     /// Indirect light by rays through deep images, beside the BVH: Niessner 2010, §7.
     ///

@@ -1,5 +1,5 @@
 //! `lanternfish bench deep-images`: building and tracing deep images, beside other builders and exact rays, with the error of
-//! every figure [Archer2019, tables 2, 3; Niessner2010, table 1].
+//! every figure [Archer2019, table 2; Niessner2010, table 1].
 
 pub(super) mod build;
 pub(super) mod configurations;
