@@ -92,9 +92,10 @@ impl Passes {
         // What every view shows, then which lights reach it: views may share the work of finding them.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
         let views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
-        let lights = self.light_culling.record(frame, &views, Reach::Surface)?;
+        let set = &context.scene.lights;
+        let lights = self.light_culling.record(frame, &views, Reach::Surface, set)?;
         let blended_lights = match views.iter().any(|view| !view.draws.blended.is_empty()) {
-            true => self.light_culling.record(frame, &views, Reach::Anywhere)?,
+            true => self.light_culling.record(frame, &views, Reach::Anywhere, set)?,
             false => Vec::new(),
         };
         let arriving = self.arriving(frame, &views)?;

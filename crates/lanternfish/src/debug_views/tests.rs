@@ -209,7 +209,7 @@ fn record(
     let buffer = view.upload(frame.device);
     let draws = scene.visible_draws(view);
     let surface = prepass.record(frame, scene, &draws, &buffer, SIZE).unwrap();
-    culling.record(frame, &[context(scene, view, &buffer, &surface)], Reach::Surface).unwrap().remove(0)
+    culling.record(frame, &[context(scene, view, &buffer, &surface)], Reach::Surface, &scene.lights).unwrap().remove(0)
 }
 
 /// Panes of every size at every distance; every third one blended.

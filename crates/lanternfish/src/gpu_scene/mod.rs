@@ -52,7 +52,7 @@ use self::{
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
     error::RenderError,
-    lights::{Light, tree::SceneLightTrees},
+    lights::{Light, LightSet, tree::SceneLightTrees},
     settings::{DebugView, Settings},
     shaders::Shaders,
 };
@@ -86,7 +86,8 @@ gpu_struct! {
 pub struct GpuScene {
     pub(crate) geometry: Geometry,
     pub(crate) textures: Textures,
-    pub(crate) light_count: u32,
+    /// The scene's lights.
+    pub(crate) lights: LightSet,
     /// Triangles that rays are traced through.
     pub(crate) traced_triangles: u32,
     /// Radiance of everything that no surface covers, nits.
@@ -97,10 +98,7 @@ pub struct GpuScene {
     environment_light: Option<EnvironmentLight>,
     /// World-space box of everything.
     pub(crate) bounds: Bounds,
-    /// World-space box of the centres of all lights that have one; empty without such lights.
-    pub(crate) light_bounds: Bounds,
     materials: Materials,
-    lights: wgpu::Buffer,
     soft_shadows: wgpu::Buffer,
     bvh: Option<Bvh>,
     tlas: Option<Tlas>,
@@ -170,14 +168,12 @@ impl GpuScene {
             bounds: geometry.bounds(),
             geometry,
             textures,
-            light_count: lights.len() as u32,
             traced_triangles: triangles.len() as u32,
             sky: scene.sky,
             environment,
             environment_light: environment_light.transpose()?,
-            light_bounds: light_bounds(scene),
             materials,
-            lights: storage_buffer_of(device, LIGHTS, &lights, none)?,
+            lights: light_set(device, scene, &lights)?,
             soft_shadows: uniform_buffer_of(device, "scene/soft_shadows", &SoftShadows { rays: settings.shadow_rays }),
             bvh,
             tlas,
@@ -197,7 +193,7 @@ impl GpuScene {
             .materials
             .all()
             .buffer("draw_instances", &self.geometry.instances)
-            .buffer("lights", &self.lights)
+            .with(&self.lights.bindings())
             .buffer("soft_shadows", &self.soft_shadows)
             .buffer("masks", &self.masks);
         if let Some(bvh) = &self.bvh {
@@ -264,6 +260,12 @@ fn packed_lights(scene: &Scene, settings: &Settings, limits: &wgpu::Limits) -> R
         return Err(RenderError::Overflow { list: "lights", needed, limit, remedy });
     }
     Ok(scene.lights.iter().map(|light| Light::new(light, settings)).collect())
+}
+
+/// A scene's lights on the device.
+fn light_set(device: &wgpu::Device, scene: &Scene, lights: &[Light]) -> Result<LightSet, RenderError> {
+    let buffer = storage_buffer_of(device, LIGHTS, lights, wgpu::BufferUsages::empty())?;
+    Ok(LightSet::new(device, buffer, lights.len() as u32, light_bounds(scene)))
 }
 
 fn light_bounds(scene: &Scene) -> Bounds {

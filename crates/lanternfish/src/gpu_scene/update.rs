@@ -12,12 +12,11 @@ mod tests;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Affine3A;
-use lanternfish_gpu::storage_buffer_of;
 use lanternfish_scene::Scene;
 
 use self::outline::Outline;
 use super::{
-    GpuScene, LIGHTS, emissive, light_bounds, packed_lights,
+    GpuScene, LIGHTS, emissive, light_bounds, light_set, packed_lights,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
     validate,
@@ -130,15 +129,14 @@ impl GpuScene {
         settings: &Settings,
     ) -> Result<(), RenderError> {
         let lights = packed_lights(scene, settings, &device.limits())?;
-        if lights.len() == self.light_count as usize {
-            queue.write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights));
+        if lights.len() == self.lights.capacity as usize {
+            queue.write_buffer(&self.lights.lights, 0, bytemuck::cast_slice(&lights));
+            self.lights.bounds = light_bounds(scene);
         } else {
-            self.lights = storage_buffer_of(device, LIGHTS, &lights, wgpu::BufferUsages::empty())?;
-            self.light_count = lights.len() as u32;
+            self.lights = light_set(device, scene, &lights)?;
             let counter = self.counters.iter_mut().find(|(name, _)| name == LIGHTS);
             counter.into_iter().for_each(|(_, count)| *count = lights.len() as u64);
         }
-        self.light_bounds = light_bounds(scene);
         Ok(())
     }
 }

@@ -23,6 +23,7 @@ use self::clustered::GridContents;
 use crate::{
     context::ViewContext,
     error::RenderError,
+    lights::LightSet,
     rooms::{AnyRoom, rooms},
     settings::Samples,
     shaders::Shaders,
@@ -78,12 +79,13 @@ pub(crate) trait LightCullingRoom: AnyRoom {
 
 /// The passes of a room.
 pub(crate) trait LightCullingPasses: fmt::Debug {
-    /// Fills the lists of views of one scene, in their order.
+    /// Fills the lists of views of one scene, in their order, with the lights of a set.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
         reach: Reach,
+        lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError>;
 
     /// What the clusters of the last frame hold, a grid each, where there are any.
@@ -161,20 +163,20 @@ impl LightCulling {
         culling.chosen().map_or(all::CULLING_ALL, |room| room.feature())
     }
 
-    /// Fills the lists of views of one scene, in their order.
+    /// Fills the lists of views of one scene, in their order, with the lights of a set.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
         reach: Reach,
+        lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
-        let Some(ViewContext { scene, .. }) = views.first() else { return Ok(Vec::new()) };
         if self.tests_every_light {
-            check_driver(&frame.device.adapter_info(), scene.light_count)?;
+            check_driver(&frame.device.adapter_info(), lights.capacity)?;
         }
         match &mut self.room {
-            None => views.iter().map(|_| all::record(frame, scene)).collect(),
-            Some(room) => room.record(frame, views, reach),
+            None => views.iter().map(|_| all::record(frame, lights)).collect(),
+            Some(room) => room.record(frame, views, reach, lights),
         }
     }
 
@@ -201,9 +203,6 @@ fn check_driver(adapter: &wgpu::AdapterInfo, light_count: u32) -> Result<(), Ren
     Err(RenderError::Driver { setting: "a test of every light", driver, fault, instead: "the default `culling`" })
 }
 
-/// Name of the list of light indices, which every room fills.
-const INDICES: &str = "light_culling/indices";
-
 /// How many entries of that list one binding holds.
 fn most_indices(device: &wgpu::Device) -> u64 {
     // Buffers are whole 16 bytes.
@@ -215,7 +214,7 @@ fn check_room(room: &ListRoom, limit: u64, remedy: &'static str) -> Result<(), R
     if room.elements <= limit {
         return Ok(());
     }
-    Err(RenderError::Overflow { list: INDICES, needed: room.elements, limit, remedy })
+    Err(RenderError::Overflow { list: "light_culling/indices", needed: room.elements, limit, remedy })
 }
 
 #[test]

@@ -96,7 +96,7 @@ impl<'g> Bench<'g> {
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
             let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
             let seen = context(&uploaded, &seen, &view, &surface);
-            let lights = room.record(&mut frame, &[seen], reach).unwrap().remove(0);
+            let lights = room.record(&mut frame, &[seen], reach, &uploaded.lights).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);
             let bindings = view.bindings().with(&surface.bindings()).with(&lights.bindings()).with(&own);
             frame.dispatch(pixels, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);

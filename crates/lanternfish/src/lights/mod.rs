@@ -1,5 +1,6 @@
 //! Punctual lights as shaders read them: kinds, ranges, attenuation.
 
+mod set;
 #[cfg(test)]
 mod tests;
 pub mod tree;
@@ -10,6 +11,7 @@ use glam::Vec3;
 use lanternfish_gpu::{SharedStruct, gpu_struct};
 use lanternfish_scene::LightKind;
 
+pub use self::set::{LightCount, LightSet};
 use crate::{settings::Settings, shaders::Shaders};
 
 /// The shaders of this folder.
@@ -17,6 +19,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[],
     structs: &[
         SharedStruct::of::<Light>(),
+        SharedStruct::of::<LightCount>(),
         SharedStruct::of::<tree::LightNode>(),
         SharedStruct::of::<tree::LightTrees>(),
     ],

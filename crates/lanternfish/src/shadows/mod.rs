@@ -171,7 +171,7 @@ impl Shadows {
     ) -> Result<VisibilityPlan, RenderError> {
         let device = frame.device;
         let columns = surface.size.x.div_ceil(BLOCK_EDGE);
-        check_row(columns, scene.light_count.div_ceil(self.lights_a_word))?;
+        check_row(columns, scene.lights.capacity.div_ceil(self.lights_a_word))?;
         let rows = surface.size.y.div_ceil(BLOCK_EDGE);
         let blocks = columns * rows;
         let mut grid = VisibilityGrid { columns, rows, ..VisibilityGrid::default() };

@@ -73,7 +73,7 @@ fn gpu_a_picture_after_an_update_is_that_of_a_fresh_upload() {
             assert!(wrong <= allowed, "{shadows}: {wrong} pixels");
             assert!(changed > 100, "{shadows}: {changed} pixels");
             assert_eq!(updated.report.counters[..5], fresh.report.counters[..5]);
-            assert_eq!((uploaded.bounds, uploaded.light_bounds), (fresh_scene.bounds, fresh_scene.light_bounds));
+            assert_eq!((uploaded.bounds, uploaded.lights.bounds), (fresh_scene.bounds, fresh_scene.lights.bounds));
             assert_eq!(uploaded.bounds, now.bounds());
             last = updated;
         }
@@ -248,7 +248,7 @@ fn gpu_a_generation_is_of_triangles_that_moved() {
     // Lights alone move no triangle.
     scene.lights.truncate(3);
     renderer.update(&mut uploaded, &scene).unwrap();
-    assert_eq!((uploaded.generation(), uploaded.light_count), (first, 3));
+    assert_eq!((uploaded.generation(), uploaded.lights.capacity), (first, 3));
     let after = moved(&scene, 1, 0.1);
     renderer.update(&mut uploaded, &after).unwrap();
     let second = uploaded.generation();

@@ -3,19 +3,23 @@
 use lanternfish_gpu::{Feature, Frame};
 
 use super::LightLists;
-use crate::{error::RenderError, gpu_scene::GpuScene};
+use crate::{error::RenderError, lights::LightSet};
 
 /// This room is behind `light_list`.
 pub(crate) const CULLING_ALL: Feature = Feature("culling_all");
 
 /// One cell with all lights.
-pub fn record(frame: &mut Frame<'_>, scene: &GpuScene) -> Result<LightLists, RenderError> {
-    let indices: Vec<u32> = (0..scene.light_count).collect();
+pub fn record(frame: &mut Frame<'_>, set: &LightSet) -> Result<LightLists, RenderError> {
+    let indices: Vec<u32> = (0..set.capacity).collect();
+    let cells = frame.storage_of("light_culling/cells", &[0, set.capacity])?;
+    if let Some(counted) = &set.counted {
+        frame.encoder().copy_buffer_to_buffer(counted, 0, &cells, 4, 4);
+    }
     Ok(LightLists {
-        cells: frame.storage_of("light_culling/cells", &[0, scene.light_count])?,
+        cells,
         indices: frame.storage_of("light_culling/indices", &indices)?,
         grid: None,
-        listed: u64::from(scene.light_count),
+        listed: u64::from(set.capacity),
         tests: 0,
         clusters: None,
         fragments: None,

@@ -28,6 +28,7 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     gpu_scene::{PassState, SceneRaster, TEXTURES},
+    lights::LightSet,
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
     settings::Samples,
     shaders::{Root, SHADERS, Shaders},
@@ -151,6 +152,7 @@ impl LightCullingPasses for ClusteredCulling {
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
         reach: Reach,
+        set: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
         if reach == Reach::Anywhere {
             // The clusters of blended fragments are among those of the surfaces.
@@ -162,7 +164,7 @@ impl LightCullingPasses for ClusteredCulling {
         };
         let mut lists = Vec::new();
         for group in groups {
-            lists.extend(self.record_group(frame, group)?);
+            lists.extend(self.record_group(frame, group, set)?);
         }
         self.lists.clone_from(&lists);
         Ok(lists)
@@ -182,6 +184,7 @@ impl ClusteredCulling {
         &mut self,
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
+        set: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
         let limit = super::most_indices(frame.device);
         let scene = views[0].scene;
@@ -215,11 +218,11 @@ impl ClusteredCulling {
         frame.dispatch(&self.compact, &bindings, all);
 
         // Their lights: count, scan, write. A list that is too small is grown before it is written.
-        let lights = self.tree.record(frame, scene, grid)?;
+        let lights = self.tree.record(frame, set, grid)?;
         let cells = frame.zeroed("light_culling/cells", 4 * (u64::from(clusters) + 1))?;
         let tests = frame.zeroed("light_culling/tests", 8)?;
-        let scene_bindings = scene.bindings();
-        let shared = scene_bindings
+        let set_bindings = set.bindings();
+        let shared = set_bindings
             .with(&lights.bindings())
             .buffer("visible_clusters", &visible)
             .buffer("cell_starts", &cells)
@@ -234,11 +237,11 @@ impl ClusteredCulling {
         frame.encoder().copy_buffer_to_buffer(&visible, 0, &known, 4, 4);
         frame.encoder().copy_buffer_to_buffer(&tests, 0, &known, 8, 8);
         let room = frame.room_for(&Counted {
-            list: super::INDICES,
+            list: set.list,
             words: &known,
             starts: (&cells, clusters as usize + 1),
             // Not where all visible clusters could list all lights.
-            may_wrap: &|words| words[1].checked_mul(scene.light_count).is_none(),
+            may_wrap: &|words| words[1].checked_mul(set.capacity).is_none(),
             guess: 0,
             limit,
         })?;

@@ -4,7 +4,7 @@ use glam::{UVec4, Vec3};
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, gpu_struct, primitives::RadixSort};
 use lanternfish_scene::Bounds;
 
-use crate::{error::RenderError, gpu_scene::GpuScene, settings::Assignment, shaders::SHADERS};
+use crate::{error::RenderError, lights::LightSet, settings::Assignment, shaders::SHADERS};
 
 /// Children of a node, and levels at most: constants of `light_tree.wesl`.
 const FANOUT: u32 = 8;
@@ -23,8 +23,8 @@ gpu_struct! {
         level_count: u32,
         /// Size of that box, m.
         size: Vec3,
-        /// How many lights the tree holds.
-        light_count: u32,
+        /// Lights that the tree has places for.
+        capacity: u32,
     }
 }
 
@@ -37,10 +37,10 @@ gpu_struct! {
 }
 
 impl LightTree {
-    /// The levels of a tree over so many lights, whose centres lie in this box.
-    fn new(light_count: u32, bounds: &Bounds) -> Self {
-        let mut tree = Self { low: bounds.min, size: bounds.size(), light_count, ..Self::default() };
-        let (mut nodes, mut first) = (light_count.div_ceil(FANOUT).max(1), 0);
+    /// The levels of a tree over so many lights at most, whose centres lie in this box.
+    fn new(capacity: u32, bounds: &Bounds) -> Self {
+        let mut tree = Self { low: bounds.min, size: bounds.size(), capacity, ..Self::default() };
+        let (mut nodes, mut first) = (capacity.div_ceil(FANOUT).max(1), 0);
         loop {
             tree.levels[tree.level_count as usize] = UVec4::new(first, nodes, 0, 0);
             tree.level_count += 1;
@@ -110,15 +110,15 @@ impl TreeBuilder {
         })
     }
 
-    /// Lights in the space of `grid` (bound as `cluster_grid`), and, for the hierarchy, sorted and with boxes around them.
+    /// Lights of a set in the space of `grid` (bound as `cluster_grid`), and, for the hierarchy, sorted and with boxes around them.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
-        scene: &GpuScene,
+        set: &LightSet,
         grid: &BufferPart,
     ) -> Result<PlacedLights, RenderError> {
-        let count = scene.light_count;
-        let tree = LightTree::new(count, &scene.light_bounds);
+        let count = set.capacity;
+        let tree = LightTree::new(count, &set.bounds);
         let has_tree = self.assignment == Assignment::Hierarchy;
         let node_bytes = 32 * u64::from(tree.node_count());
         let mut lights = PlacedLights {
@@ -136,12 +136,12 @@ impl TreeBuilder {
         if has_tree {
             let keys = frame.scratch("light_culling/keys", 4 * u64::from(count))?;
             lights.nodes = Some(frame.scratch("light_culling/nodes", node_bytes)?);
-            let bindings = scene.bindings().with(&lights.bindings()).buffer("light_keys", &keys);
+            let bindings = set.bindings().with(&lights.bindings()).buffer("light_keys", &keys);
             frame.dispatch(&self.keys, &bindings, groups(&self.keys, count));
             self.sort.record(frame, &keys, &lights.order, count, KEY_BITS)?;
         }
-        let scene_bindings = scene.bindings();
-        let shared = scene_bindings.with(&lights.bindings()).part("cluster_grid", grid);
+        let set_bindings = set.bindings();
+        let shared = set_bindings.with(&lights.bindings()).part("cluster_grid", grid);
         frame.dispatch(&self.place, &shared, groups(&self.place, count));
         if lights.nodes.is_some() {
             frame.dispatch(&self.leaves, &shared, groups(&self.leaves, tree.levels[0].y));

@@ -11,6 +11,7 @@ use super::{LightCullingPasses, LightCullingRoom, LightLists, Reach};
 use crate::{
     context::ViewContext,
     error::RenderError,
+    lights::LightSet,
     rooms::{Knob, Room},
     settings::Samples,
     shaders::{Root, SHADERS, Shaders},
@@ -49,8 +50,6 @@ impl LightCullingRoom for NewRoom {
 gpu_struct! {
     /// What the passes are told.
     pub struct NewRoomList {
-        /// Lights to look at.
-        light_count: u32,
         /// Entries that the list has room for.
         capacity: u32,
     }
@@ -69,25 +68,31 @@ impl LightCullingPasses for NewRoomPasses {
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
         _reach: Reach,
+        lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
-        views.iter().map(|view| self.record_view(frame, view)).collect()
+        views.iter().map(|view| self.record_view(frame, view, lights)).collect()
     }
 }
 
 impl NewRoomPasses {
     /// Count, make room, write.
-    fn record_view(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<LightLists, RenderError> {
-        let light_count = view.scene.light_count;
+    fn record_view(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        lights: &LightSet,
+    ) -> Result<LightLists, RenderError> {
+        let light_count = lights.capacity;
         let limit = super::most_indices(frame.device);
         let counted = frame.zeroed("light_culling/counted", 16)?;
         let cells = frame.zeroed("light_culling/cells", 8)?;
         let shared = view.buffer.bindings();
-        let shared = shared.with(&view.scene.bindings());
-        let list = frame.uniform(&NewRoomList { light_count, capacity: 0 });
+        let shared = shared.with(&lights.bindings());
+        let list = frame.uniform(&NewRoomList { capacity: 0 });
         let counting = shared.clone().part("new_room_list", &list).buffer("counted", &counted);
         frame.dispatch(&self.count, &counting.buffer("cell_starts", &cells), [1, 1, 1]);
         let room = frame.room_for(&Counted {
-            list: super::INDICES,
+            list: lights.list,
             words: &counted,
             starts: (&cells, 2),
             may_wrap: &|_| false,
@@ -96,7 +101,7 @@ impl NewRoomPasses {
         })?;
         super::check_room(&room, limit, "give the lights a shorter range")?;
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
-        let list = frame.uniform(&NewRoomList { light_count, capacity: room.capacity as u32 });
+        let list = frame.uniform(&NewRoomList { capacity: room.capacity as u32 });
         let writing = shared.part("new_room_list", &list).buffer("listed_lights", &indices);
         frame.dispatch(&self.write, &writing, [1, 1, 1]);
         Ok(LightLists {

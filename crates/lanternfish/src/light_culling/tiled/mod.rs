@@ -10,6 +10,7 @@ use super::{LightCullingPasses, LightLists, Reach, Volume};
 use crate::{
     context::ViewContext,
     error::RenderError,
+    lights::LightSet,
     prepass::DEPTH_FORMAT,
     shaders::{Root, SHADERS, Shaders},
     texture::frame_target,
@@ -24,8 +25,6 @@ gpu_struct! {
         columns: u32,
         /// Tiles down.
         rows: u32,
-        /// Lights to test.
-        light_count: u32,
         /// Entries that the list has room for.
         capacity: u32,
         /// 1: also test the box around the frustum.
@@ -33,7 +32,9 @@ gpu_struct! {
         /// 1: from the near plane to infinity.
         unbounded: u32,
         /// Unused.
-        _pad: u32,
+        _pad_a: u32,
+        /// Unused.
+        _pad_b: u32,
     }
 }
 
@@ -65,11 +66,12 @@ impl LightCullingPasses for TiledCulling {
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
         reach: Reach,
+        lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError> {
         let record = |view: &ViewContext<'_>| {
             // Shading looks at a pixel's centre, where there may be none of the samples' depths.
             let reach = if view.surface.samples > 1 { Reach::Anywhere } else { reach };
-            self.record_view(frame, view, reach)
+            self.record_view(frame, view, reach, lights)
         };
         views.iter().map(record).collect()
     }
@@ -93,8 +95,9 @@ impl TiledCulling {
     fn record_view(
         &self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer: view, surface, .. }: &ViewContext<'_>,
+        ViewContext { buffer: view, surface, .. }: &ViewContext<'_>,
         reach: Reach,
+        lights: &LightSet,
     ) -> Result<LightLists, RenderError> {
         let tile_size = self.settings.tile_size.pixels();
         let columns = surface.size.x.div_ceil(tile_size);
@@ -106,11 +109,11 @@ impl TiledCulling {
             tile_size,
             columns,
             rows,
-            light_count: scene.light_count,
             capacity: 0,
             aabb_test: u32::from(self.settings.aabb_test),
             unbounded: u32::from(reach == Reach::Anywhere),
-            _pad: 0,
+            _pad_a: 0,
+            _pad_b: 0,
         };
         let grid_buffer = frame.uniform(&grid);
         let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;
@@ -119,7 +122,7 @@ impl TiledCulling {
         let no_depth = (surface.samples > 1)
             .then(|| frame_target(frame, "no_depth", UVec2::ONE, DEPTH_FORMAT, wgpu::TextureUsages::empty(), 1));
         let depth = no_depth.as_ref().unwrap_or(&surface.depth);
-        let shared = view.bindings().with(&scene.bindings()).texture("depth_texture", depth).buffer("tiles", &tiles);
+        let shared = view.bindings().with(&lights.bindings()).texture("depth_texture", depth).buffer("tiles", &tiles);
 
         // Count, and turn the counts into starts. The value after the last is zero and ends up as the total.
         let bindings = shared.clone().part("tile_grid", &grid_buffer).buffer("cell_starts", &cells);
@@ -129,11 +132,11 @@ impl TiledCulling {
 
         // Grow before writing, so that no image is ever made from a list that was cut.
         let room = frame.room_for(&Counted {
-            list: super::INDICES,
+            list: lights.list,
             words: &total,
             starts: (&cells, tile_count as usize + 1),
-            may_wrap: &|_| tile_count.checked_mul(scene.light_count).is_none(),
-            guess: tile_count.saturating_mul(scene.light_count.min(FIRST_LIGHTS_PER_TILE)).into(),
+            may_wrap: &|_| tile_count.checked_mul(lights.capacity).is_none(),
+            guess: tile_count.saturating_mul(lights.capacity.min(FIRST_LIGHTS_PER_TILE)).into(),
             limit,
         })?;
         let remedy = "give the lights a shorter range, use larger tiles, or render a smaller image";
@@ -148,7 +151,7 @@ impl TiledCulling {
             indices,
             grid: Some(("tile_grid", grid_buffer)),
             listed: room.elements,
-            tests: u64::from(tile_count) * u64::from(scene.light_count),
+            tests: u64::from(tile_count) * u64::from(lights.capacity),
             clusters: None,
             fragments: None,
         })
