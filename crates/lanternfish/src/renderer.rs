@@ -324,7 +324,7 @@ impl Renderer {
                 let more = of_blended.read(&self.device, &self.queue)?;
                 counted.iter_mut().zip(more).for_each(|((_, count), (_, more))| *count += more);
             }
-            counters.extend(counted.map(|(name, count)| (name.to_owned(), count)));
+            counters.extend(counted.into_iter().map(|(name, count)| (name.to_owned(), count)));
         }
         if let Some(images) = shaded.openness.as_ref().and_then(|openness| openness.images) {
             counters.push(("deep_images/fragments".to_owned(), images.kept));

@@ -113,10 +113,7 @@ pub use crate::{
         directions::DirectionSet,
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     },
-    indirect::{
-        Indirect, Quality,
-        sampled::{IndirectClamp, IndirectResolution, Sampled},
-    },
+    indirect::{Indirect, IndirectClamp, IndirectResolution, Quality, sampled::Sampled},
     light_culling::{
         Culling,
         clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},

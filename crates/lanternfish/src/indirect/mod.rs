@@ -2,9 +2,11 @@
 //!
 //! Every room ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. A room: [`sampled`].
 
+mod counters;
 #[cfg(test)]
 mod new_room;
 pub mod sampled;
+pub(crate) mod smoothing;
 #[cfg(test)]
 mod tests;
 
@@ -26,7 +28,8 @@ use crate::{
     texture::frame_layers,
 };
 
-use self::sampled::RayCounters;
+pub(crate) use self::counters::Counters;
+pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
 /// Shading adds what arrives from other surfaces.
 pub(crate) const INDIRECT: Feature = Feature("indirect");
@@ -138,8 +141,8 @@ pub(crate) trait IndirectPasses: fmt::Debug {
 #[derive(Clone, Debug)]
 pub struct IndirectSums {
     layers: wgpu::TextureView,
-    /// How many rays it took, where the room counts them.
-    pub(crate) counters: Option<RayCounters>,
+    /// What the room counts: rays, or what else it took.
+    pub(crate) counters: Option<Counters>,
 }
 
 impl IndirectSums {

@@ -8,12 +8,6 @@ gpu_struct! {
     pub struct LightCount {
         /// Those in use are the first of its buffer.
         count: u32,
-        /// Unused.
-        _pad_a: u32,
-        /// Unused.
-        _pad_b: u32,
-        /// Unused.
-        _pad_c: u32,
     }
 }
 
@@ -37,7 +31,7 @@ pub struct LightSet {
 impl LightSet {
     /// A set of lights whose number the host knows. `lights`: [`Light`](super::Light), so many of them at least.
     pub(crate) fn new(device: &wgpu::Device, lights: wgpu::Buffer, count: u32, bounds: Bounds) -> Self {
-        let header = LightCount { count, ..LightCount::default() };
+        let header = LightCount { count };
         let count_buffer = uniform_buffer_of(device, "lights/count", &header);
         Self { lights, count: count_buffer, counted: None, capacity: count, bounds, list: "light_culling/indices" }
     }

@@ -3,22 +3,20 @@
 //! 1. Rounds: one ray a pixel each, traced (`trace.wesl`); its end shaded (`shade.wesl`); and the light that was chosen for it looked
 //!    for (`shadow.wesl`). Three passes, since what they read together is more than one may bind. Where triangles shine, a ray
 //!    from the pixel to one of them (`emitters.wesl`).
-//! 2. Resolve: sums of the pixels that rays started from become the picture's.
-//! 3. What a pixel has beyond those around it is cut off, and how noisy it is found (`bound.wesl`).
-//! 4. Filter, along x and along y.
+//! 2. What rays have brought is made the picture's, bounded and filtered (`smoothing/`).
 
 mod settings;
 mod targets;
 
-use glam::{UVec2, Vec3};
+use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
+pub use self::settings::Sampled;
 use self::targets::Targets;
-pub use self::{
-    settings::{IndirectClamp, IndirectResolution, Sampled},
-    targets::RayCounters,
+use super::{
+    IndirectPasses, IndirectSums,
+    smoothing::{MOST_RADIUS, PixelSums, Smoothing},
 };
-use super::{IndirectPasses, IndirectSums};
 use crate::{
     context::ViewContext,
     deep_images::DeepImages,
@@ -37,8 +35,6 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
         Root::computed("indirect/sampled/shadow", rays::exact_tracers),
         Root::computed("indirect/sampled/emitters", rays::exact_tracers),
-        Root::new("indirect/sampled/bound"),
-        Root::new("indirect/sampled/filter"),
     ],
     structs: &[
         SharedStruct::of::<SampledParameters>(),
@@ -50,30 +46,18 @@ pub(crate) const DECLARED: Shaders = Shaders {
 gpu_struct! {
     /// Parameters that the passes share.
     pub struct SampledParameters {
-        /// Pixels of the picture over samples' own, along an edge: 1 or 2.
-        scale: u32,
         /// Number of the round's ray among those of a pixel: diffuse ones first, then glossy ones.
         round: u32,
         /// How many diffuse rays a pixel has.
         diffuse_rays: u32,
         /// How many glossy rays a pixel has.
         glossy_rays: u32,
-        /// Radius of the filter: pixels to each side.
-        radius: u32,
-        /// Axis of the filter: 0 is x, 1 is y.
-        axis: u32,
         /// Roughness of the surface that would see as much of the surroundings at once as a diffuse ray stands for.
         diffuse_blur: f32,
         /// The same of a glossy ray, over its surface's roughness.
         glossy_blur: f32,
         /// Rays from a pixel to emissive triangles; 0 where nothing shines.
         emitter_rays: u32,
-        /// Frames whose mean the picture is, where a pixel's sums are bounded by those around it; 0: they are not.
-        clamp_frames: f32,
-        /// Unused.
-        _pad_a: u32,
-        /// Unused.
-        _pad_b: u32,
     }
 }
 
@@ -107,9 +91,6 @@ gpu_struct! {
     }
 }
 
-/// Largest reach of the filter, pixels.
-const MOST_RADIUS: u32 = 64;
-
 /// The passes of indirect light by rays from every pixel.
 #[derive(Debug)]
 pub struct SampledLight {
@@ -121,9 +102,7 @@ pub struct SampledLight {
     shade_environment: ComputeKernel,
     shadow: ComputeKernel,
     emitters: ComputeKernel,
-    bound: ComputeKernel,
-    resolve: ComputeKernel,
-    filter: ComputeKernel,
+    smoothing: Smoothing,
 }
 
 impl SampledLight {
@@ -151,9 +130,7 @@ impl SampledLight {
             shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
             shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
             emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
-            bound: kernel("indirect/sampled/bound", &[], "bound", "indirect/bound")?,
-            resolve: kernel("indirect/sampled/filter", &[], "resolve", "indirect/resolve")?,
-            filter: kernel("indirect/sampled/filter", &[], "filter_axis", "indirect/filter")?,
+            smoothing: Smoothing::new(device)?,
         })
     }
 }
@@ -166,40 +143,27 @@ impl IndirectPasses for SampledLight {
         surface: &Surface,
         images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
-        let scale = match self.settings.resolution {
-            IndirectResolution::Full => 1,
-            IndirectResolution::Half => 2,
-        };
-        let rounds = self.settings.diffuse_rays + self.settings.glossy_rays;
-        let targets = &Targets::new(frame, surface.size, scale)?;
-        let counters = RayCounters::new(frame, rounds)?;
-        // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
-        let frames = self.frames.max(view.frame_index.saturating_add(1));
-        let radius = (self.settings.filter_radius as f32 / (frames as f32).sqrt()) as u32;
         let settings = &self.settings;
-        let groups = |kernel: &ComputeKernel, size: UVec2| {
-            let [width, height, _] = kernel.workgroup_size();
-            [size.x.div_ceil(width), size.y.div_ceil(height), 1]
-        };
-        let sample_size = surface.size.map(|side| side.div_ceil(scale));
-        let samples = groups(&self.trace, sample_size);
-        let pixels = groups(&self.filter, surface.size);
+        let rounds = settings.diffuse_rays + settings.glossy_rays;
+        let frames = self.frames.max(view.frame_index.saturating_add(1));
+        let (resolution, radius) = (settings.resolution, settings.filter_radius);
+        let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
+        let targets = Targets::new(frame, sums.size, rounds)?;
+        let [width, height, _] = self.trace.workgroup_size();
+        let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
         let emitter_rays = if scene.has_emissive_triangles() { settings.diffuse_rays.div_ceil(2) } else { 0 };
         let parameters = SampledParameters {
             emitter_rays,
-            clamp_frames: if settings.clamp == IndirectClamp::On { frames as f32 } else { 0.0 },
-            scale,
             diffuse_rays: settings.diffuse_rays,
             glossy_rays: settings.glossy_rays,
-            radius,
             diffuse_blur: diffuse_blur(settings.diffuse_rays, frames),
             glossy_blur: glossy_blur(settings.glossy_rays, frames),
             ..Default::default()
         };
-        let shared = buffer.bindings().with(&surface.bindings());
-        let seen = scene.bindings().with(&shared);
+        let surfaces = buffer.bindings().with(&surface.bindings());
+        let seen = scene.bindings().with(&surfaces).with(&sums.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
@@ -212,7 +176,7 @@ impl IndirectPasses for SampledLight {
                 .clone()
                 .part("sampled", &uniform)
                 .buffer("hits_to_shade", &targets.hits)
-                .buffer("ray_sums", &targets.sums)
+                .buffer("ray_sums", &sums.sums)
                 .buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {
                 shading = shading.with(environment);
@@ -222,28 +186,16 @@ impl IndirectPasses for SampledLight {
                 .clone()
                 .part("sampled", &uniform)
                 .buffer("light_rays", &targets.light_rays)
-                .buffer("ray_sums", &targets.sums)
-                .with(&counters.bindings());
+                .buffer("ray_sums", &sums.sums)
+                .buffer("ray_counters", targets.counters.buffer());
             frame.dispatch(&self.shadow, &looking, samples);
             if round < emitter_rays {
                 frame.dispatch(&self.emitters, &looking, samples);
             }
         }
 
-        let [mut read, mut written] = [&targets.layers[1], &targets.layers[0]];
-        let uniform = frame.uniform(&parameters);
-        let resolving = shared.clone().part("sampled", &uniform).buffer("finished_sums", &targets.sums);
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", written), pixels);
-        let is_filtered = radius > 0;
-        let bounding = (is_filtered || parameters.clamp_frames > 0.0).then_some((&self.bound, 0));
-        let filtering = [0, 1].into_iter().filter(|_| is_filtered).map(|axis| (&self.filter, axis));
-        for (kernel, axis) in bounding.into_iter().chain(filtering) {
-            std::mem::swap(&mut read, &mut written);
-            let uniform = frame.uniform(&SampledParameters { axis, ..parameters });
-            let smoothing = shared.clone().part("sampled", &uniform).texture("filtered_sums", read);
-            frame.dispatch(kernel, &smoothing.texture("filtered", written), pixels);
-        }
-        Ok(IndirectSums { layers: written.clone(), counters: Some(counters) })
+        let layers = self.smoothing.record(frame, &surfaces, &sums);
+        Ok(IndirectSums { layers, counters: Some(targets.counters) })
     }
 }
 

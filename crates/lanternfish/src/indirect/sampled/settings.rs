@@ -1,12 +1,10 @@
 //! What can be chosen of indirect light by rays from every pixel.
 
-use lanternfish_scene::named_enum;
-
 use super::{DECLARED, SampledLight};
 use crate::{
     error::RenderError,
     gpu_scene::Parts,
-    indirect::{IndirectPasses, IndirectRoom, Quality},
+    indirect::{IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality},
     rays::Tracer,
     rooms::{Knob, Range, Room},
     settings::{Materials, Settings},
@@ -56,27 +54,6 @@ impl Quality {
                 Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, clamp: IndirectClamp::Off, ..good }
             }
         }
-    }
-}
-
-named_enum! {
-    /// Where rays of indirect light start.
-    IndirectResolution {
-        /// From every pixel.
-        Full = "full": "From every pixel",
-        /// From every second pixel of every second row; between them light is interpolated along surfaces.
-        Half = "half": "From every second pixel of every second row: four times fewer rays",
-    }
-}
-
-named_enum! {
-    /// Whether what a pixel's rays bring is bounded by its neighbours.
-    IndirectClamp {
-        /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
-        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right.
-        On = "on": "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
-        /// It is not: the mean of all pictures is right.
-        Off = "off": "It is not: for the mean of many frames",
     }
 }
 

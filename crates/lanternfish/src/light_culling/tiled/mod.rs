@@ -31,10 +31,6 @@ gpu_struct! {
         aabb_test: u32,
         /// 1: from the near plane to infinity.
         unbounded: u32,
-        /// Unused.
-        _pad_a: u32,
-        /// Unused.
-        _pad_b: u32,
     }
 }
 
@@ -112,8 +108,6 @@ impl TiledCulling {
             capacity: 0,
             aabb_test: u32::from(self.settings.aabb_test),
             unbounded: u32::from(reach == Reach::Anywhere),
-            _pad_a: 0,
-            _pad_b: 0,
         };
         let grid_buffer = frame.uniform(&grid);
         let tiles = frame.scratch("light_culling/tiles", u64::from(tile_count) * size_of::<Volume>() as u64)?;

@@ -1,0 +1,156 @@
+//! From the noisy sums of what reaches each pixel to the layers that shading reads.
+//!
+//! 1. Resolve: sums of the pixels that were looked at become the picture's ([`IndirectResolution`]).
+//! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`bound.wesl`).
+//! 3. Filter, along x and along y (`filter.wesl`).
+
+use glam::UVec2;
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
+use lanternfish_scene::named_enum;
+
+use super::layers_target;
+use crate::{
+    error::RenderError,
+    shaders::{Root, SHADERS, Shaders},
+};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::new("indirect/smoothing/bound"), Root::new("indirect/smoothing/filter")],
+    structs: &[SharedStruct::of::<SmoothingParameters>()],
+};
+
+gpu_struct! {
+    /// What the passes that work on pixels' sums are told.
+    pub struct SmoothingParameters {
+        /// Pixels of the picture over samples' own, along an edge: 1 or 2.
+        scale: u32,
+        /// Radius of the filter: pixels to each side.
+        radius: u32,
+        /// Axis of the filter: 0 is x, 1 is y.
+        axis: u32,
+        /// Frames whose mean the picture is, where a pixel's sums are bounded by those around it; 0: they are not.
+        clamp_frames: f32,
+    }
+}
+
+named_enum! {
+    /// Where rays of indirect light start.
+    IndirectResolution {
+        /// From every pixel.
+        Full = "full": "From every pixel",
+        /// From every second pixel of every second row; between them light is interpolated along surfaces.
+        Half = "half": "From every second pixel of every second row: four times fewer rays",
+    }
+}
+
+impl IndirectResolution {
+    /// Pixels of the picture over those that are looked at, along an edge.
+    pub(crate) const fn scale(self) -> u32 {
+        match self {
+            Self::Full => 1,
+            Self::Half => 2,
+        }
+    }
+}
+
+named_enum! {
+    /// Whether what a pixel's rays bring is bounded by its neighbours.
+    IndirectClamp {
+        /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
+        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right.
+        On = "on": "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
+        /// It is not: the mean of all pictures is right.
+        Off = "off": "It is not: for the mean of many frames",
+    }
+}
+
+/// Bytes of a pixel's sums: `PackedSums`.
+const SUMS_BYTES: u64 = 48;
+/// Largest reach of the filter, pixels.
+pub(super) const MOST_RADIUS: u32 = 64;
+
+/// The sums of the pixels that are looked at, for one frame.
+#[derive(Debug)]
+pub(super) struct PixelSums {
+    /// One each, row by row, bound under the name that the shader gives it.
+    pub sums: wgpu::Buffer,
+    /// How many pixels are looked at, across and down.
+    pub size: UVec2,
+    /// Size of the picture.
+    picture: UVec2,
+    parameters: SmoothingParameters,
+    /// Those of resolve, as a uniform: what looks for light reads the scale.
+    uniform: BufferPart,
+}
+
+impl PixelSums {
+    /// Room for the sums of a picture of this size. `radius`: of the filter, pixels, in a picture of `frames` frames.
+    pub fn new(
+        frame: &mut Frame<'_>,
+        picture: UVec2,
+        resolution: IndirectResolution,
+        radius: u32,
+        clamp: IndirectClamp,
+        frames: u32,
+    ) -> Result<Self, RenderError> {
+        let scale = resolution.scale();
+        let size = picture.map(|side| side.div_ceil(scale));
+        let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
+        // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
+        let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
+        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames };
+        let bytes = SUMS_BYTES * u64::from(size.x) * u64::from(size.y);
+        let sums = frame.scratch("indirect/sums", bytes)?;
+        Ok(Self { sums, size, picture, parameters, uniform: frame.uniform(&parameters) })
+    }
+
+    /// Bindings of `pixel.wesl`, beside the view's and the surface's.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().part("smoothing", &self.uniform)
+    }
+}
+
+/// The passes.
+#[derive(Debug)]
+pub(super) struct Smoothing {
+    bound: ComputeKernel,
+    resolve: ComputeKernel,
+    filter: ComputeKernel,
+}
+
+impl Smoothing {
+    /// Compiles the passes.
+    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        let kernel = |file: &str, entry: &str, label: &str| {
+            let shader = SHADERS.link(&format!("indirect/smoothing/{file}"), &[])?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
+        };
+        Ok(Self {
+            bound: kernel("bound", "bound", "indirect/bound")?,
+            resolve: kernel("filter", "resolve", "indirect/resolve")?,
+            filter: kernel("filter", "filter_axis", "indirect/filter")?,
+        })
+    }
+
+    /// The layers that finished sums become. `surfaces`: bindings of the view and its surface.
+    pub fn record(&self, frame: &mut Frame<'_>, surfaces: &Bindings<'_>, sums: &PixelSums) -> wgpu::TextureView {
+        let parameters = sums.parameters;
+        let layers = [(); 2].map(|()| layers_target(frame, sums.picture));
+        let [width, height, _] = self.filter.workgroup_size();
+        let pixels = [sums.picture.x.div_ceil(width), sums.picture.y.div_ceil(height), 1];
+        let [mut read, mut written] = [&layers[1], &layers[0]];
+        let resolving = surfaces.clone().with(&sums.bindings()).buffer("finished_sums", &sums.sums);
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", written), pixels);
+        let is_filtered = parameters.radius > 0;
+        let bounding = (is_filtered || parameters.clamp_frames > 0.0).then_some((&self.bound, 0));
+        let filtering = [0, 1].into_iter().filter(|_| is_filtered).map(|axis| (&self.filter, axis));
+        for (kernel, axis) in bounding.into_iter().chain(filtering) {
+            std::mem::swap(&mut read, &mut written);
+            let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
+            let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_sums", read);
+            frame.dispatch(kernel, &smoothing.texture("filtered", written), pixels);
+        }
+        written.clone()
+    }
+}
