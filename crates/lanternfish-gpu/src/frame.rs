@@ -1,5 +1,7 @@
 //! The commands of a frame, each dispatch and each render pass timed under its label.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
 use crate::{
@@ -67,6 +69,7 @@ pub struct Frame<'a> {
     pass: Option<wgpu::ComputePass<'static>>,
     profiler: &'a mut Profiler,
     pub(crate) pool: FramePool<'a>,
+    number: u64,
 }
 
 /// Where a frame's buffers, textures and bind groups come from.
@@ -123,7 +126,14 @@ impl<'a> Frame<'a> {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         pool.begin(&mut encoder);
         pool.ledger.begin(device, queue);
-        Self { device, queue, encoder, pass: None, profiler, pool }
+        static FRAMES: AtomicU64 = AtomicU64::new(0);
+        let number = FRAMES.fetch_add(1, Ordering::Relaxed) + 1;
+        Self { device, queue, encoder, pass: None, profiler, pool, number }
+    }
+
+    /// A number that no other frame has.
+    pub fn number(&self) -> u64 {
+        self.number
     }
 
     /// A storage buffer of at least `bytes` with undefined content: for what is written before it is read. It may be longer than asked

@@ -94,8 +94,6 @@ struct Later {
     count_frame: ComputeKernel,
     words: wgpu::Buffer,
     staging: Staging,
-    /// Frames so far.
-    frames: u64,
     /// The lists of the frame in hand.
     noted: Vec<&'static str>,
     arrived: Arrived,
@@ -125,7 +123,6 @@ impl Ledger {
         // What is wrong with the device shows where the frame is handed to it.
         let _ = device.poll(wgpu::PollType::Poll);
         later.noted.clear();
-        later.frames += 1;
         for (lists, words) in later.staging.arrived() {
             later.arrived.frames += 1;
             later.arrived.held += u64::from(words[1] == 0);
@@ -170,7 +167,6 @@ impl Later {
             count_frame: ComputeKernel::new(device, &shader, "count_frame", "ledger/count_frame"),
             words,
             staging: Staging::new(device, LEDGER_BYTES),
-            frames: 0,
             noted: Vec::new(),
             arrived: Arrived::default(),
         })
@@ -206,11 +202,6 @@ impl Frame<'_> {
         let ledger = &self.pool.ledger;
         let history = ledger.lists.get(list).filter(|_| ledger.later.is_some());
         history.map_or([0; LIST_WORDS], |history| history.last)
-    }
-
-    /// Where frames do not wait, the number of this one: no other has it.
-    pub fn number(&self) -> u64 {
-        self.pool.ledger.later.as_ref().map_or(0, |later| later.frames)
     }
 
     /// Whether room for `capacity` elements is enough for a list that the commands so far have counted: where the frame waits, it is

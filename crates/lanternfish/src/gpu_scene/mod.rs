@@ -173,7 +173,7 @@ impl GpuScene {
             environment,
             environment_light: environment_light.transpose()?,
             materials,
-            lights: light_set(device, scene, &lights)?,
+            lights: light_set(device, scene, lights)?,
             soft_shadows: uniform_buffer_of(device, "scene/soft_shadows", &SoftShadows { rays: settings.shadow_rays }),
             bvh,
             tlas,
@@ -263,9 +263,9 @@ fn packed_lights(scene: &Scene, settings: &Settings, limits: &wgpu::Limits) -> R
 }
 
 /// A scene's lights on the device.
-fn light_set(device: &wgpu::Device, scene: &Scene, lights: &[Light]) -> Result<LightSet, RenderError> {
-    let buffer = storage_buffer_of(device, LIGHTS, lights, wgpu::BufferUsages::empty())?;
-    Ok(LightSet::new(device, buffer, lights.len() as u32, light_bounds(scene)))
+fn light_set(device: &wgpu::Device, scene: &Scene, lights: Vec<Light>) -> Result<LightSet, RenderError> {
+    let buffer = storage_buffer_of(device, LIGHTS, &lights, wgpu::BufferUsages::empty())?;
+    Ok(LightSet::new(device, buffer, lights, light_bounds(scene)))
 }
 
 fn light_bounds(scene: &Scene) -> Bounds {

@@ -132,10 +132,11 @@ impl GpuScene {
         if lights.len() == self.lights.capacity as usize {
             queue.write_buffer(&self.lights.lights, 0, bytemuck::cast_slice(&lights));
             self.lights.bounds = light_bounds(scene);
+            self.lights.on_host = lights.into();
         } else {
-            self.lights = light_set(device, scene, &lights)?;
             let counter = self.counters.iter_mut().find(|(name, _)| name == LIGHTS);
             counter.into_iter().for_each(|(_, count)| *count = lights.len() as u64);
+            self.lights = light_set(device, scene, lights)?;
         }
         Ok(())
     }

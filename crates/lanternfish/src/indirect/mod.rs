@@ -9,6 +9,7 @@ pub mod sampled;
 pub(crate) mod smoothing;
 #[cfg(test)]
 mod tests;
+pub mod virtual_lights;
 
 use std::fmt;
 
@@ -43,6 +44,7 @@ rooms! {
     help: "Indirect light.\n\nWhere light comes from that is not straight from the lights: other surfaces, emission, the \
            surroundings.",
     none: None = "none", "Nowhere: direct light alone" {
+        VirtualLights(virtual_lights::VirtualLights),
         #[cfg(test)]
         NewRoom(new_room::NewRoom),
         Sampled(sampled::Sampled),

@@ -24,7 +24,7 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     lights::LightSet,
-    rooms::{AnyRoom, rooms},
+    rooms::{AnyRoom, Family, rooms},
     settings::Samples,
     shaders::Shaders,
 };
@@ -161,6 +161,12 @@ impl LightCulling {
     /// The feature that makes `light_list.wesl` use this room.
     pub fn feature(culling: Culling) -> Feature {
         culling.chosen().map_or(all::CULLING_ALL, |room| room.feature())
+    }
+
+    /// The features of all schemes.
+    pub fn every_feature() -> Vec<Feature> {
+        let rooms = Culling::rooms();
+        [Culling::All].iter().chain(&rooms).map(|culling| Self::feature(*culling)).collect()
     }
 
     /// Fills the lists of views of one scene, in their order, with the lights of a set.

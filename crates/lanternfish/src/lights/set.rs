@@ -1,7 +1,11 @@
 //! Sets of lights that culling makes lists of: a scene's own, and those that a technique makes on the device.
 
+use std::sync::Arc;
+
 use lanternfish_gpu::{Bindings, gpu_struct, uniform_buffer_of};
 use lanternfish_scene::Bounds;
+
+use super::Light;
 
 gpu_struct! {
     /// How many lights a set has.
@@ -14,12 +18,14 @@ gpu_struct! {
 /// Lights on the device, of which any scheme of light culling makes lists.
 #[derive(Clone, Debug)]
 pub struct LightSet {
-    /// The lights ([`Light`](super::Light)), bound as `lights`.
+    /// The lights ([`Light`]), bound as `lights`.
     pub(crate) lights: wgpu::Buffer,
     /// A [`LightCount`], bound as the uniform `light_count`.
     pub(crate) count: wgpu::Buffer,
     /// Where the device has counted them, if it did: one u32, which the host does not know.
     pub(crate) counted: Option<wgpu::Buffer>,
+    /// The same on the host, where it has them.
+    pub(crate) on_host: Arc<[Light]>,
     /// How many there are at most; as many as there are, where the host knows.
     pub(crate) capacity: u32,
     /// World-space box that holds the centres of all that have one.
@@ -29,11 +35,18 @@ pub struct LightSet {
 }
 
 impl LightSet {
-    /// A set of lights whose number the host knows. `lights`: [`Light`](super::Light), so many of them at least.
-    pub(crate) fn new(device: &wgpu::Device, lights: wgpu::Buffer, count: u32, bounds: Bounds) -> Self {
-        let header = LightCount { count };
-        let count_buffer = uniform_buffer_of(device, "lights/count", &header);
-        Self { lights, count: count_buffer, counted: None, capacity: count, bounds, list: "light_culling/indices" }
+    /// A set of lights that the host knows: at least these are in the buffer.
+    pub(crate) fn new(device: &wgpu::Device, buffer: wgpu::Buffer, lights: Vec<Light>, bounds: Bounds) -> Self {
+        let count = lights.len() as u32;
+        Self {
+            lights: buffer,
+            count: uniform_buffer_of(device, "lights/count", &LightCount { count }),
+            counted: None,
+            on_host: lights.into(),
+            capacity: count,
+            bounds,
+            list: "light_culling/indices",
+        }
     }
 
     /// Bindings under the names that the shaders use.

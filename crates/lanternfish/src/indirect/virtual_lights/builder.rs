@@ -1,0 +1,292 @@
+//! The virtual lights of a frame: from what the scene's lights see to a set of lights with ranges.
+
+use glam::Vec3;
+use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
+
+use super::{
+    Ranges, Residual, VirtualLightParameters, VirtualLights,
+    parameters::{LightRange, Texel},
+    settings::Emission,
+    shadow_map::{ShadowMap, radius_of},
+};
+use crate::{
+    context::ViewContext,
+    deep_images::{DeepImages, workgroups},
+    error::RenderError,
+    gpu_scene::GpuScene,
+    indirect::Counters,
+    lights::{Light, LightSet},
+    rays::{self, Tracer},
+    settings::{DeepImageSettings, Materials, Settings},
+    shaders::SHADERS,
+};
+
+/// Name of the list of virtual lights, and of the lists of their indices.
+const LIGHTS: &str = "indirect/virtual_lights";
+const INDICES: &str = "indirect/virtual_light_indices";
+
+/// What is counted: the constants of `ranges.wesl`. Flux is in 1/256 of what a texel of the map has of the lights' flux in the mean.
+const COUNTERS: &[&str] = &[
+    "virtual_lights/unique",
+    "virtual_lights/listed",
+    "virtual_lights/too_small",
+    "virtual_lights/too_large",
+    "virtual_lights/range_rays_missed",
+    "virtual_lights/flux_sent",
+    "virtual_lights/flux_arriving",
+    "virtual_lights/flux_in_range",
+    "virtual_lights/flux_given",
+];
+
+/// Levels of blocks that texels are merged to: `emission.wesl`.
+const MOST_LEVELS: u32 = 5;
+/// Rays that find a range: `rays.wesl`.
+const RANGE_RAYS: u64 = 6;
+/// Units of flux a texel, in the mean.
+const FLUX_UNITS: f32 = 256.0;
+
+/// The lights of one frame, which all of its views share.
+#[derive(Debug)]
+pub(super) struct FrameLights {
+    /// Number of the frame.
+    frame: u64,
+    /// The lights, which culling makes lists of. Behind those that there is room for are the lights that carry what ranges cut off.
+    pub set: LightSet,
+    pub parameters: VirtualLightParameters,
+    pub counters: Counters,
+}
+
+/// The passes that find them.
+#[derive(Debug)]
+pub(super) struct LightBuilder {
+    settings: VirtualLights,
+    materials: Materials,
+    /// Cut-off intensity, cd.
+    threshold: f32,
+    trace: ComputeKernel,
+    merge: ComputeKernel,
+    range_rays: Option<ComputeKernel>,
+    ranges: ComputeKernel,
+    scan: Scan,
+    place: ComputeKernel,
+    choose_far: ComputeKernel,
+    /// The uniform that light culling reads the number of lights from.
+    count: wgpu::Buffer,
+    /// How the map is shared out, for the scene of this revision.
+    map: (u64, ShadowMap),
+    lights: Option<FrameLights>,
+}
+
+impl LightBuilder {
+    /// Compiles the passes. `images`: deep images without triangles; `exact`: what traces rays from the scene's lights.
+    pub fn new(
+        device: &wgpu::Device,
+        room: VirtualLights,
+        settings: &Settings,
+        images: &DeepImageSettings,
+        exact: Tracer,
+    ) -> Result<Self, RenderError> {
+        let kernel = |file: &str, features: &[Feature], entry: &str, label: &str| {
+            let shader = SHADERS.link(&format!("indirect/virtual_lights/{file}"), features)?;
+            let label = format!("indirect/virtual_lights/{label}");
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
+        };
+        let tracer = room.range_tracer.check(device, "`vpl-range-tracer ray-query`", "`vpl-range-tracer bvh`")?;
+        let by_range = || kernel("range_rays", &tracer.features(images), "trace", "range_rays");
+        Ok(Self {
+            settings: room,
+            materials: settings.materials,
+            threshold: settings.range_threshold,
+            trace: kernel("trace", &exact.features(images), "trace", "map")?,
+            merge: kernel("merge", &[], "merge", "merge")?,
+            range_rays: room.traces_ranges().then(by_range).transpose()?,
+            ranges: kernel("ranges", &[], "ranges", "ranges")?,
+            scan: Scan::new(device, "indirect/virtual_lights")?,
+            place: kernel("place", &[], "place", "place")?,
+            choose_far: kernel("place", &[], "choose_far", "choose_far")?,
+            count: uniform_buffer_of(device, "indirect/virtual_lights/count", &[0u32; 4]),
+            map: (0, ShadowMap::default()),
+            lights: None,
+        })
+    }
+
+    /// The lights of the frame in hand; found for the first of its views.
+    pub fn get(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        images: Option<&DeepImages>,
+    ) -> Result<&FrameLights, RenderError> {
+        if self.lights.as_ref().is_none_or(|lights| lights.frame != frame.number()) {
+            self.lights = Some(self.find(frame, view, images)?);
+        }
+        Ok(self.lights.as_ref().expect("just found, if not there"))
+    }
+
+    fn find(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        images: Option<&DeepImages>,
+    ) -> Result<FrameLights, RenderError> {
+        let ViewContext { scene, view, buffer, .. } = view;
+        let texels = self.settings.map.texels().pow(2);
+        if self.map.0 != scene.revision() {
+            self.map = (scene.revision(), ShadowMap::new(&scene.lights.on_host, &scene.bounds, texels));
+        }
+        let mut parameters = self.parameters(scene, view.frame_index);
+        let count = parameters.texel_count;
+        let scene_bindings = scene.bindings().with(&buffer.bindings());
+
+        // What lights see.
+        let views = frame.storage_of("indirect/virtual_lights/views", &self.map.1.views)?;
+        let found = frame.scratch("indirect/virtual_lights/texels", size_of::<Texel>() as u64 * u64::from(texels))?;
+        let uniform = frame.uniform(&parameters);
+        let tracing = scene_bindings.clone().part("virtual_lights", &uniform);
+        let tracing = tracing.buffer("shadow_map_views", &views).buffer("texels", &found);
+        frame.dispatch(&self.trace, &tracing, workgroups(count));
+        for level in (1..=MOST_LEVELS).filter(|_| parameters.spacing > 0.0) {
+            let uniform = frame.uniform(&VirtualLightParameters { level, ..parameters });
+            let merging = lanternfish_gpu::Bindings::new().part("virtual_lights", &uniform).buffer("texels", &found);
+            frame.dispatch(&self.merge, &merging, workgroups((count >> (2 * level)).max(1)));
+        }
+
+        // How far each reaches.
+        let distances = frame.zeroed("indirect/virtual_lights/distances", 4 * RANGE_RAYS * u64::from(texels))?;
+        let shared = scene_bindings.part("virtual_lights", &uniform).buffer("texels", &found);
+        if let Some(range_rays) = &self.range_rays {
+            let tracing = shared.clone().buffer("range_distances", &distances);
+            let images = images.filter(|_| self.settings.range_tracer.uses_deep_images());
+            rays::dispatch(frame, range_rays, &tracing, workgroups(count), images);
+        }
+        let counters = Counters::new(frame, "indirect/virtual_lights/counters", 1, COUNTERS)?;
+        let ranges =
+            frame.scratch("indirect/virtual_lights/ranges", size_of::<LightRange>() as u64 * u64::from(texels))?;
+        let places = frame.scratch("indirect/virtual_lights/places", 4 * (u64::from(texels) + 1))?;
+        let weights = frame.scratch("indirect/virtual_lights/far_weights", 4 * (u64::from(texels) + 1))?;
+        let limiting = shared
+            .clone()
+            .buffer("range_distances", &distances)
+            .buffer("light_ranges", &ranges)
+            .buffer("light_places", &places)
+            .buffer("far_weights", &weights)
+            .buffer("light_counters", counters.buffer());
+        frame.dispatch(&self.ranges, &limiting, workgroups(count + 1));
+
+        // Those that are kept, in the order of the texels.
+        let total = self.scan.record(frame, &places, count + 1)?;
+        let known = frame.scratch("indirect/virtual_lights/known", 16)?;
+        frame.encoder().copy_buffer_to_buffer(&total, 0, &known, 0, 4);
+        let limit = frame.device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
+        let limit = limit.saturating_sub(parameters.far_count.into());
+        let room = frame.room_for(&Counted {
+            list: LIGHTS,
+            words: &known,
+            starts: (&places, count as usize + 1),
+            may_wrap: &|_| false,
+            guess: u64::from(count / 4),
+            limit,
+        })?;
+        if room.elements > limit {
+            let remedy = "choose a smaller `vpl-map`, or `vpl-unique on` with a larger `vpl-spacing`";
+            return Err(RenderError::Overflow { list: LIGHTS, needed: room.elements, limit, remedy });
+        }
+        parameters.capacity = room.capacity as u32;
+        let uniform = frame.uniform(&parameters);
+        let bytes = size_of::<Light>() as u64 * (room.capacity + u64::from(parameters.far_count));
+        let lights = frame.scratch("indirect/virtual_lights/lights", bytes)?;
+        let counted = frame.scratch("indirect/virtual_lights/counted", 16)?;
+        if parameters.far_count > 0 {
+            self.scan.record(frame, &weights, count + 1)?;
+        }
+        let placing = shared
+            .part("virtual_lights", &uniform)
+            .buffer("placed_ranges", &ranges)
+            .buffer("placed_lights", &places)
+            .buffer("far_starts", &weights)
+            .buffer("counted_lights", counters.buffer())
+            .buffer("found_lights", &lights)
+            .buffer("found_count", &counted);
+        frame.dispatch(&self.place, &placing, workgroups(count));
+        if parameters.far_count > 0 {
+            frame.dispatch(&self.choose_far, &placing, workgroups(parameters.far_count));
+        }
+        frame.encoder().copy_buffer_to_buffer(&counted, 0, &self.count, 0, 4);
+        let set = LightSet {
+            lights,
+            count: self.count.clone(),
+            counted: Some(counted),
+            on_host: [].into(),
+            capacity: parameters.capacity,
+            bounds: scene.bounds,
+            list: INDICES,
+        };
+        Ok(FrameLights { frame: frame.number(), set, parameters, counters })
+    }
+
+    fn parameters(&self, scene: &GpuScene, frame_index: u32) -> VirtualLightParameters {
+        let settings = &self.settings;
+        let ShadowMap { views, flux } = &self.map.1;
+        let radius = radius_of(&scene.bounds);
+        let texels = settings.map.texels().pow(2);
+        // Nothing is too far where there are no ranges.
+        let most_range = if settings.ranges == Ranges::Unlimited { f32::MAX } else { settings.most_range * radius };
+        VirtualLightParameters {
+            scene_center: if scene.bounds.is_empty() { Vec3::ZERO } else { scene.bounds.center() },
+            scene_radius: radius,
+            texel_count: if views.is_empty() { 0 } else { texels },
+            view_count: views.len() as u32,
+            first_traced: 0,
+            frame_index,
+            level: 0,
+            spacing: if settings.unique { settings.spacing * radius } else { 0.0 },
+            flux_unit: (flux / texels as f32 / FLUX_UNITS).max(f32::MIN_POSITIVE),
+            range_source: range_source(settings.ranges),
+            axis: settings.axis as u32,
+            statistic: u32::from(settings.ranges == Ranges::Maximum),
+            least_range: settings.least_range * radius,
+            most_range,
+            large_kept: settings.large_kept as f32 / 100.0,
+            threshold: self.threshold,
+            falloff: settings.falloff as u32,
+            emission: u32::from(settings.emission == Emission::Root),
+            residual: settings.residual as u32,
+            least_distance: settings.least_distance.unwrap_or(-1.0),
+            capacity: 0,
+            far_count: if settings.residual == Residual::FarLights { settings.far_lights } else { 0 },
+            shadow_rays: settings.shadow_rays,
+            weight_count: settings.weight_count,
+            glossy: u32::from(self.materials == Materials::File),
+            _pad: 0,
+        }
+    }
+}
+
+/// As `ranges.wesl` counts them.
+fn range_source(ranges: Ranges) -> u32 {
+    match ranges {
+        Ranges::Average | Ranges::Maximum => 0,
+        Ranges::Random => 1,
+        Ranges::Threshold => 2,
+        Ranges::Unlimited => 3,
+    }
+}
+
+#[cfg(test)]
+#[test]
+fn constants_are_the_shaders() {
+    let constant = |file: &str, name| crate::shaders::constant(&format!("indirect/virtual_lights/{file}"), name) as u32;
+    assert_eq!(
+        (constant("emission", "MOST_LEVELS"), u64::from(constant("rays", "RANGE_RAYS"))),
+        (MOST_LEVELS, RANGE_RAYS)
+    );
+    let sources = ["BY_RAYS", "RANDOM", "THRESHOLD", "UNLIMITED"].map(|name| constant("ranges", name));
+    let ranges = [Ranges::Average, Ranges::Random, Ranges::Threshold, Ranges::Unlimited];
+    assert_eq!(sources, ranges.map(range_source));
+    let columns =
+        ["UNIQUE", "LISTED", "TOO_SMALL", "TOO_LARGE", "MISSES", "FLUX_SENT", "FLUX_ARRIVING", "FLUX_IN_RANGE"];
+    let columns: Vec<u32> = columns.iter().chain(&["FLUX_GIVEN"]).map(|name| constant("ranges", name)).collect();
+    assert_eq!(columns, (0..COUNTERS.len() as u32).collect::<Vec<_>>());
+    use super::MapSize;
+    assert!(MapSize::ALL.iter().all(|size| size.texels().is_power_of_two()));
+}

@@ -1,0 +1,185 @@
+//! Virtual point lights, each with a range of its own [Archer2019, §3.2; Keller1997; Dachsbacher2005].
+//!
+//! 1. Map: what the scene's lights see, texel by texel (`shadow_map.rs`, `trace.wesl`); texels that lie close together become one
+//!    (`merge.wesl`).
+//! 2. Ranges: six rays from every texel's surface (`range_rays.wesl`); lights with too small or too large a range are left out
+//!    (`ranges.wesl`); the others are put in order (`place.wesl`).
+//! 3. Lists: light culling finds which of them reach which pixels, through whatever scheme the settings name.
+//! 4. Gather: their light is added up (`gather.wesl`), or some are chosen for each pixel and looked for (`shadow.wesl`).
+//! 5. What is found is made the picture's, bounded and filtered (`smoothing/`).
+
+mod builder;
+mod parameters;
+mod settings;
+mod shadow_map;
+#[cfg(test)]
+mod tests;
+
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
+
+pub use self::settings::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights};
+use self::{
+    builder::LightBuilder,
+    parameters::{LightRange, Texel, VirtualLightParameters},
+    shadow_map::ShadowMapView,
+};
+use super::{
+    IndirectClamp, IndirectPasses, IndirectSums,
+    smoothing::{MOST_RADIUS, PixelSums, Smoothing},
+};
+use crate::{
+    context::ViewContext,
+    deep_images::DeepImages,
+    error::RenderError,
+    gpu_scene::VisibleDraws,
+    light_culling::{LightCulling, Reach},
+    prepass::Surface,
+    rays::{self, Tracer},
+    settings::{DeepImageSettings, Samples, Settings, Shadows},
+    shaders::{Root, SHADERS, Shaders},
+};
+
+/// Lights are chosen for rays, instead of being added up.
+const SHADOWED: Feature = Feature("shadowed");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::computed("indirect/virtual_lights/trace", rays::exact_tracers),
+        Root::new("indirect/virtual_lights/merge"),
+        Root::computed("indirect/virtual_lights/range_rays", || rays::every_tracer(false)),
+        Root::new("indirect/virtual_lights/ranges"),
+        Root::new("indirect/virtual_lights/place"),
+        Root::computed("indirect/virtual_lights/gather", || {
+            let schemes = LightCulling::every_feature().into_iter();
+            schemes.flat_map(|scheme| [vec![scheme], vec![scheme, SHADOWED]]).collect()
+        }),
+        Root::computed("indirect/virtual_lights/shadow", || rays::every_tracer(false)),
+    ],
+    structs: &[
+        SharedStruct::of::<VirtualLightParameters>(),
+        SharedStruct::of::<ShadowMapView>(),
+        SharedStruct::of::<Texel>(),
+        SharedStruct::of::<LightRange>(),
+    ],
+};
+
+/// The passes.
+#[derive(Debug)]
+pub struct VirtualLightPasses {
+    settings: VirtualLights,
+    /// Frames that a picture is the mean of, at least.
+    frames: u32,
+    builder: LightBuilder,
+    culling: LightCulling,
+    gather: ComputeKernel,
+    /// None: virtual lights cast no shadows.
+    shadow: Option<(Tracer, ComputeKernel)>,
+    smoothing: Smoothing,
+}
+
+impl VirtualLightPasses {
+    /// Compiles the passes. `tracer`: what shadows of the scene's lights are traced through, if there are any.
+    pub fn new(
+        device: &wgpu::Device,
+        room: VirtualLights,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Self, RenderError> {
+        check(&room)?;
+        // Distances need no triangles.
+        let images = DeepImageSettings { payload: false, ..settings.deep_images };
+        let kernel = |file: &str, features: &[Feature]| {
+            let module = format!("indirect/virtual_lights/{file}");
+            let shader = SHADERS.link(&module, features)?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, file, &module))
+        };
+        let exact = tracer.unwrap_or(Tracer::Bvh).exact();
+        let shadows = match room.shadows {
+            Shadows::None => None,
+            Shadows::Auto => Some(exact),
+            Shadows::Traced(tracer) => Some(tracer.check(device, "`vpl-shadows ray-query`", "`vpl-shadows bvh`")?),
+        };
+        let mut gather = vec![LightCulling::feature(settings.culling)];
+        gather.extend(shadows.map(|_| SHADOWED));
+        let shadow = |tracer: Tracer| Ok::<_, RenderError>((tracer, kernel("shadow", &tracer.features(&images))?));
+        Ok(Self {
+            settings: room,
+            frames: settings.accumulate,
+            builder: LightBuilder::new(device, room, settings, &images, exact)?,
+            culling: LightCulling::new(device, settings.culling, Samples::One)?,
+            gather: kernel("gather", &gather)?,
+            shadow: shadows.map(shadow).transpose()?,
+            smoothing: Smoothing::new(device)?,
+        })
+    }
+}
+
+impl IndirectPasses for VirtualLightPasses {
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+        images: Option<&DeepImages>,
+    ) -> Result<IndirectSums, RenderError> {
+        let found = self.builder.get(frame, view, images)?;
+        // What is lit is this surface, whatever else the view shows.
+        let lit = ViewContext {
+            scene: view.scene,
+            view: view.view,
+            buffer: view.buffer.clone(),
+            draws: VisibleDraws { solid: Vec::new(), blended: Vec::new() },
+            surface: surface.clone(),
+            middle: surface.clone(),
+            rotation: view.rotation,
+        };
+        let lists = self.culling.record(frame, std::slice::from_ref(&lit), Reach::Surface, &found.set)?.remove(0);
+
+        let frames = self.frames.max(view.view.frame_index.saturating_add(1));
+        let (resolution, radius) = (self.settings.resolution, self.settings.filter_radius);
+        // Without rays there is no noise.
+        let (radius, clamp) = match self.shadow {
+            Some(_) => (radius, self.settings.clamp),
+            None => (0, IndirectClamp::Off),
+        };
+        let sums = PixelSums::new(frame, surface.size, resolution, radius, clamp, frames)?;
+        let [width, height, _] = self.gather.workgroup_size();
+        let groups = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
+        let surfaces = view.buffer.bindings().with(&surface.bindings());
+        let uniform = frame.uniform(&found.parameters);
+        let scene_bindings = view.scene.bindings();
+        let lit = scene_bindings.with(&surfaces).with(&sums.bindings()).with(&found.set.bindings());
+        let lit = lit.part("virtual_lights", &uniform).buffer("pixel_sums", &sums.sums);
+        let gathering = lit.clone().with(&lists.bindings());
+        match &self.shadow {
+            None => frame.dispatch(&self.gather, &gathering, groups),
+            Some((tracer, shadow)) => {
+                let pixels = u64::from(sums.size.x) * u64::from(sums.size.y);
+                let words = pixels * (u64::from(self.settings.shadow_rays) + 1);
+                let chosen = frame.scratch("indirect/virtual_lights/chosen", 4 * words)?;
+                frame.dispatch(&self.gather, &gathering.buffer("chosen_lights", &chosen), groups);
+                let images = images.filter(|_| tracer.uses_deep_images());
+                rays::dispatch(frame, shadow, &lit.buffer("chosen_lights", &chosen), groups, images);
+            }
+        }
+        let layers = self.smoothing.record(frame, &surfaces, &sums);
+        Ok(IndirectSums { layers, counters: Some(found.counters.clone()) })
+    }
+}
+
+/// An error where a number is out of range.
+fn check(room: &VirtualLights) -> Result<(), RenderError> {
+    let wrong = |needed| Err(RenderError::Together { setting: "`indirect virtual-lights`", needed });
+    if !(1..=256).contains(&room.shadow_rays) || !(1..=4096).contains(&room.far_lights) {
+        return wrong("1 to 256 rays a pixel, and 1 to 4096 far lights");
+    }
+    if room.filter_radius > MOST_RADIUS || room.large_kept > 100 {
+        return wrong("a filter of at most 64 pixels, and at most 100 percent of large lights");
+    }
+    let shares = [room.spacing, room.least_range, room.most_range];
+    if shares.iter().any(|share| !(*share > 0.0)) || room.least_distance.is_some_and(|least| !(least >= 0.0)) {
+        return wrong("spacing and ranges above 0, and no negative distance");
+    }
+    Ok(())
+}

@@ -1,0 +1,387 @@
+//! What can be chosen of virtual lights.
+
+use lanternfish_scene::named_enum;
+
+use super::{DECLARED, VirtualLightPasses};
+use crate::{
+    error::RenderError,
+    gpu_scene::Parts,
+    indirect::{IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality},
+    rays::Tracer,
+    rooms::{Knob, Range, Room},
+    settings::{Attenuation, Settings, Shadows},
+    shaders::Shaders,
+};
+
+/// Virtual point lights on what the scene's lights light, each with a range [Archer2019, §3.2].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VirtualLights {
+    /// Texels along an edge of the reflective shadow map, which all lights share. Larger: more virtual lights, slower.
+    pub map: MapSize,
+    /// How the map is made.
+    pub source: MapSource,
+    /// Whether texels that lie close together become one light.
+    pub unique: bool,
+    /// Distance between virtual lights on a surface below which texels become one, as a share of the scene's radius, > 0. Larger: fewer
+    /// lights, coarser light.
+    pub spacing: f32,
+    /// Where a light's range comes from.
+    pub ranges: Ranges,
+    /// What the rays that find ranges are cast about.
+    pub axis: RangeAxis,
+    /// What these rays are traced through.
+    pub range_tracer: Tracer,
+    /// Range below which a light is left out, as a share of the scene's radius, > 0. Larger: fewer lights, corners get darker.
+    pub least_range: f32,
+    /// Range above which only some lights are kept, as a share of the scene's radius, > 0; and up to which random ranges go. Smaller: fewer
+    /// lights reach each pixel.
+    pub most_range: f32,
+    /// How many of these are kept, percent, up to 100.
+    pub large_kept: u32,
+    /// How light ends at its range.
+    pub falloff: Attenuation,
+    /// How a virtual light shines about its normal.
+    pub emission: Emission,
+    /// Least distance to a virtual light that counts, m, at least 0. Larger: darker corners, no spots. None: a light counts as a disk of the
+    /// area that it stands for.
+    pub least_distance: Option<f32>,
+    /// What is done about the flux that ranges cut off.
+    pub residual: Residual,
+    /// How many lights carry it over the whole scene, with [`Residual::FarLights`], up to 4096. More: smoother, slower.
+    pub far_lights: u32,
+    /// Number of virtual lights from which a pixel gets their light as it is; one that n reach gets so many times 1/n of it. 0: every
+    /// pixel gets its light as it is.
+    pub weight_count: u32,
+    /// What shadows of virtual lights are traced through.
+    pub shadows: Shadows,
+    /// Rays from a pixel to virtual lights, 1 to 256. More: less noise, slower.
+    pub shadow_rays: u32,
+    /// Which pixels look for virtual lights.
+    pub resolution: IndirectResolution,
+    /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none.
+    pub filter_radius: u32,
+    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do.
+    pub clamp: IndirectClamp,
+}
+
+impl Default for VirtualLights {
+    fn default() -> Self {
+        Self {
+            map: MapSize::Texels256,
+            source: MapSource::Rays,
+            unique: true,
+            spacing: 0.01,
+            ranges: Ranges::Average,
+            axis: RangeAxis::Normal,
+            range_tracer: Tracer::WithinTexel,
+            least_range: 0.005,
+            most_range: 0.5,
+            large_kept: 100,
+            falloff: Attenuation::Gltf,
+            emission: Emission::Cosine,
+            least_distance: None,
+            residual: Residual::FarLights,
+            far_lights: 64,
+            weight_count: 0,
+            shadows: Shadows::Auto,
+            shadow_rays: 4,
+            resolution: IndirectResolution::Full,
+            filter_radius: 8,
+            clamp: IndirectClamp::On,
+        }
+    }
+}
+
+named_enum! {
+    /// Texels along an edge of the reflective shadow map.
+    MapSize {
+        /// 64 × 64.
+        Texels64 = "64": "4,096 texels",
+        /// 128 × 128.
+        Texels128 = "128": "16,384 texels",
+        /// 256 × 256, as in [Archer2019, §4].
+        Texels256 = "256": "65,536 texels",
+        /// 512 × 512.
+        Texels512 = "512": "262,144 texels",
+        /// 1024 × 1024.
+        Texels1024 = "1024": "1,048,576 texels",
+        /// 2048 × 2048.
+        Texels2048 = "2048": "4,194,304 texels",
+    }
+}
+
+impl MapSize {
+    /// Texels along an edge.
+    pub const fn texels(self) -> u32 {
+        64 << self as u32
+    }
+}
+
+named_enum! {
+    /// How the reflective shadow map is made.
+    MapSource {
+        /// A ray through every texel.
+        Rays = "rays": "A ray through every texel: any number of lights",
+        /// The scene is drawn from each of the strongest lights; what others see is traced.
+        Raster = "raster": "The scene is drawn from each of the strongest lights; what others see is traced",
+    }
+}
+
+named_enum! {
+    /// Where the range of a virtual light comes from.
+    Ranges {
+        /// The average distance that six rays go [Archer2019, §3.2].
+        Average = "average": "The average distance that six rays go",
+        /// The greatest of them.
+        Maximum = "maximum": "The greatest distance of six rays",
+        /// A random number, as in stochastic methods, which [Archer2019, §4] compares with.
+        Random = "random": "A random number",
+        /// Where the light falls to the cut-off intensity (`range-threshold`) [VanGelderen2020, app. A].
+        Threshold = "threshold": "Where a light falls to the cut-off intensity, `range-threshold`",
+        /// None: every light reaches everything.
+        Unlimited = "unlimited": "None: every light reaches everything",
+    }
+}
+
+named_enum! {
+    /// What the rays that find a range are cast about.
+    RangeAxis {
+        /// The surface's normal.
+        Normal = "normal": "The surface's normal",
+        /// The mirror direction of the light that falls on the surface.
+        Reflection = "reflection": "The mirror direction of the light that falls on the surface",
+    }
+}
+
+named_enum! {
+    /// How a virtual light shines about its normal.
+    Emission {
+        /// By the cosine, as a diffuse surface does.
+        Cosine = "cosine": "By the cosine, as a diffuse surface does",
+        /// By the root of the cosine [VanGelderen2020, app. B], with the same flux.
+        Root = "root": "By the root of the cosine, with the same flux",
+    }
+}
+
+named_enum! {
+    /// What is done about the flux that ranges cut off.
+    Residual {
+        /// It is lost.
+        Lost = "lost": "It is lost",
+        /// Lights are brighter by as much.
+        Scaled = "scaled": "Lights are brighter by as much: right in sum, too bright near them",
+        /// A few lights carry it over the whole scene.
+        FarLights = "far-lights": "A few lights, chosen by how much of theirs is cut off, carry it over the whole scene",
+    }
+}
+
+impl Room for VirtualLights {
+    const NAME: &'static str = "virtual-lights";
+    const WORDS: &'static str = "Point lights on what the scene's lights light, each with a range: one bounce";
+    const KNOBS: &'static [Knob<Self>] = &[
+        Knob::new(
+            "vpl-map",
+            "TEXELS",
+            Range::Numbers,
+            "Texels along an edge of the map of what lights see, of which virtual lights are made",
+            |room: &mut Self| &mut room.map,
+        )
+        .with_default(),
+        Knob::new("vpl-source", "NAME", Range::Names, "How that map is made", |room: &mut Self| &mut room.source)
+            .with_default(),
+        Knob::new(
+            "vpl-unique",
+            "on|off",
+            Range::Switch("Fewer lights, evenly spread over surfaces", "A light a texel"),
+            "Whether texels of the map that lie close together become one light",
+            |room: &mut Self| &mut room.unique,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-spacing",
+            "SHARE",
+            Range::Positive,
+            "How close together, as a share of the scene's radius. Larger: fewer lights",
+            |room: &mut Self| &mut room.spacing,
+        )
+        .with_default(),
+        Knob::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
+            &mut room.ranges
+        })
+        .with_default(),
+        Knob::new(
+            "vpl-axis",
+            "NAME",
+            Range::Names,
+            "What the rays that find ranges are cast about",
+            |room: &mut Self| &mut room.axis,
+        )
+        .with_default(),
+        Knob::new("vpl-range-tracer", "NAME", Range::Names, "What these rays are traced through", |room: &mut Self| {
+            &mut room.range_tracer
+        })
+        .with_default(),
+        Knob::new(
+            "vpl-least-range",
+            "SHARE",
+            Range::Positive,
+            "Range below which a light is left out, as a share of the scene's radius",
+            |room: &mut Self| &mut room.least_range,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-most-range",
+            "SHARE",
+            Range::Positive,
+            "Range above which only some lights are kept, as a share of the scene's radius; random ranges end there",
+            |room: &mut Self| &mut room.most_range,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-large-kept",
+            "PERCENT",
+            Range::Count(0, 100),
+            "How many of these are kept, percent",
+            |room: &mut Self| &mut room.large_kept,
+        )
+        .with_default(),
+        Knob::new("vpl-falloff", "NAME", Range::Names, "How virtual lights end at their range", |room: &mut Self| {
+            &mut room.falloff
+        })
+        .with_default(),
+        Knob::new(
+            "vpl-emission",
+            "NAME",
+            Range::Names,
+            "How a virtual light shines about its normal",
+            |room: &mut Self| &mut room.emission,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-least-distance",
+            "METRES",
+            Range::Positive,
+            "Least distance to a virtual light that counts. Larger: darker corners, no spots. Without it, a light counts as a \
+             disk of the area that it stands for",
+            |room: &mut Self| &mut room.least_distance,
+        ),
+        Knob::new(
+            "vpl-residual",
+            "NAME",
+            Range::Names,
+            "What is done about light that ranges cut off",
+            |room: &mut Self| &mut room.residual,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-far-lights",
+            "N",
+            Range::Count(1, 4096),
+            "How many lights carry it over the whole scene, with `vpl-residual far-lights`. More: smoother, slower",
+            |room: &mut Self| &mut room.far_lights,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-weight",
+            "N",
+            Range::Count(0, 65536),
+            "Weighs a pixel's light by N over the number of virtual lights that reach it; 0: not at all",
+            |room: &mut Self| &mut room.weight_count,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-shadows",
+            "NAME",
+            Range::Names,
+            "What shadows of virtual lights are traced through",
+            |room: &mut Self| &mut room.shadows,
+        )
+        .with_default(),
+        Knob::new(
+            "vpl-shadow-rays",
+            "N",
+            Range::Count(1, 256),
+            "Rays from a pixel to virtual lights. More: less noise, slower",
+            |room: &mut Self| &mut room.shadow_rays,
+        )
+        .with_default(),
+        Knob::new("indirect-resolution", "NAME", Range::Names, "Where these rays start", |room: &mut Self| {
+            &mut room.resolution
+        }),
+        Knob::new(
+            "indirect-filter",
+            "PIXELS",
+            Range::Count(0, 64),
+            "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
+                       noise, less detail",
+            |room: &mut Self| &mut room.filter_radius,
+        ),
+        Knob::new(
+            "indirect-clamp",
+            "ON|OFF",
+            Range::Names,
+            "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
+                       `quality best` off",
+            |room: &mut Self| &mut room.clamp,
+        ),
+    ];
+    const SHADERS: Shaders = DECLARED;
+}
+
+impl IndirectRoom for VirtualLights {
+    fn spend(&mut self, quality: Quality) {
+        let (map, shadow_rays, resolution) = match quality {
+            Quality::Draft => (MapSize::Texels128, 4, IndirectResolution::Half),
+            Quality::Good => (MapSize::Texels256, 4, IndirectResolution::Full),
+            Quality::Best => (MapSize::Texels512, 32, IndirectResolution::Full),
+        };
+        (self.map, self.shadow_rays, self.resolution) = (map, shadow_rays, resolution);
+        self.clamp = if quality == Quality::Best { IndirectClamp::Off } else { IndirectClamp::On };
+    }
+
+    fn parts(&self) -> Parts {
+        let ranges = if self.traces_ranges() { self.range_tracer.parts() } else { Parts::NONE };
+        let shadows = match self.shadows {
+            Shadows::Traced(tracer) => tracer.parts(),
+            Shadows::Auto | Shadows::None => Parts::NONE,
+        };
+        Parts::HITS | ranges | shadows
+    }
+
+    fn look_at_glass(&mut self) {
+        self.range_tracer = self.range_tracer.exact();
+        if let Shadows::Traced(tracer) = &mut self.shadows {
+            *tracer = tracer.exact();
+        }
+        self.resolution = IndirectResolution::Full;
+    }
+
+    fn build(
+        &self,
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Option<Tracer>,
+    ) -> Result<Box<dyn IndirectPasses>, RenderError> {
+        Ok(Box::new(VirtualLightPasses::new(device, *self, settings, tracer)?))
+    }
+}
+
+impl VirtualLights {
+    /// Whether rays are cast about every light: for its range, or to know what that cuts off.
+    pub(super) fn traces_ranges(&self) -> bool {
+        matches!(self.ranges, Ranges::Average | Ranges::Maximum) || self.residual != Residual::Lost
+    }
+}
+
+#[cfg(test)]
+#[test]
+fn choices_are_the_shaders_constants() {
+    let constant = |file: &str, name| crate::shaders::constant(&format!("indirect/virtual_lights/{file}"), name) as u32;
+    assert_eq!(constant("rays", "NORMAL_AXIS"), RangeAxis::Normal as u32);
+    assert_eq!(constant("rays", "REFLECTION_AXIS"), RangeAxis::Reflection as u32);
+    assert_eq!(["LOST", "SCALED", "FAR_LIGHTS"].map(|name| constant("place", name)), [0, 1, 2]);
+    assert_eq!([Residual::Lost, Residual::Scaled, Residual::FarLights].map(|r| r as u32), [0, 1, 2]);
+    assert_eq!(constant("place", "ROOT_OF_COSINE"), Emission::Root as u32);
+    let texels = MapSize::ALL.iter().map(|size| size.texels().to_string());
+    assert!(texels.eq(MapSize::ALL.iter().map(|size| size.name().to_owned())));
+}

@@ -1,0 +1,217 @@
+//! How the texels of the reflective shadow map are shared out: lights get as many as they contribute of all light.
+//!
+//! A light has square views: a point light the six faces of a cube, a wide spot five of them, others one. A view that would get less
+//! than a texel gets one by chance, which then counts for more.
+
+use std::f32::consts::PI;
+
+use glam::{Mat3, Vec3};
+use lanternfish_gpu::gpu_struct;
+use lanternfish_scene::Bounds;
+
+use crate::lights::Light;
+
+gpu_struct! {
+    /// A square view of what a light sees.
+    pub struct ShadowMapView {
+        /// Axis across, world space, as long as half the view is wide at distance 1, or in metres where its rays are parallel.
+        right: Vec3,
+        /// Index of the light.
+        light: u32,
+        /// The other axis across.
+        up: Vec3,
+        /// First of its texels.
+        first: u32,
+        /// The way it looks, unit.
+        forward: Vec3,
+        /// Texels along an edge.
+        side: u32,
+        /// Where rays start, or the middle of the square that they start in; world space, m.
+        origin: Vec3,
+        /// 1 over the chance with which the view is one of those taken.
+        weight: f32,
+    }
+}
+
+/// The views of all lights, the largest first.
+#[derive(Debug, Default)]
+pub(super) struct ShadowMap {
+    pub views: Vec<ShadowMapView>,
+    /// Luminous flux of all lights, lm.
+    pub flux: f32,
+}
+
+/// Tangent of a spot's outer angle from which on it has several views.
+const WIDE_SPOT: f32 = 2.0;
+
+impl ShadowMap {
+    /// Shares out `texels` texels, a square of a power of two.
+    pub fn new(lights: &[Light], bounds: &Bounds, texels: u32) -> Self {
+        let mut views = Vec::new();
+        let mut powers = Vec::new();
+        for (index, light) in lights.iter().enumerate() {
+            let of_light = views_of(light, index as u32, bounds);
+            let power = flux_of(light, bounds) / of_light.len() as f32;
+            powers.extend(of_light.iter().map(|_| power));
+            views.extend(of_light);
+        }
+        let flux: f32 = powers.iter().sum();
+        if flux <= 0.0 || !flux.is_finite() {
+            return Self::default();
+        }
+        let expected: Vec<f32> = powers.iter().map(|power| texels as f32 * (power / flux)).collect();
+        let mut left = texels;
+        // Where the sum of chances so far passes a whole number, the view is taken.
+        let mut chances = 0.5;
+        for (view, expected) in views.iter_mut().zip(&expected) {
+            if *expected >= 1.0 {
+                view.side = 1 << (expected.sqrt().log2().floor() as u32);
+            } else {
+                let before = chances;
+                chances += f64::from(*expected);
+                (view.side, view.weight) = (u32::from(chances.floor() > before.floor()), 1.0 / expected);
+            }
+            view.side *= u32::from(view.side * view.side <= left);
+            left -= view.side * view.side;
+        }
+        // What is left goes to those that have the least of what they should.
+        let mut poorest: Vec<usize> = (0..views.len()).filter(|i| expected[*i] >= 1.0).collect();
+        let lack = |views: &[ShadowMapView], i: usize| expected[i] / (views[i].side * views[i].side).max(1) as f32;
+        poorest.sort_by(|a, b| lack(&views, *b).total_cmp(&lack(&views, *a)).then(a.cmp(b)));
+        for i in poorest {
+            let more = 3 * views[i].side * views[i].side;
+            if more <= left && lack(&views, i) >= 2.0 {
+                views[i].side *= 2;
+                left -= more;
+            }
+        }
+        views.retain(|view| view.side > 0);
+        // Squares of powers of two, the largest first: every block of 4^k texels lies where it is aligned.
+        views.sort_by_key(|view| std::cmp::Reverse(view.side));
+        let mut first = 0;
+        for view in &mut views {
+            view.first = first;
+            first += view.side * view.side;
+        }
+        Self { views, flux }
+    }
+}
+
+fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Luminous flux, lm: of a directional light, what falls on a disk as wide as the scene. Ranges are not looked at.
+fn flux_of(light: &Light, bounds: &Bounds) -> f32 {
+    let extent = match light.kind {
+        0 => 4.0 * PI,
+        1 => {
+            let cos_inner = light.cos_outer + 1.0 / light.inverse_cos_span;
+            // The square of a ramp is 1/3 in the mean.
+            2.0 * PI * ((1.0 - cos_inner).max(0.0) + (cos_inner - light.cos_outer) / 3.0)
+        }
+        _ => PI * radius_of(bounds).powi(2),
+    };
+    extent * luminance(light.intensity).max(0.0)
+}
+
+/// Radius of a sphere that holds the scene, m.
+pub(super) fn radius_of(bounds: &Bounds) -> f32 {
+    if bounds.is_empty() { 1.0 } else { (0.5 * bounds.size().length()).max(1e-6) }
+}
+
+fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<ShadowMapView> {
+    let view = |axes: Mat3, half_width: f32, origin: Vec3| ShadowMapView {
+        right: half_width * axes.x_axis,
+        light: index,
+        up: half_width * axes.y_axis,
+        first: 0,
+        forward: axes.z_axis,
+        side: 0,
+        origin,
+        weight: 1.0,
+    };
+    let along = |forward: Vec3| {
+        let right = forward.any_orthonormal_vector();
+        Mat3::from_cols(right, forward.cross(right), forward)
+    };
+    match light.kind {
+        0 => faces(Mat3::IDENTITY).map(|axes| view(axes, 1.0, light.position)).to_vec(),
+        1 if light.tan_outer > WIDE_SPOT => {
+            let faces = faces(along(light.direction));
+            // Not the one behind.
+            faces[..5].iter().map(|axes| view(*axes, 1.0, light.position)).collect()
+        }
+        1 => vec![view(along(light.direction), light.tan_outer, light.position)],
+        _ => vec![view(along(light.direction), radius_of(bounds), bounds.center())],
+    }
+}
+
+/// The faces of a cube, in the space of these axes; the last looks against the third.
+fn faces(axes: Mat3) -> [Mat3; 6] {
+    let Mat3 { x_axis: x, y_axis: y, z_axis: z } = axes;
+    [[x, y, z], [y, z, x], [z, x, y], [z, y, -x], [x, z, -y], [y, x, -z]].map(|[a, b, c]| Mat3::from_cols(a, b, c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Settings;
+
+    fn light(light: &lanternfish_scene::Light) -> Light {
+        Light::new(light, &Settings::default())
+    }
+
+    fn bounds() -> Bounds {
+        let mut bounds = Bounds::EMPTY;
+        bounds.add_point(Vec3::ZERO);
+        bounds.add_point(Vec3::new(4.0, 2.0, 3.0));
+        bounds
+    }
+
+    /// Views cover what a light shines at, each once.
+    #[test]
+    fn views_are_squares_that_fit_and_share_by_flux() {
+        let bright = light(&lanternfish_scene::Light::point(Vec3::ONE, Vec3::splat(30.0)));
+        let dim = light(&lanternfish_scene::Light::point(Vec3::X, Vec3::splat(10.0)));
+        let sun = light(&lanternfish_scene::Light::directional(Vec3::NEG_Y, Vec3::splat(1.0)));
+        for (lights, texels) in
+            [(vec![sun], 4096), (vec![bright, dim], 65536), (vec![dim; 3], 4096), (vec![dim; 5000], 4096)]
+        {
+            let map = ShadowMap::new(&lights, &bounds(), texels);
+            let used: u32 = map.views.iter().map(|view| view.side * view.side).sum();
+            assert!(used <= texels && used * 2 >= texels, "{used} of {texels}");
+            for view in &map.views {
+                assert!(view.side.is_power_of_two() && view.first % (view.side * view.side) == 0, "{view:?}");
+            }
+            // In the mean, the flux of the views is that of the lights.
+            let of_view = |view: &ShadowMapView| {
+                let light = &lights[view.light as usize];
+                view.weight * flux_of(light, &bounds()) / if light.kind == 0 { 6.0 } else { 1.0 }
+            };
+            let counted: f32 = map.views.iter().map(of_view).sum();
+            assert!((counted / map.flux - 1.0).abs() < 0.01, "{counted} of {}", map.flux);
+        }
+        let map = ShadowMap::new(&[bright, dim], &bounds(), 65536);
+        let texels_of = |light| map.views.iter().filter(|v| v.light == light).map(|v| v.side * v.side).sum::<u32>();
+        assert!(texels_of(0) > 2 * texels_of(1), "{} {}", texels_of(0), texels_of(1));
+        assert!(ShadowMap::new(&[], &bounds(), 4096).views.is_empty());
+    }
+
+    /// Every direction lies in one face of a cube; those of a wide spot hold its half of them.
+    #[test]
+    fn faces_of_a_cube_hold_every_direction_once() {
+        let holds = |axes: &Mat3, d: Vec3| {
+            let p = axes.transpose() * d;
+            p.z > 0.0 && p.x.abs() < p.z && p.y.abs() < p.z
+        };
+        for i in 0..500 {
+            let (z, angle) = (2.0 * (i as f32 + 0.5) / 500.0 - 1.0, 2.399_963_1 * i as f32);
+            let r = (1.0 - z * z).sqrt();
+            let d = Vec3::new(r * angle.cos(), r * angle.sin(), z);
+            let faces = faces(Mat3::IDENTITY);
+            assert_eq!(faces.iter().filter(|axes| holds(axes, d)).count(), 1, "{d}");
+            assert!(!holds(&faces[5], d) || d.z < 0.0, "{d}");
+        }
+    }
+}
