@@ -70,7 +70,7 @@ impl Default for VirtualLights {
             map: MapSize::Texels256,
             source: MapSource::Rays,
             unique: true,
-            spacing: 0.01,
+            spacing: 0.06,
             ranges: Ranges::Average,
             axis: RangeAxis::Normal,
             range_tracer: Tracer::WithinTexel,
