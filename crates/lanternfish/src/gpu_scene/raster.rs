@@ -40,6 +40,8 @@ pub(crate) struct PassState {
     pub target: Option<wgpu::ColorTargetState>,
     /// Samples a pixel.
     pub samples: u32,
+    /// Whether backs are drawn whose materials have one side, as rays meet them.
+    pub draws_backs: bool,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -115,7 +117,7 @@ impl SceneRaster {
             vertex_buffers: if positions_suffice { &buffers[..1] } else { &buffers },
             primitive: wgpu::PrimitiveState {
                 front_face: if key.facing.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
-                cull_mode: key.facing.side.map(|side| match side {
+                cull_mode: key.facing.side.filter(|_| !self.state.draws_backs).map(|side| match side {
                     Side::Front => wgpu::Face::Back,
                     Side::Back => wgpu::Face::Front,
                 }),

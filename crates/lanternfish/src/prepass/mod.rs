@@ -159,5 +159,5 @@ fn state(with_target: bool, samples: u32) -> PassState {
         stencil: Default::default(),
         bias: Default::default(),
     };
-    PassState { depth, target: with_target.then(|| SURFACE_FORMAT.into()), samples }
+    PassState { depth, target: with_target.then(|| SURFACE_FORMAT.into()), samples, draws_backs: false }
 }

@@ -4,7 +4,8 @@ use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
 
 use super::{
-    Ranges, Residual, VirtualLightParameters, VirtualLights,
+    MapSource, Ranges, Residual, VirtualLightParameters, VirtualLights,
+    draw::MapRaster,
     parameters::{LightRange, Texel},
     settings::Emission,
     shadow_map::{ShadowMap, radius_of},
@@ -63,6 +64,8 @@ pub(super) struct LightBuilder {
     materials: Materials,
     /// Cut-off intensity, cd.
     threshold: f32,
+    /// None: all of the map is traced.
+    raster: Option<MapRaster>,
     trace: ComputeKernel,
     merge: ComputeKernel,
     range_rays: Option<ComputeKernel>,
@@ -97,6 +100,7 @@ impl LightBuilder {
             settings: room,
             materials: settings.materials,
             threshold: settings.range_threshold,
+            raster: (room.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
             trace: kernel("trace", &exact.features(images), "trace", "map")?,
             merge: kernel("merge", &[], "merge", "merge")?,
             range_rays: room.traces_ranges().then(by_range).transpose()?,
@@ -144,7 +148,10 @@ impl LightBuilder {
         let uniform = frame.uniform(&parameters);
         let tracing = scene_bindings.clone().part("virtual_lights", &uniform);
         let tracing = tracing.buffer("shadow_map_views", &views).buffer("texels", &found);
-        frame.dispatch(&self.trace, &tracing, workgroups(count));
+        if let Some(raster) = &mut self.raster {
+            raster.record(frame, scene, &self.map.1.views, self.settings.map.texels(), &tracing)?;
+        }
+        frame.dispatch(&self.trace, &tracing, workgroups(count - parameters.first_traced));
         for level in (1..=MOST_LEVELS).filter(|_| parameters.spacing > 0.0) {
             let uniform = frame.uniform(&VirtualLightParameters { level, ..parameters });
             let merging = lanternfish_gpu::Bindings::new().part("virtual_lights", &uniform).buffer("texels", &found);
@@ -236,7 +243,7 @@ impl LightBuilder {
             scene_radius: radius,
             texel_count: if views.is_empty() { 0 } else { texels },
             view_count: views.len() as u32,
-            first_traced: 0,
+            first_traced: if self.raster.is_some() { MapRaster::texels(views) } else { 0 },
             frame_index,
             level: 0,
             spacing: if settings.unique { settings.spacing * radius } else { 0.0 },

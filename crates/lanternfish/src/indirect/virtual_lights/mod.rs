@@ -9,6 +9,7 @@
 //! 5. What is found is made the picture's, bounded and filtered (`smoothing/`).
 
 mod builder;
+mod draw;
 mod parameters;
 mod settings;
 mod shadow_map;
@@ -31,7 +32,7 @@ use crate::{
     context::ViewContext,
     deep_images::DeepImages,
     error::RenderError,
-    gpu_scene::VisibleDraws,
+    gpu_scene::{MASKED, TEXTURES, VisibleDraws},
     light_culling::{LightCulling, Reach},
     prepass::Surface,
     rays::{self, Tracer},
@@ -45,6 +46,8 @@ const SHADOWED: Feature = Feature("shadowed");
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
+        Root::of("indirect/virtual_lights/draw", &[&[&[], &[MASKED]], TEXTURES]),
+        Root::new("indirect/virtual_lights/reconstruct"),
         Root::computed("indirect/virtual_lights/trace", rays::exact_tracers),
         Root::new("indirect/virtual_lights/merge"),
         Root::computed("indirect/virtual_lights/range_rays", || rays::every_tracer(false)),

@@ -5,10 +5,11 @@
 
 use std::f32::consts::PI;
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, UVec2, Vec3};
 use lanternfish_gpu::gpu_struct;
 use lanternfish_scene::Bounds;
 
+use super::draw::planes;
 use crate::lights::Light;
 
 gpu_struct! {
@@ -30,6 +31,12 @@ gpu_struct! {
         origin: Vec3,
         /// 1 over the chance with which the view is one of those taken.
         weight: f32,
+        /// Distance of the near plane where the view is drawn, m.
+        near: f32,
+        /// Distance of the far plane, m: of parallel rays alone, else 0.
+        far: f32,
+        /// Unused.
+        _pad: UVec2,
     }
 }
 
@@ -121,6 +128,7 @@ pub(super) fn radius_of(bounds: &Bounds) -> f32 {
 }
 
 fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<ShadowMapView> {
+    let (near, far) = planes(light.kind == 2, radius_of(bounds));
     let view = |axes: Mat3, half_width: f32, origin: Vec3| ShadowMapView {
         right: half_width * axes.x_axis,
         light: index,
@@ -130,6 +138,9 @@ fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<ShadowMapView> {
         side: 0,
         origin,
         weight: 1.0,
+        near,
+        far,
+        _pad: UVec2::ZERO,
     };
     let along = |forward: Vec3| {
         let right = forward.any_orthonormal_vector();
