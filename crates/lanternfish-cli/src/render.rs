@@ -73,17 +73,23 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     // A picture of a quantity wants no light.
     let lights = Lighting {
         is_seen: shows_light,
-        reaches_surfaces: settings.indirect != Indirect::None || settings.occlusion != Occlusion::None,
+        reaches_surfaces: settings.indirect.sees_surroundings() || settings.occlusion != Occlusion::None,
     };
     light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
-    if settings.occlusion != Occlusion::None && settings.indirect != Indirect::None && shows_light {
+    if settings.occlusion != Occlusion::None && settings.indirect.sees_surroundings() && shows_light {
         progress.note(
             "--occlusion has no part in this picture: rays of --indirect sampled see the surroundings themselves; \
              with --indirect none they light what --occlusion finds open",
         );
     }
-    let lit_by_sky = settings.occlusion != Occlusion::None && settings.indirect == Indirect::None && shows_light;
-    if lit_by_sky && scene.sky == Vec3::ZERO && scene.environment.is_none() {
+    let misses_sky = settings.indirect != Indirect::None && !settings.indirect.sees_surroundings();
+    let has_sky = scene.sky != Vec3::ZERO || scene.environment.is_some();
+    if misses_sky && settings.occlusion == Occlusion::None && has_sky && shows_light {
+        progress
+            .note("the surroundings light nothing: --indirect virtual-lights does not see them, --occlusion deep does");
+    }
+    let lit_by_sky = settings.occlusion != Occlusion::None && !settings.indirect.sees_surroundings() && shows_light;
+    if lit_by_sky && !has_sky {
         progress.note("--occlusion shades the light of the surroundings, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
     }
 

@@ -101,9 +101,9 @@ impl Settings {
         self.light_radius > 0.0
     }
 
-    /// Whether openness is looked for: rays of indirect light see the surroundings themselves.
+    /// Whether openness is looked for: rays of indirect light may see the surroundings themselves.
     pub(crate) fn finds_openness(&self) -> bool {
-        let is_used = self.indirect == Indirect::None || self.debug_view == Some(DebugView::Occlusion);
+        let is_used = !self.indirect.sees_surroundings() || self.debug_view == Some(DebugView::Occlusion);
         self.occlusion != Occlusion::None && is_used
     }
 }

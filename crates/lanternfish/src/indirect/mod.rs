@@ -61,6 +61,11 @@ pub(crate) trait IndirectRoom: AnyRoom {
         Parts::NONE
     }
 
+    /// Whether it finds the light of the surroundings too: if it does not, occlusion may.
+    fn sees_surroundings(&self) -> bool {
+        true
+    }
+
     /// Takes the settings of the nearest blended surfaces, which are smooth, and for which there are no deep images.
     fn look_at_glass(&mut self) {}
 
@@ -118,6 +123,11 @@ impl Indirect {
             room.spend(quality);
         }
         self
+    }
+
+    /// Whether the chosen room finds the light of the surroundings.
+    pub fn sees_surroundings(&self) -> bool {
+        self.chosen().is_some_and(|room| room.sees_surroundings())
     }
 
     /// What the chosen room reads of a scene.

@@ -181,13 +181,11 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
     let samples = settings.samples.count();
     let mut opaque = vec![culling];
     let mut blended = vec![culling, TRANSPARENT];
-    // Rays of indirect light see the surroundings themselves.
-    let arriving = match settings.indirect {
-        Indirect::None => occlusion::feature(settings.occlusion),
-        _ => Some(INDIRECT),
-    };
+    // Rays of indirect light may see the surroundings themselves.
+    let openness = occlusion::feature(settings.occlusion).filter(|_| !settings.indirect.sees_surroundings());
+    let indirect = (settings.indirect != Indirect::None).then_some(INDIRECT);
     for features in [&mut opaque, &mut blended] {
-        features.extend(arriving);
+        features.extend(indirect.into_iter().chain(openness));
         features.extend((samples > 1).then_some(MULTISAMPLED));
     }
     if let Some(tracer) = tracer {

@@ -7,7 +7,7 @@ use super::Arriving;
 use crate::{
     context::ViewContext,
     error::RenderError,
-    indirect::{self, Indirect, IndirectPasses},
+    indirect::{self, IndirectPasses},
     occlusion::{self, OcclusionPasses},
     prepass::Prepass,
     rays::Tracer,
@@ -45,10 +45,10 @@ impl NearestBlended {
             Some(passes) => passes,
             none => none.insert(Passes {
                 prepass: Prepass::of_blended(),
-                // Rays of indirect light see the surroundings themselves.
-                occlusion: match self.settings.indirect {
-                    Indirect::None => occlusion::passes(frame.device, &self.settings)?,
-                    _ => None,
+                // Rays of indirect light may see the surroundings themselves.
+                occlusion: match self.settings.indirect.sees_surroundings() {
+                    false => occlusion::passes(frame.device, &self.settings)?,
+                    true => None,
                 },
                 indirect: indirect::passes(frame.device, &self.settings, self.tracer)?,
             }),

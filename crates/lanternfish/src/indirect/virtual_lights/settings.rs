@@ -348,6 +348,10 @@ impl IndirectRoom for VirtualLights {
         Parts::HITS | ranges | shadows
     }
 
+    fn sees_surroundings(&self) -> bool {
+        false
+    }
+
     fn look_at_glass(&mut self) {
         self.range_tracer = self.range_tracer.exact();
         if let Shadows::Traced(tracer) = &mut self.shadows {
