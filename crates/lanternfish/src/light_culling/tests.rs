@@ -1,5 +1,7 @@
 //! Culling loses no light: every light in range of a point that the view shows is in the point's list.
 
+mod counted;
+
 use std::cell::RefCell;
 
 use glam::{DVec3, UVec2, Vec3};
@@ -14,7 +16,9 @@ use super::{LightCulling, LightLists, Reach};
 use crate::{
     Renderer, Settings,
     prepass::Prepass,
-    settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Samples, Shadows, TileSize, Tiled},
+    settings::{
+        Assignment, ClusterShape, ClusterTest, Clustered, Culling, RasterGrid, Samples, Shadows, TileSize, Tiled,
+    },
     testing::{Random, context, probe, quad, scene_of},
     view::{View, tightened},
 };
@@ -31,6 +35,7 @@ struct Bench<'g> {
     rooms: Vec<(Culling, LightCulling)>,
     tiled_pixels: ComputeKernel,
     clustered_pixels: ComputeKernel,
+    raster_pixels: ComputeKernel,
 }
 
 /// What one room lists for one view.
@@ -61,6 +66,9 @@ impl<'g> Bench<'g> {
                 rooms.push(Culling::Clustered(Clustered { shape, assignment, test, ..Clustered::default() }));
             }
         }
+        for (tile_size, layers) in [(TileSize::Px8, 32), (TileSize::Px16, 32), (TileSize::Px16, 7), (TileSize::Px32, 1)] {
+            rooms.push(Culling::RasterGrid(RasterGrid { tile_size, layers }));
+        }
         let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c, Samples::One).unwrap())).collect();
         let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
         Self {
@@ -71,12 +79,13 @@ impl<'g> Bench<'g> {
             rooms,
             tiled_pixels: probe(gpu, "testing/pixels", &[super::tiled::CULLING_TILED], "pixels"),
             clustered_pixels: probe(gpu, "testing/pixels", &[super::clustered::CULLING_CLUSTERED], "pixels"),
+            raster_pixels: probe(gpu, "testing/pixels", &[super::raster_grid::CULLING_RASTER_GRID], "pixels"),
         }
     }
 
     /// The lists of every room, after checking that each is in ascending order and names no light twice.
     fn lists(&mut self, scene: &Scene, camera: &Camera, reach: Reach) -> Vec<Lists> {
-        let Self { gpu, renderer, profiler, prepass, rooms, tiled_pixels, clustered_pixels } = self;
+        let Self { gpu, renderer, profiler, prepass, rooms, tiled_pixels, clustered_pixels, raster_pixels } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
         let uploaded = renderer.upload(scene).unwrap();
         let seen = View::new(camera, SIZE, Vec3::ZERO, &scene.bounds());
@@ -87,12 +96,13 @@ impl<'g> Bench<'g> {
         let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();
         let mut all = Vec::new();
         for (settings, room) in rooms {
-            let tiled = matches!(settings, Culling::Tiled(_));
-            // Clusters are made for what is seen, and not for any point of the view.
-            if !tiled && reach == Reach::Anywhere {
-                continue;
-            }
-            let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
+            let pixels = match settings {
+                Culling::Tiled(_) => &*tiled_pixels,
+                Culling::RasterGrid(_) => &*raster_pixels,
+                // Clusters are made for what is seen, and not for any point of the view.
+                _ if reach == Reach::Anywhere => continue,
+                _ => &*clustered_pixels,
+            };
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
             let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
             let seen = context(&uploaded, &seen, &view, &surface);
@@ -128,16 +138,20 @@ fn bits(indices: &[u32], range: &[u32]) -> u64 {
 
 /// Cells start at zero, do not overlap, and end at the total.
 fn check_cells(lights: &LightLists, gpu: &Gpu, settings: Culling) {
-    let cells = match (settings, &lights.clusters) {
-        (Culling::Tiled(tiled), None) => {
-            let tile = tiled.tile_size.pixels();
-            (SIZE.x.div_ceil(tile) * SIZE.y.div_ceil(tile)) as usize
-        }
+    let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cell_count(lights, settings) + 1).unwrap();
+    let cells = starts.len() - 1;
+    assert!(starts[0] == 0 && u64::from(starts[cells]) == lights.listed && starts.is_sorted(), "{starts:?}");
+}
+
+fn cell_count(lights: &LightLists, settings: Culling) -> usize {
+    let tiles = |size: TileSize| (SIZE.x.div_ceil(size.pixels()) * SIZE.y.div_ceil(size.pixels())) as usize;
+    match (settings, &lights.clusters) {
+        (Culling::All, None) => 1,
+        (Culling::Tiled(tiled), None) => tiles(tiled.tile_size),
+        (Culling::RasterGrid(grid), None) => tiles(grid.tile_size) * grid.layers as usize,
         (Culling::Clustered(_), Some(counts)) => counts.clusters as usize,
         other => panic!("{other:?}"),
-    };
-    let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cells + 1).unwrap();
-    assert!(starts[0] == 0 && u64::from(starts[cells]) == lights.listed && starts.is_sorted(), "{starts:?}");
+    }
 }
 
 /// A point of the view in world space, from the definition of its projection and not from its matrix.
@@ -316,7 +330,7 @@ fn gpu_culling_loses_no_light() {
                 prop_assert!(!added, "{:?}", with.settings);
             }
             // The tree finds no light that the planes alone do not, and, for boxes, finds the same.
-            let clustered: Vec<&Lists> = lists.iter().filter(|l| !matches!(l.settings, Culling::Tiled(_))).collect();
+            let clustered: Vec<&Lists> = lists.iter().filter(|l| matches!(l.settings, Culling::Clustered(_))).collect();
             for pair in clustered.chunks_exact(2) {
                 let [brute, tree] = pair else { unreachable!("two a shape") };
                 let added = tree.listed.iter().zip(&brute.listed).any(|(tree, brute)| tree & !brute != 0);
@@ -386,7 +400,7 @@ fn gpu_smaller_tiles_and_the_box_test_list_less() {
     let tiled = lists.iter().filter(|l| matches!(l.settings, Culling::Tiled(_)));
     let totals: Vec<_> = tiled.map(total).collect();
     let clustered: Vec<_> = lists.iter().skip(totals.len()).map(|l| (l.settings, total(l))).collect();
-    println!("listed in clusters: {clustered:?}");
+    println!("listed in clusters and grids: {clustered:?}");
     println!("listed with 8 px, 8 px and boxes, 16 px, …: {totals:?}; needed {needed}");
     assert!(totals.windows(3).all(|t| t[0] < t[2]), "{totals:?}");
     assert!(totals.chunks_exact(2).all(|t| t[1] < t[0]), "{totals:?}");
