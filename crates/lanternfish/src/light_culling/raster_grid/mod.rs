@@ -12,8 +12,8 @@ mod tests;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Counted, Feature, Frame, LinkedShader, RasterPipeline, RasterState,
-    SharedStruct, gpu_struct, primitives::Scan,
+    Bindings, ComputeKernel, Counted, Feature, Frame, LinkedShader, RasterPipeline, RasterState, SharedStruct,
+    gpu_struct, primitives::Scan,
 };
 
 pub use self::settings::RasterGrid;
@@ -142,8 +142,7 @@ impl RasterGridCulling {
         let tests = frame.zeroed("light_culling/tests", 8)?;
         let cells = frame.zeroed("light_culling/cells", 4 * u64::from(start_count))?;
         let (view_bindings, set_bindings) = (buffer.bindings(), lights.bindings());
-        let shared =
-            view_bindings.with(&set_bindings).buffer("tile_masks", &masks).buffer("light_tiles", &outlines);
+        let shared = view_bindings.with(&set_bindings).buffer("tile_masks", &masks).buffer("light_tiles", &outlines);
 
         let bindings = shared.clone().part("raster_cells", &grid_buffer);
         let a_tile = [grid.columns, grid.rows, 1];
@@ -220,8 +219,7 @@ struct Drawing {
 }
 
 fn drawing(device: &wgpu::Device, shader: &LinkedShader, fragment: &str, label: String) -> Drawing {
-    let target =
-        wgpu::ColorTargetState { format: TARGET_FORMAT, blend: None, write_mask: wgpu::ColorWrites::empty() };
+    let target = wgpu::ColorTargetState { format: TARGET_FORMAT, blend: None, write_mask: wgpu::ColorWrites::empty() };
     let topology = wgpu::PrimitiveTopology::TriangleStrip;
     let primitive = wgpu::PrimitiveState { topology, ..Default::default() };
     let state = RasterState { primitive, targets: &[Some(target)], ..Default::default() };

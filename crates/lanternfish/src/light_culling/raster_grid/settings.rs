@@ -28,7 +28,8 @@ impl Default for RasterGrid {
 
 impl Room for RasterGrid {
     const NAME: &'static str = "raster-grid";
-    const WORDS: &'static str = "A list of lights for every layer of every tile of the screen, found by drawing the lights";
+    const WORDS: &'static str =
+        "A list of lights for every layer of every tile of the screen, found by drawing the lights";
     const KNOBS: &'static [Knob<Self>] = &[
         Knob::new(
             "tile-size",
