@@ -117,6 +117,7 @@ pub use crate::{
     light_culling::{
         Culling,
         clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
+        raster_grid::RasterGrid,
         tiled::{TileSize, Tiled},
     },
     occlusion::{Deep, Hbao, Occlusion},

@@ -11,7 +11,8 @@ use crate::{
     GpuScene, Renderer,
     light_culling::Reach,
     prepass::Prepass,
-    settings::{ClusterShape, Clustered, Samples, Shadows, Tiled},
+    rooms::Family,
+    settings::{ClusterShape, Clustered, Samples, Shadows},
     shading::Forward,
     testing::{Random, context, probe, quad, scene_of},
     view::View,
@@ -29,7 +30,7 @@ fn quantities_are_the_shaders() {
 #[test]
 fn views_of_clusters_need_clusters() {
     let clustered = Culling::Clustered(Clustered::default());
-    for culling in [Culling::All, Culling::Tiled(Tiled::default()), clustered] {
+    for culling in [Culling::NONE].into_iter().chain(Culling::rooms()) {
         for view in DebugView::ALL {
             let shows_clusters = matches!(view, DebugView::ClusterIndex | DebugView::ClusterFragments);
             match check_clusters(*view, culling) {

@@ -2,12 +2,13 @@
 //!
 //! Every scheme ends in one structure, read through `light_list.wesl`: cell c lists
 //! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. A scheme is a room: [`all`] (the oracle), [`tiled`],
-//! [`clustered`].
+//! [`clustered`], [`raster_grid`].
 
 pub mod all;
 pub mod clustered;
 #[cfg(test)]
 mod new_room;
+pub mod raster_grid;
 #[cfg(test)]
 mod tests;
 pub mod tiled;
@@ -54,6 +55,7 @@ rooms! {
         NewRoom(new_room::NewRoom),
         Tiled(tiled::Tiled),
         Clustered(clustered::Clustered),
+        RasterGrid(raster_grid::RasterGrid),
     }
 }
 

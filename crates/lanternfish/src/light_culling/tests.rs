@@ -1,21 +1,29 @@
 //! Culling loses no light: every light in range of a point that the view shows is in the point's list.
 
+mod cases;
+mod counted;
+
 use std::cell::RefCell;
 
 use glam::{DVec3, UVec2, Vec3};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, storage_buffer, testing};
-use lanternfish_scene::{Camera, Light, LightKind, Material, Projection, Scene};
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, storage_buffer, storage_buffer_of, testing,
+};
+use lanternfish_scene::{Camera, Light, LightKind, Projection, Scene};
 use proptest::{
     prelude::*,
     test_runner::{RngAlgorithm, TestRng, TestRunner},
 };
 
+use self::cases::{camera, light, scattered, special};
 use super::{LightCulling, LightLists, Reach};
 use crate::{
     Renderer, Settings,
     prepass::Prepass,
-    settings::{Assignment, ClusterShape, ClusterTest, Clustered, Culling, Samples, Shadows, TileSize, Tiled},
-    testing::{Random, context, probe, quad, scene_of},
+    settings::{
+        Assignment, ClusterShape, ClusterTest, Clustered, Culling, RasterGrid, Samples, Shadows, TileSize, Tiled,
+    },
+    testing::{Random, context, probe},
     view::{View, tightened},
 };
 
@@ -31,6 +39,7 @@ struct Bench<'g> {
     rooms: Vec<(Culling, LightCulling)>,
     tiled_pixels: ComputeKernel,
     clustered_pixels: ComputeKernel,
+    raster_pixels: ComputeKernel,
 }
 
 /// What one room lists for one view.
@@ -61,6 +70,10 @@ impl<'g> Bench<'g> {
                 rooms.push(Culling::Clustered(Clustered { shape, assignment, test, ..Clustered::default() }));
             }
         }
+        for (tile_size, layers) in [(TileSize::Px8, 32), (TileSize::Px16, 32), (TileSize::Px16, 7), (TileSize::Px32, 1)]
+        {
+            rooms.push(Culling::RasterGrid(RasterGrid { tile_size, layers }));
+        }
         let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c, Samples::One).unwrap())).collect();
         let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
         Self {
@@ -71,28 +84,33 @@ impl<'g> Bench<'g> {
             rooms,
             tiled_pixels: probe(gpu, "testing/pixels", &[super::tiled::CULLING_TILED], "pixels"),
             clustered_pixels: probe(gpu, "testing/pixels", &[super::clustered::CULLING_CLUSTERED], "pixels"),
+            raster_pixels: probe(gpu, "testing/pixels", &[super::raster_grid::CULLING_RASTER_GRID], "pixels"),
         }
     }
 
-    /// The lists of every room, after checking that each is in ascending order and names no light twice.
-    fn lists(&mut self, scene: &Scene, camera: &Camera, reach: Reach) -> Vec<Lists> {
-        let Self { gpu, renderer, profiler, prepass, rooms, tiled_pixels, clustered_pixels } = self;
+    /// The lists of every room for the surfaces or, where they are given, for points of these depths, one a pixel; after checking that
+    /// each is in ascending order and names no light twice.
+    fn lists(&mut self, scene: &Scene, camera: &Camera, free: Option<&[f32]>) -> Vec<Lists> {
+        let Self { gpu, renderer, profiler, prepass, rooms, tiled_pixels, clustered_pixels, raster_pixels } = self;
         assert!(scene.lights.len() <= 64, "a bit a light");
         let uploaded = renderer.upload(scene).unwrap();
         let seen = View::new(camera, SIZE, Vec3::ZERO, &scene.bounds());
         let draws = uploaded.visible_draws(&seen);
         let view = seen.upload(&gpu.device);
         let count = (SIZE.x * SIZE.y) as usize;
-        let depths = storage_buffer(&gpu.device, "depths", 4 * count as u64).unwrap();
+        let reach = if free.is_some() { Reach::Anywhere } else { Reach::Surface };
+        let free = free.map_or_else(|| vec![0.0; count], <[f32]>::to_vec);
         let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();
         let mut all = Vec::new();
         for (settings, room) in rooms {
-            let tiled = matches!(settings, Culling::Tiled(_));
-            // Clusters are made for what is seen, and not for any point of the view.
-            if !tiled && reach == Reach::Anywhere {
-                continue;
-            }
-            let pixels = if tiled { &*tiled_pixels } else { &*clustered_pixels };
+            let pixels = match settings {
+                Culling::Tiled(_) => &*tiled_pixels,
+                Culling::RasterGrid(_) => &*raster_pixels,
+                // Clusters are made for what is seen, and not for any point of the view.
+                _ if reach == Reach::Anywhere => continue,
+                _ => &*clustered_pixels,
+            };
+            let depths = storage_buffer_of(&gpu.device, "depths", &free, wgpu::BufferUsages::empty()).unwrap();
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
             let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
             let seen = context(&uploaded, &seen, &view, &surface);
@@ -128,16 +146,20 @@ fn bits(indices: &[u32], range: &[u32]) -> u64 {
 
 /// Cells start at zero, do not overlap, and end at the total.
 fn check_cells(lights: &LightLists, gpu: &Gpu, settings: Culling) {
-    let cells = match (settings, &lights.clusters) {
-        (Culling::Tiled(tiled), None) => {
-            let tile = tiled.tile_size.pixels();
-            (SIZE.x.div_ceil(tile) * SIZE.y.div_ceil(tile)) as usize
-        }
+    let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cell_count(lights, settings) + 1).unwrap();
+    let cells = starts.len() - 1;
+    assert!(starts[0] == 0 && u64::from(starts[cells]) == lights.listed && starts.is_sorted(), "{starts:?}");
+}
+
+fn cell_count(lights: &LightLists, settings: Culling) -> usize {
+    let tiles = |size: TileSize| (SIZE.x.div_ceil(size.pixels()) * SIZE.y.div_ceil(size.pixels())) as usize;
+    match (settings, &lights.clusters) {
+        (Culling::All, None) => 1,
+        (Culling::Tiled(tiled), None) => tiles(tiled.tile_size),
+        (Culling::RasterGrid(grid), None) => tiles(grid.tile_size) * grid.layers as usize,
         (Culling::Clustered(_), Some(counts)) => counts.clusters as usize,
         other => panic!("{other:?}"),
-    };
-    let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cells + 1).unwrap();
-    assert!(starts[0] == 0 && u64::from(starts[cells]) == lights.listed && starts.is_sorted(), "{starts:?}");
+    }
 }
 
 /// A point of the view in world space, from the definition of its projection and not from its matrix.
@@ -201,85 +223,20 @@ fn lost(lights: &[Light], points: &[Option<DVec3>], lists: &Lists) -> (usize, us
     (pairs, lost)
 }
 
-fn surface_points(camera: &Camera, lists: &Lists) -> Vec<Option<DVec3>> {
+/// Where the points lie that the lists are for: none in the sky.
+fn points(camera: &Camera, lists: &Lists) -> Vec<Option<DVec3>> {
     let point =
         |(pixel, depth): (usize, &f32)| (*depth > 0.0).then(|| world_from_depth(camera, pixel, (*depth).into()));
     lists.depths.iter().enumerate().map(point).collect()
 }
 
-/// Points anywhere between the near plane and far beyond the scene, one a pixel.
-fn free_points(camera: &Camera, random: &mut Random) -> Vec<Option<DVec3>> {
-    let depth = |random: &mut Random| match camera.projection {
-        Projection::Perspective { .. } | Projection::Frustum { .. } => {
-            f64::from(random.between(0.0, 13.0)).exp2().recip()
-        }
-        Projection::Orthographic { .. } => f64::from(random.between(1e-3, 1.0)),
+/// Depths of points anywhere between the near plane and far beyond the scene, one a pixel.
+fn free_depths(camera: &Camera, random: &mut Random) -> Vec<f32> {
+    let depth = |_| match camera.projection {
+        Projection::Perspective { .. } | Projection::Frustum { .. } => random.between(0.0, 13.0).exp2().recip(),
+        Projection::Orthographic { .. } => random.between(1e-3, 1.0),
     };
-    (0..(SIZE.x * SIZE.y) as usize).map(|pixel| Some(world_from_depth(camera, pixel, depth(random)))).collect()
-}
-
-/// Boxes of every size scattered in depth, and sky between them.
-fn scattered() -> Scene {
-    let mut random = Random::new(7);
-    let panes = (0..40).map(|_| {
-        let right = random.direction() * random.between(0.05, 0.8);
-        let up = right.cross(random.direction()) * 0.7;
-        let center = random.point() * Vec3::new(3.0, 2.0, 6.0);
-        quad(0, center, right, up)
-    });
-    scene_of(panes.collect(), vec![Material { double_sided: true, ..Material::default() }])
-}
-
-fn light() -> impl Strategy<Value = Light> {
-    let position = prop::array::uniform3(-6.0f32..6.0).prop_map(Vec3::from);
-    let direction = prop::array::uniform3(-1.0f32..1.0).prop_map(|d| (Vec3::from(d) + Vec3::splat(1e-3)).normalize());
-    // From a centimetre to thirty metres, or where the threshold says.
-    let range = prop::option::weighted(0.8, (-2.0f32..1.5).prop_map(|exponent| 10f32.powf(exponent)));
-    let angles = (0.01f32..std::f32::consts::FRAC_PI_2, 0.0f32..0.99);
-    let kind = prop_oneof![
-        4 => Just(LightKind::Point),
-        4 => angles.prop_map(|(outer, share)| LightKind::Spot { inner_angle: outer * share, outer_angle: outer }),
-        1 => Just(LightKind::Directional),
-    ];
-    (position, direction, range, kind, 0.001f32..100.0).prop_map(|(position, direction, range, kind, intensity)| {
-        Light { kind, direction, range, ..Light::point(position, Vec3::splat(intensity)) }
-    })
-}
-
-fn camera() -> impl Strategy<Value = Camera> {
-    let point = || prop::array::uniform3(-4.0f32..4.0).prop_map(Vec3::from);
-    let perspective = (0.3f32..2.2).prop_map(|fov_y| Projection::Perspective { fov_y, near: 0.01 });
-    let orthographic =
-        (0.3f32..5.0).prop_map(|half_height| Projection::Orthographic { half_height, near: 0.0, far: 12.0 });
-    let frustum = (-1.5f32..0.2, 0.3f32..1.5, -1.5f32..0.2, 0.3f32..1.5)
-        .prop_map(|(left, right, bottom, top)| Projection::Frustum { left, right, bottom, top, near: 0.01 });
-    let projection = prop_oneof![3 => perspective, 1 => frustum, 1 => orthographic];
-    (point(), point(), projection).prop_map(|(eye, target, projection)| {
-        // Neither in one place nor straight up.
-        Camera::look_at(eye, target + Vec3::new(0.0, 0.0, -0.013), projection)
-    })
-}
-
-/// Lights in the places where a test of planes is most likely to go wrong.
-fn special(camera: &Camera) -> Vec<Light> {
-    let at = |p: Vec3| camera.world_from_camera.transform_point3(p);
-    let forward = camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
-    let light = |position, range| Light { range: Some(range), ..Light::point(position, Vec3::ONE) };
-    let spot = |light: Light, direction, outer_angle| Light {
-        kind: LightKind::Spot { inner_angle: 0.0, outer_angle },
-        direction,
-        ..light
-    };
-    vec![
-        light(at(Vec3::ZERO), 3.0),
-        light(at(Vec3::new(0.0, 0.0, 2.0)), 6.0),
-        light(at(Vec3::new(0.0, 0.0, 2.0)), 1.9),
-        light(at(Vec3::new(5.0, 0.0, -1.0)), 5.5),
-        spot(light(at(Vec3::ZERO), 8.0), forward, 0.3),
-        spot(light(at(Vec3::new(0.0, 0.0, 1.0)), 8.0), forward, 0.2),
-        spot(light(at(Vec3::new(0.0, 0.0, -4.0)), 8.0), -forward, 0.5),
-        spot(light(at(Vec3::new(2.0, 1.0, -3.0)), 4.0), forward, 1.4),
-    ]
+    (0..SIZE.x * SIZE.y).map(depth).collect()
 }
 
 #[test]
@@ -298,11 +255,9 @@ fn gpu_culling_loses_no_light() {
         let projection = tightened(&camera, &scene.bounds());
         let camera = Camera { projection, ..camera };
         for reach in [Reach::Surface, Reach::Anywhere] {
-            let lists = bench.borrow_mut().lists(&scene, &camera, reach);
-            let points = match reach {
-                Reach::Surface => surface_points(&camera, &lists[0]),
-                Reach::Anywhere => free_points(&camera, &mut Random::new(which as u64)),
-            };
+            let free = (reach == Reach::Anywhere).then(|| free_depths(&camera, &mut Random::new(which as u64)));
+            let lists = bench.borrow_mut().lists(&scene, &camera, free.as_deref());
+            let points = points(&camera, &lists[0]);
             for list in &lists {
                 let (total, lost) = lost(&scene.lights, &points, list);
                 prop_assert_eq!(lost, 0, "of {} pairs, {:?}, {:?}", total, list.settings, reach);
@@ -316,7 +271,7 @@ fn gpu_culling_loses_no_light() {
                 prop_assert!(!added, "{:?}", with.settings);
             }
             // The tree finds no light that the planes alone do not, and, for boxes, finds the same.
-            let clustered: Vec<&Lists> = lists.iter().filter(|l| !matches!(l.settings, Culling::Tiled(_))).collect();
+            let clustered: Vec<&Lists> = lists.iter().filter(|l| matches!(l.settings, Culling::Clustered(_))).collect();
             for pair in clustered.chunks_exact(2) {
                 let [brute, tree] = pair else { unreachable!("two a shape") };
                 let added = tree.listed.iter().zip(&brute.listed).any(|(tree, brute)| tree & !brute != 0);
@@ -349,12 +304,12 @@ fn gpu_the_culling_test_sees_a_tenth_of_range_missing() {
     let shorter = scene.lights.iter().map(|light| Light { range: light.range.map(|r| 0.9 * r), ..light.clone() });
     let shorter = Scene { lights: shorter.collect(), ..scene.clone() };
 
-    let whole = bench.lists(&scene, &camera, Reach::Surface);
-    let points = surface_points(&camera, &whole[0]);
+    let whole = bench.lists(&scene, &camera, None);
+    let points = points(&camera, &whole[0]);
     for list in &whole {
         assert_eq!(lost(&scene.lights, &points, list).1, 0, "{:?}", list.settings);
     }
-    for list in bench.lists(&shorter, &camera, Reach::Surface) {
+    for list in bench.lists(&shorter, &camera, None) {
         let (pairs, lost) = lost(&scene.lights, &points, &list);
         println!("{:?}: {lost} of {pairs} pairs lost", list.settings);
         assert!(lost > 0, "{:?}: blind to a 10 % error in range", list.settings);
@@ -376,18 +331,25 @@ fn gpu_smaller_tiles_and_the_box_test_list_less() {
         .collect();
     let camera =
         Camera::look_at(Vec3::new(0.0, 0.0, 9.0), Vec3::ZERO, Projection::Perspective { fov_y: 0.6, near: 0.1 });
-    let lists = bench.lists(&scene, &camera, Reach::Surface);
-    let points = surface_points(&camera, &lists[0]);
+    let lists = bench.lists(&scene, &camera, None);
+    let points = points(&camera, &lists[0]);
     let needed = lost(&scene.lights, &points, &lists[0]).0;
     let total = |list: &Lists| -> u32 {
         let seen = list.listed.iter().zip(&points).filter(|(_, point)| point.is_some());
         seen.map(|(bits, _)| bits.count_ones()).sum()
     };
-    let tiled = lists.iter().filter(|l| matches!(l.settings, Culling::Tiled(_)));
-    let totals: Vec<_> = tiled.map(total).collect();
-    let clustered: Vec<_> = lists.iter().skip(totals.len()).map(|l| (l.settings, total(l))).collect();
-    println!("listed in clusters: {clustered:?}");
+    let totals =
+        |of: fn(&Culling) -> bool| -> Vec<u32> { lists.iter().filter(|list| of(&list.settings)).map(total).collect() };
+    let clustered = totals(|culling| matches!(culling, Culling::Clustered(_)));
+    let grid = totals(|culling| matches!(culling, Culling::RasterGrid(_)));
+    let totals = totals(|culling| matches!(culling, Culling::Tiled(_)));
+    println!(
+        "listed in clusters: {clustered:?}; in a grid of 8 px, 16 px, 16 px and 7 layers, 32 px and one: {grid:?}"
+    );
     println!("listed with 8 px, 8 px and boxes, 16 px, …: {totals:?}; needed {needed}");
+    // Layers are worth their while too, and one layer is a tile.
+    assert!(grid.is_sorted_by(|a, b| a < b), "{grid:?}");
+    assert!(3 * grid[0] < 2 * totals[1] && 3 * grid[1] < 2 * totals[3], "{grid:?}, {totals:?}");
     assert!(totals.windows(3).all(|t| t[0] < t[2]), "{totals:?}");
     assert!(totals.chunks_exact(2).all(|t| t[1] < t[0]), "{totals:?}");
 }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use lanternfish::{
     Picture, Renderer, Settings,
     settings::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Culling, Grouping, RayCulling, Samples, Shadows,
+        Assignment, ClusterShape, ClusterTest, Clustered, Culling, Grouping, RasterGrid, RayCulling, Samples, Shadows,
         TextureBinding, TileSize, Tiled,
     },
 };
@@ -19,6 +19,7 @@ fn all_cullings() -> Vec<Culling> {
     let mut cullings = vec![Culling::All];
     for tile_size in TileSize::ALL.iter().copied() {
         cullings.extend([false, true].map(|aabb_test| Culling::Tiled(Tiled { tile_size, aabb_test })));
+        cullings.extend([1, 7, 32].map(|layers| Culling::RasterGrid(RasterGrid { tile_size, layers })));
     }
     for shape in [
         ClusterShape::Perspective { pixels: 16 },
@@ -77,7 +78,7 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
         let tests = counter(&tiled, "light_culling/light_tests");
         listed.push((counter(&tiled, "light_culling/listed_lights"), tests));
     }
-    println!("listed lights, all, then 8, 16, 32 px without and with boxes: {listed:?}");
+    println!("listed lights, all, then 8, 16, 32 px without and with boxes, and in 1, 7, 32 layers: {listed:?}");
     // It can fail: other rain is another picture, and so is a light whose range is a tenth shorter.
     assert!(differing(&picture(&cornell_in_rain(2).0, Culling::All), &all) > 1000);
     let mut shorter = scene.clone();
@@ -110,9 +111,11 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     for samples in [Samples::One, Samples::Four] {
         let alone = cameras.iter().map(|c| pictures(std::slice::from_ref(c), Culling::All, samples).unwrap().remove(0));
         let alone: Vec<Picture> = alone.collect();
-        let tiled = pictures(&cameras, Culling::Tiled(Tiled::default()), samples).unwrap();
-        for (i, (tiled, alone)) in tiled.iter().zip(&alone).enumerate() {
-            assert_eq!(differing(tiled, alone), 0, "view {i}, {samples} samples, tiles");
+        for culling in [Culling::Tiled(Tiled::default()), Culling::RasterGrid(RasterGrid::default())] {
+            let tiled = pictures(&cameras, culling, samples).unwrap();
+            for (i, (tiled, alone)) in tiled.iter().zip(&alone).enumerate() {
+                assert_eq!(differing(tiled, alone), 0, "view {i}, {samples} samples, {culling:?}");
+            }
         }
         for shape in [
             ClusterShape::Perspective { pixels: 32 },
@@ -179,21 +182,27 @@ fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64
 fn gpu_pictures_are_the_same_from_run_to_run() {
     let Some(gpu) = testing::gpu("gpu_pictures_are_the_same_from_run_to_run") else { return };
     let (scene, camera) = cornell_in_rain(3);
-    let settings = || Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let first = render(gpu, &scene, &camera, SIZE, settings());
-    assert_eq!(differing(&render(gpu, &scene, &camera, SIZE, settings()), &first), 0, "a new renderer");
+    for culling in [Culling::default(), Culling::RasterGrid(RasterGrid::default())] {
+        check_runs(gpu, &scene, &camera, culling);
+    }
+}
+
+fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
+    let settings = || Settings { shadows: Shadows::BVH, culling, ..Settings::direct_light() };
+    let first = render(gpu, scene, camera, SIZE, settings());
+    assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
 
     // A renderer that has made other pictures keeps lists and targets; none of it may show.
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings()).unwrap();
     let other = cornell_in_rain(4);
-    let (scene, other_scene) = (renderer.upload(&scene).unwrap(), renderer.upload(&other.0).unwrap());
+    let (scene, other_scene) = (renderer.upload(scene).unwrap(), renderer.upload(&other.0).unwrap());
     let other = renderer.render(&other_scene, &other.1, SIZE.0 + 13, SIZE.1 - 20).unwrap();
     for run in 0..3 {
-        let again = renderer.render(&scene, &camera, SIZE.0, SIZE.1).unwrap();
+        let again = renderer.render(&scene, camera, SIZE.0, SIZE.1).unwrap();
         assert_eq!(differing(&again, &first), 0, "run {run} of one renderer");
     }
     // It can fail.
-    let same_size = renderer.render(&other_scene, &camera, SIZE.0, SIZE.1).unwrap();
+    let same_size = renderer.render(&other_scene, camera, SIZE.0, SIZE.1).unwrap();
     assert!(differing(&same_size, &first) > 1000 && other.width == SIZE.0 + 13);
 }
 

@@ -28,6 +28,7 @@ pub fn to_markdown(results: &Results) -> String {
     for promise in &results.promises {
         line(&format!("- {}", promise.line()));
     }
+    schemes(results, &mut line);
     let mut counts: Vec<usize> = results.rows.iter().map(|row| row.lights).collect();
     counts.sort_unstable();
     counts.dedup();
@@ -47,14 +48,36 @@ pub fn to_markdown(results: &Results) -> String {
          (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters by their lights and by their fragments \
          (`clusters-by-*.svg`, fig. 6.9 and 6.10).",
     );
-    if !results.left_out.is_empty() {
+    if !(results.left_out.is_empty() && results.schemes_left_out.is_empty()) {
         line("\n## Left out\n");
     }
     for row in &results.left_out {
         let lights = grouped(row.lights as u64);
         line(&format!("- {}, {lights} lights, {}, {}: {}", row.clusters, row.views, row.assignment, row.reason));
     }
+    for row in &results.schemes_left_out {
+        line(&format!("- {}, {} lights: {}", row.scheme, grouped(row.lights as u64), row.reason));
+    }
     page
+}
+
+/// Schemes of light culling beside each other.
+fn schemes(results: &Results, line: &mut impl FnMut(&str)) {
+    line("\n## Schemes, one view\n");
+    line("| lights | scheme | lights listed | light tests | KiB | building ms | shading ms |");
+    line("|---:|---|---:|---:|---:|---:|---:|");
+    let mut rows: Vec<_> = results.schemes.iter().collect();
+    rows.sort_by_key(|row| row.lights);
+    for row in rows {
+        let [lights, listed, tests, kib] =
+            [row.lights as u64, row.lights_listed, row.light_tests, row.bytes / 1024].map(grouped);
+        let (building, shading) = (row.building_ms, row.shading_ms);
+        line(&format!("| {lights} | {} | {listed} | {tests} | {kib} | {building:.2} | {shading:.2} |", row.scheme));
+    }
+    line(
+        "\nLists and tests are those for the surfaces; building is for blended ones too, of which `tiled` and `raster-grid` make lists of \
+         their own. KiB: cells, lists, and what they are made from.",
+    );
 }
 
 fn table_row(row: &Row) -> String {

@@ -5,6 +5,7 @@ mod markdown;
 mod measure;
 mod pictures;
 mod promises;
+mod schemes;
 mod steps;
 
 use std::path::PathBuf;
@@ -21,6 +22,7 @@ use self::{
     configurations::{LIGHT_COUNTS, QUICK_LIGHT_COUNTS, shapes},
     measure::{Bench, LeftOut, Row},
     promises::{Promise, promises},
+    schemes::{SchemeLeftOut, SchemeRow},
 };
 use super::{make_folder, open};
 use crate::{
@@ -93,6 +95,9 @@ pub struct Results {
     pub runs: u32,
     pub rows: Vec<Row>,
     pub left_out: Vec<LeftOut>,
+    /// Schemes of light culling, clusters among them.
+    pub schemes: Vec<SchemeRow>,
+    pub schemes_left_out: Vec<SchemeLeftOut>,
     pub promises: Vec<Promise>,
 }
 
@@ -142,6 +147,7 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         Bench { gpu: &gpu, runs: args.runs, mono: [(&camera, width, height)], stereo: views(&eyes, eye_width, height) };
     let shapes = shapes(height, depth(&scene, &camera), args.quick);
     let lit: Vec<Scene> = counts.iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
+    let (schemes, schemes_left_out) = schemes::measure(&gpu, args.runs, (&camera, width, height), &lit, args.quick)?;
     let (rows, left_out) = bench.measure(&shapes, &lit)?;
     let results = Results {
         version: env!("CARGO_PKG_VERSION"),
@@ -157,6 +163,8 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         promises: promises(&rows),
         rows,
         left_out,
+        schemes,
+        schemes_left_out,
     };
     report(&results, args)
 }
@@ -176,13 +184,16 @@ fn report(results: &Results, args: &ClusteredArgs) -> Result<(), CliError> {
     output::write_text(&file("report.md"), &page)?;
     let text = format!("{page}\n{}\n", file("report.md").display());
     output::print(&text)?;
-    match results.rows.iter().find(|row| row.differing_pixels > 0) {
+    let clusters = results.rows.iter().find(|row| row.differing_pixels > 0).map(|row| {
+        let name = format!("{} with {} lights, {}, {}", row.clusters, row.lights, row.views, row.assignment);
+        (name, row.differing_pixels)
+    });
+    let schemes = results.schemes.iter().find(|row| row.differing_pixels > 0);
+    let schemes = schemes.map(|row| (format!("{} with {} lights", row.scheme, row.lights), row.differing_pixels));
+    match clusters.or(schemes) {
         None => Ok(()),
-        Some(row) => Err(CliError::new(
-            format_args!(
-                "{} with {} lights, {}, {}: {} pixels differ from the first row of this view, none may",
-                row.clusters, row.lights, row.views, row.assignment, row.differing_pixels
-            ),
+        Some((name, pixels)) => Err(CliError::new(
+            format_args!("{name}: {pixels} pixels differ from the first row of this view, none may"),
             "this is a fault of the renderer; please report it with the scene",
         )),
     }

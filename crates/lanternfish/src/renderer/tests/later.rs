@@ -10,9 +10,10 @@ use lanternfish_scene::{
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     context::FrameContext,
+    rooms::Family,
     settings::{
         Culling, DeepBuilder, DeepImageSettings, DeepStore, DirectionSet, Exposure, Indirect, Occlusion, Sampled,
-        Shadows, Tiled, Tracer,
+        Shadows, Tracer,
     },
     testing::{quad, scene_of},
 };
@@ -180,7 +181,8 @@ fn gpu_frames_that_do_not_wait_show_whole_pictures_alone() {
         (camera, [10, 3000, 10, 6000][i / 8 % 4])
     };
     let path = Path { scene: scene.clone(), range: 3.0, size: [64, 48], step: &step, frames: 32 };
-    for (name, culling) in [("clustered", Culling::default()), ("tiled", Culling::Tiled(Tiled::default()))] {
+    for culling in Culling::rooms() {
+        let name = culling.name();
         let outcome = walk(gpu, &settings(culling), &path);
         println!("{name}: {outcome:?}");
         check(&outcome);

@@ -11,7 +11,7 @@ use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
     deep_images::KeptDeepImages,
-    settings::{Culling, DeepImageSettings, Exposure, Samples, Shadows, Tiled, Tracer},
+    settings::{Culling, DeepImageSettings, Exposure, RasterGrid, Samples, Shadows, Tiled, Tracer},
 };
 
 /// The same on every adapter.
@@ -50,6 +50,12 @@ fn gpu_a_steady_frame_makes_nothing() {
             false,
             Growth::Wait,
             Settings { culling: tiled, samples: Samples::Four, ..bvh(Settings::direct_light()) },
+        ),
+        (
+            "a raster grid that does not wait",
+            false,
+            Growth::Later,
+            Settings { culling: Culling::RasterGrid(RasterGrid::default()), ..bvh(Settings::direct_light()) },
         ),
         ("indirect light", false, Growth::Wait, bvh(Settings::default())),
         ("indirect light, a mean of frames", true, Growth::Wait, bvh(Settings::default())),

@@ -1,0 +1,78 @@
+use glam::{UVec2, Vec3};
+use lanternfish_gpu::testing;
+use lanternfish_scene::{Camera, Light, Projection, Scene};
+
+use super::{MOST_LAYERS, RasterGrid, RasterGridCulling};
+use crate::{
+    Renderer, Settings,
+    settings::{Culling, Shadows, TileSize},
+    shaders::constant,
+    view::View,
+};
+
+#[test]
+fn the_shaders_have_a_bit_and_an_invocation_a_layer() {
+    assert_eq!(constant("light_culling/raster_grid/sort", "WORKGROUP"), f64::from(MOST_LAYERS));
+    assert_eq!(u32::BITS, MOST_LAYERS);
+}
+
+#[test]
+fn gpu_layers_end_where_the_scene_does() {
+    let Some(gpu) = testing::gpu("gpu_layers_end_where_the_scene_does") else { return };
+    let scene = lanternfish_scene::generate::demo("cornell").unwrap();
+    let bounds = scene.bounds();
+    for projection in [
+        Projection::Perspective { fov_y: 1.0, near: 0.01 },
+        Projection::Perspective { fov_y: 1.0, near: 2.0 },
+        Projection::Orthographic { half_height: 2.0, near: 0.0, far: 1000.0 },
+        Projection::Orthographic { half_height: 2.0, near: -5.0, far: 1000.0 },
+    ] {
+        for (distance, layers) in [(0.1, 32), (3.5, 7), (900.0, 1), (2000.0, 32)] {
+            let camera = Camera::look_at(bounds.center() + distance * Vec3::Z, bounds.center(), projection);
+            let size = UVec2::new(100, 61);
+            let frustum = View::new(&camera, size, Vec3::ZERO, &bounds).frustum(&bounds);
+            let settings = RasterGrid { tile_size: TileSize::Px32, layers };
+            let grid = RasterGridCulling::new(&gpu.device, settings).unwrap().grid(size, &frustum, false);
+            assert_eq!((grid.columns, grid.rows, grid.layers), (4, 2, layers));
+            let last = grid.nearest * (grid.log_ratio * layers as f32).exp();
+            let error = (last - frustum.far).abs() / last;
+            // Where the scene is thin, seen from far away, they end behind it.
+            let is_thin = last > 1.99 * grid.nearest && frustum.far < 2.01 * grid.nearest;
+            assert!(error < 1e-5 || is_thin, "{projection:?} {distance}: {grid:?}, {frustum:?}");
+            assert!(grid.nearest > 0.0 && grid.log_ratio * layers as f32 > 0.69, "{grid:?}");
+        }
+    }
+}
+
+/// Tests of a light are those of the tiles that its outline holds.
+#[test]
+fn gpu_a_light_is_tested_against_the_tiles_of_its_outline() {
+    let Some(gpu) = testing::gpu("gpu_a_light_is_tested_against_the_tiles_of_its_outline") else { return };
+    let scene = lanternfish_scene::generate::demo("cornell").unwrap();
+    let culling = Culling::RasterGrid(RasterGrid::default());
+    let settings = Settings { culling, shadows: Shadows::None, ..Settings::direct_light() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let target = scene.bounds().center();
+    let light = |offset: Vec3, range| Light { range: Some(range), ..Light::point(target + offset, Vec3::ONE) };
+    let projections = [
+        Projection::Perspective { fov_y: 0.8, near: 0.1 },
+        Projection::Orthographic { half_height: 1.5, near: 0.1, far: 100.0 },
+    ];
+    for (i, projection) in projections.into_iter().enumerate() {
+        let camera = Camera::look_at(target + 3.0 * Vec3::Z, target, projection);
+        // 5 by 5 tiles, of which the eye looks through the middle of the one in the middle.
+        let mut tests = |light: Light| {
+            let uploaded = renderer.upload(&Scene { lights: vec![light], ..scene.clone() }).unwrap();
+            let report = renderer.render(&uploaded, &camera, 80, 80).unwrap().report;
+            let counter = |name: &str| report.counters.iter().find(|(known, _)| known == name).unwrap().1;
+            (counter("light_culling/light_tests"), counter("light_culling/listed_lights") > 0)
+        };
+        assert_eq!(tests(Light::directional(Vec3::NEG_Z, Vec3::ONE)), (25, true));
+        assert_eq!(tests(light(Vec3::ZERO, 1e12)), (25, true));
+        assert_eq!(tests(light(Vec3::ZERO, 0.01)).0, 1, "{projection:?}");
+        // Behind the eye; holding it; beside the view.
+        assert_eq!(tests(light(8.0 * Vec3::Z, 1.0)).0, [0, 9][i], "{projection:?}");
+        assert_eq!(tests(light(4.0 * Vec3::Z, 1.5)).0, 25, "{projection:?}");
+        assert_eq!(tests(light(9.0 * Vec3::X, 1.0)), (0, false), "{projection:?}");
+    }
+}
