@@ -10,6 +10,8 @@ mod moving;
 mod normals;
 mod plot;
 mod quality;
+mod subject;
+mod virtual_lights;
 
 use std::{
     fs,
@@ -61,6 +63,15 @@ pub enum Paper {
     ///
     /// Counts and errors are exact; times are the least of some runs on this machine, to be compared with each other only.
     Indirect(Box<indirect::IndirectArgs>),
+    /// Virtual point lights with ranges: Archer 2019, tables 1 and 3 and fig. 7; Van Gelderen 2020, app. B.
+    ///
+    /// One view by every kind of virtual lights, and by rays from every pixel: the device's milliseconds by his steps, how many lights
+    /// there are, and how far the picture is from the path tracer's: the energy of indirect light alone, and FLIP. Rays that find ranges,
+    /// by structure and number, beside random ranges. Along a shot's track: how much the light of what does not move flickers.
+    ///
+    /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
+    /// to be compared with each other only.
+    VirtualLights(Box<virtual_lights::VirtualLightsArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
     ///
     /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
@@ -114,6 +125,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         Paper::ForwardPlus(args) => forward_plus::run(args),
         Paper::DeepImages(args) => deep_images::run(args),
         Paper::Indirect(args) => indirect::run(args),
+        Paper::VirtualLights(args) => virtual_lights::run(args),
         Paper::Clustered(args) => clustered::run(args),
         Paper::Moving(args) => moving::run(args),
         Paper::Attenuation(args) => attenuation::run(args),

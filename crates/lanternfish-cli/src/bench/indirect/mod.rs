@@ -11,10 +11,7 @@ mod times;
 use std::path::PathBuf;
 
 use clap::Args;
-use lanternfish::{
-    Renderer,
-    settings::{Exposure, Settings, Shadows},
-};
+use lanternfish::Renderer;
 use lanternfish_gpu::AdapterChoice;
 use serde::Serialize;
 
@@ -23,20 +20,17 @@ use self::{
     measure::{Bench, Measured, Row},
 };
 use super::{
-    deep_images::{LeftOut, build::Built, leave_out_blended},
+    deep_images::{LeftOut, build::Built},
     make_folder, open,
+    subject::{Source, Subject},
 };
 use crate::{
     args::{LightArgs, PartArgs, ViewArgs, adapter},
-    camera,
     error::CliError,
-    light_rig,
     output::{print, write_text},
     parse::{self, Size},
     progress::Progress,
-    render::apply_lights,
-    scene::{self, SceneName},
-    shot,
+    scene::SceneName,
 };
 
 #[derive(Debug, Args)]
@@ -94,39 +88,12 @@ pub struct Report {
 }
 
 pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
-    let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
-    let (source, part, lights, view, seed) = match (&shot, &shot_view) {
-        (Some(shot), Some(view)) => (&shot.args.scene, &shot.args.part, &shot.args.lights, view, shot.args.run.seed),
-        _ => (&args.scene, &args.part, &args.lights, &args.view, args.seed),
-    };
     make_folder(&args.output)?;
     let mut progress = Progress::start(false);
-    let doing = format!("Loading {source}");
-    let mut scene = progress.step("load", &doing, || scene::load_part(source, part.scene_of_file.as_deref()))?;
-    leave_out_blended(&mut scene);
-    if scene.bounds().is_empty() {
-        return Err(CliError::new(format_args!("{source}: no opaque surface"), "name a scene that has some"));
-    }
-    apply_lights(&mut scene, lights, seed)?;
-    let Size { width, height } = args.size;
-    let camera = camera::choose(&scene, view, width as f32 / height as f32)?;
-    light_rig::add(&mut scene, lights, &camera)?;
-    // One tracer of shadow rays, so that the hits' shading is the same work on every adapter.
-    let mut look = Settings {
-        shadows: Shadows::BVH,
-        attenuation: lights.attenuation,
-        range_threshold: lights.range_threshold,
-        // One for all pictures, which are compared with each other.
-        exposure: Exposure::Ev(0.0),
-        ..Settings::direct_light()
-    };
-    if let Some(shot) = &shot {
-        look.tone_map = shot.args.look.tone_map;
-        if shot.args.look.exposure != Exposure::Auto {
-            look.exposure = shot.args.look.exposure;
-        }
-    }
+    let (view, lights) = (&args.view, &args.lights);
+    let source = Source { scene: &args.scene, part: &args.part, view, lights, seed: args.seed, size: args.size };
+    let Subject { scene, mut cameras, look } = Subject::load(&source, &mut progress)?;
+    let camera = cameras.swap_remove(0);
     let gpu = open(args.adapter.as_ref())?;
     if !gpu.description.timestamps {
         let name = &gpu.description.name;
@@ -156,6 +123,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
     progress.finish();
 
+    let Size { width, height } = args.size;
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
         scene: args.scene.clone(),

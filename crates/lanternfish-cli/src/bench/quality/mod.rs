@@ -10,7 +10,7 @@ mod measure;
 mod report;
 mod shots;
 mod techniques;
-mod truths;
+pub(super) mod truths;
 
 use std::path::PathBuf;
 
@@ -21,8 +21,9 @@ use clap::{
 use lanternfish_gpu::{AdapterChoice, Gpu};
 use lanternfish_scene::Environment;
 
+pub(super) use self::measure::shown;
 use self::{
-    measure::{Bench, shown},
+    measure::Bench,
     report::{Report, ShotReport},
     shots::{SHOTS, Shot},
     techniques::techniques,

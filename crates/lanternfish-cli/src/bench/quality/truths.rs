@@ -90,8 +90,7 @@ impl Truth {
         match self {
             // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
             Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => {
-                (scene.sky, scene.environment) = (Vec3::ZERO, None);
-                darken(&mut scene);
+                scene = of_lights_alone(scene);
             }
             Self::Environment | Self::EnvironmentBounce => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, Some(surroundings.clone()));
@@ -177,6 +176,13 @@ impl Truth {
             }
         }
     }
+}
+
+/// The scene without light but that of its lights.
+pub fn of_lights_alone(mut scene: Scene) -> Scene {
+    (scene.sky, scene.environment) = (Vec3::ZERO, None);
+    darken(&mut scene);
+    scene
 }
 
 /// Makes all surfaces send no light of their own.

@@ -29,11 +29,11 @@ impl Bench<'_> {
         let buffer = storage_buffer_of(device, "lights", lights, none).unwrap();
         let mut bounds = Bounds::EMPTY;
         given.lights[..count].iter().for_each(|light| bounds.add_point(light.position));
-        let set = LightSet::new(device, buffer, count as u32, bounds);
+        let set = LightSet::new(device, buffer, given.lights[..count].to_vec(), bounds);
         if !counted {
             return set;
         }
-        let header = LightCount { count: count as u32, ..LightCount::default() };
+        let header = LightCount { count: count as u32 };
         LightSet {
             count: uniform_buffer_of(device, "count", &header),
             counted: Some(storage_buffer_of(device, "counted", &[count as u32], none).unwrap()),
