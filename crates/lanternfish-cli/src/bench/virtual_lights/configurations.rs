@@ -29,6 +29,7 @@ pub fn papers_lights() -> VirtualLights {
     VirtualLights {
         map: MapSize::Texels256,
         source: MapSource::Raster,
+        count: 0,
         most_range: 0.15,
         large_kept: 10,
         residual: Residual::Lost,
@@ -38,9 +39,10 @@ pub fn papers_lights() -> VirtualLights {
 }
 
 /// [VanGelderen2020, app. B]: pseudo-random lights that shine by the root of the cosine, ranges from a cut-off intensity, no shadows.
-pub fn appendix_b(spacing: f32) -> VirtualLights {
+pub fn appendix_b(count: u32) -> VirtualLights {
     VirtualLights {
-        spacing,
+        unique: false,
+        count,
         ranges: Ranges::Threshold,
         falloff: Attenuation::PhysicalReduced2,
         emission: Emission::Root,
@@ -88,9 +90,15 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("vpl-ranges unlimited", VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..usual }),
         ("vpl-axis reflection", VirtualLights { axis: RangeAxis::Reflection, ..usual }),
         ("vpl-range-tracer bvh", VirtualLights { range_tracer: Tracer::Bvh, ..usual }),
-        ("vpl-unique off, vpl-map 64", VirtualLights { unique: false, map: MapSize::Texels64, ..usual }),
-        ("vpl-spacing 0.12", VirtualLights { spacing: 0.12, ..usual }),
-        ("vpl-spacing 0.03", VirtualLights { spacing: 0.03, ..usual }),
+        ("vpl-unique off", VirtualLights { unique: false, ..usual }),
+        ("vpl-count 256", VirtualLights { count: 256, ..usual }),
+        ("vpl-count 512", VirtualLights { count: 512, ..usual }),
+        ("vpl-count 2048", VirtualLights { count: 2048, ..usual }),
+        ("vpl-count 4096", VirtualLights { count: 4096, ..usual }),
+        (
+            "vpl-count 512, half, 8 rays",
+            VirtualLights { count: 512, shadow_rays: 8, resolution: IndirectResolution::Half, ..usual },
+        ),
         ("vpl-source raster", VirtualLights { source: MapSource::Raster, ..usual }),
         ("vpl-least-distance 1", VirtualLights { least_distance: Some(1.0), ..usual }),
         ("vpl-emission root", VirtualLights { emission: Emission::Root, ..usual }),
@@ -105,8 +113,8 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         add(&format!("virtual-lights, culling {name}"), Settings { culling, ..with(usual) }, false);
         add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() }, false);
     }
-    for spacing in [0.04, 0.12] {
-        add(&format!("app. B, vpl-spacing {spacing}"), with(appendix_b(spacing)), false);
+    for count in [1000, 5000] {
+        add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)), false);
     }
     all
 }
@@ -122,12 +130,12 @@ fn shadowed() -> Indirect {
 /// What is walked along a track: rays from every pixel, virtual lights, and those with one light a texel.
 pub fn walked(look: &Settings) -> Vec<Configuration> {
     let usual = VirtualLights::default();
-    let plain = VirtualLights { unique: false, map: MapSize::Texels64, ..usual };
+    let plain = VirtualLights { unique: false, ..usual };
     let unshadowed = VirtualLights { shadows: Shadows::None, ..usual };
     let rooms = [
         ("sampled", Indirect::Sampled(Quality::Good.sampled())),
         ("virtual-lights", Indirect::VirtualLights(usual)),
-        ("virtual-lights, vpl-unique off, vpl-map 64", Indirect::VirtualLights(plain)),
+        ("virtual-lights, vpl-unique off", Indirect::VirtualLights(plain)),
         ("virtual-lights, vpl-shadows none", Indirect::VirtualLights(unshadowed)),
     ];
     let of = |(name, indirect): (&str, Indirect)| Configuration {
@@ -143,6 +151,7 @@ pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Trace
     let room = VirtualLights {
         map,
         unique: false,
+        count: 0,
         ranges,
         range_tracer: tracer,
         most_range: f32::MIN_POSITIVE,

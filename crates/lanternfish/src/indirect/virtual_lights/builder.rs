@@ -29,6 +29,7 @@ const INDICES: &str = "indirect/virtual_light_indices";
 /// What is counted: the constants of `ranges.wesl`. Flux is in 1/256 of what a texel of the map has of the lights' flux in the mean.
 const COUNTERS: &[&str] = &[
     "virtual_lights/unique",
+    "virtual_lights/taken",
     "virtual_lights/listed",
     "virtual_lights/too_small",
     "virtual_lights/too_large",
@@ -68,6 +69,8 @@ pub(super) struct LightBuilder {
     raster: Option<MapRaster>,
     trace: ComputeKernel,
     merge: ComputeKernel,
+    weigh: ComputeKernel,
+    thin: ComputeKernel,
     range_rays: Option<ComputeKernel>,
     ranges: ComputeKernel,
     scan: Scan,
@@ -103,6 +106,8 @@ impl LightBuilder {
             raster: (room.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
             trace: kernel("trace", &exact.features(images), "trace", "map")?,
             merge: kernel("merge", &[], "merge", "merge")?,
+            weigh: kernel("thin", &[], "weigh", "weigh")?,
+            thin: kernel("thin", &[], "thin", "thin")?,
             range_rays: room.traces_ranges().then(by_range).transpose()?,
             ranges: kernel("ranges", &[], "ranges", "ranges")?,
             scan: Scan::new(device, "indirect/virtual_lights")?,
@@ -158,6 +163,27 @@ impl LightBuilder {
             frame.dispatch(&self.merge, &merging, workgroups((count >> (2 * level)).max(1)));
         }
 
+        // As many of them as are wanted; all, where that is not said. From here on the lights that were taken are the texels.
+        let counters = Counters::new(frame, "indirect/virtual_lights/counters", 1, COUNTERS)?;
+        let weights = frame.scratch("indirect/virtual_lights/texel_weights", 4 * (u64::from(count) + 1))?;
+        let weighing = lanternfish_gpu::Bindings::new()
+            .part("virtual_lights", &uniform)
+            .buffer("texels", &found)
+            .buffer("texel_weights", &weights)
+            .buffer("light_counters", counters.buffer());
+        frame.dispatch(&self.weigh, &weighing, workgroups(count + 1));
+        let mut taken = None;
+        if parameters.taken_count < count {
+            self.scan.record(frame, &weights, count + 1)?;
+            let bytes = size_of::<Texel>() as u64 * u64::from(parameters.taken_count);
+            let lights = taken.insert(frame.scratch("indirect/virtual_lights/taken", bytes)?);
+            frame.dispatch(&self.thin, &weighing.buffer("taken_texels", lights), workgroups(parameters.taken_count));
+        }
+        let found = taken.unwrap_or(found);
+        (parameters.texel_count, parameters.level) = (parameters.taken_count, 0);
+        let (count, texels) = (parameters.texel_count, parameters.texel_count);
+        let uniform = frame.uniform(&parameters);
+
         // How far each reaches.
         let distances = frame.zeroed("indirect/virtual_lights/distances", 4 * RANGE_RAYS * u64::from(texels))?;
         let shared = scene_bindings.part("virtual_lights", &uniform).buffer("texels", &found);
@@ -166,7 +192,6 @@ impl LightBuilder {
             let images = images.filter(|_| self.settings.range_tracer.uses_deep_images());
             rays::dispatch(frame, range_rays, &tracing, workgroups(count), images);
         }
-        let counters = Counters::new(frame, "indirect/virtual_lights/counters", 1, COUNTERS)?;
         let ranges =
             frame.scratch("indirect/virtual_lights/ranges", size_of::<LightRange>() as u64 * u64::from(texels))?;
         let places = frame.scratch("indirect/virtual_lights/places", 4 * (u64::from(texels) + 1))?;
@@ -264,7 +289,11 @@ impl LightBuilder {
             shadow_rays: settings.shadow_rays,
             weight_count: settings.weight_count,
             glossy: u32::from(self.materials == Materials::File),
-            _pad: 0,
+            taken_count: match settings.count {
+                _ if views.is_empty() => 0,
+                0 => texels,
+                count => count.min(texels),
+            },
         }
     }
 }
@@ -292,7 +321,7 @@ fn constants_are_the_shaders() {
     assert_eq!(sources, ranges.map(range_source));
     let columns =
         ["UNIQUE", "LISTED", "TOO_SMALL", "TOO_LARGE", "MISSES", "FLUX_SENT", "FLUX_ARRIVING", "FLUX_IN_RANGE"];
-    let columns: Vec<u32> = columns.iter().chain(&["FLUX_GIVEN"]).map(|name| constant("ranges", name)).collect();
+    let columns: Vec<u32> = columns.iter().chain(&["FLUX_GIVEN"]).map(|name| constant("counters", name)).collect();
     assert_eq!(columns, (0..COUNTERS.len() as u32).collect::<Vec<_>>());
     use super::MapSize;
     assert!(MapSize::ALL.iter().all(|size| size.texels().is_power_of_two()));

@@ -50,6 +50,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("indirect/virtual_lights/reconstruct"),
         Root::computed("indirect/virtual_lights/trace", rays::exact_tracers),
         Root::new("indirect/virtual_lights/merge"),
+        Root::new("indirect/virtual_lights/thin"),
         Root::computed("indirect/virtual_lights/range_rays", || rays::every_tracer(false)),
         Root::new("indirect/virtual_lights/ranges"),
         Root::new("indirect/virtual_lights/place"),

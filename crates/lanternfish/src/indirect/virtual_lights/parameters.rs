@@ -56,8 +56,8 @@ gpu_struct! {
         weight_count: u32,
         /// 1: surfaces have a glossy lobe.
         glossy: u32,
-        /// Unused.
-        _pad: u32,
+        /// Lights that are taken of the texels.
+        taken_count: u32,
     }
 }
 

@@ -25,6 +25,8 @@ pub struct VirtualLights {
     /// Distance between virtual lights on a surface below which texels become one, as a share of the scene's radius, > 0. Larger: fewer
     /// lights, coarser light.
     pub spacing: f32,
+    /// How many lights are taken of all these, each with an equal share of their flux; 0: all. More: less coarse light, slower.
+    pub count: u32,
     /// Where a light's range comes from.
     pub ranges: Ranges,
     /// What the rays that find ranges are cast about.
@@ -70,7 +72,8 @@ impl Default for VirtualLights {
             map: MapSize::Texels256,
             source: MapSource::Rays,
             unique: true,
-            spacing: 0.06,
+            spacing: 0.02,
+            count: 1024,
             ranges: Ranges::Average,
             axis: RangeAxis::Normal,
             range_tracer: Tracer::WithinTexel,
@@ -205,6 +208,14 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.spacing,
         )
         .with_default(),
+        Knob::new(
+            "vpl-count",
+            "N",
+            Range::Count(0, 4_194_304),
+            "How many lights are taken of these, each with an equal share of their flux; 0: all. More: less coarse, slower",
+            |room: &mut Self| &mut room.count,
+        )
+        .with_default(),
         Knob::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
             &mut room.ranges
         })
@@ -330,12 +341,12 @@ impl Room for VirtualLights {
 
 impl IndirectRoom for VirtualLights {
     fn spend(&mut self, quality: Quality) {
-        let (map, shadow_rays, resolution) = match quality {
-            Quality::Draft => (MapSize::Texels128, 4, IndirectResolution::Half),
-            Quality::Good => (MapSize::Texels256, 4, IndirectResolution::Full),
-            Quality::Best => (MapSize::Texels512, 32, IndirectResolution::Full),
+        let (count, shadow_rays, resolution) = match quality {
+            Quality::Draft => (512, 4, IndirectResolution::Half),
+            Quality::Good => (1024, 4, IndirectResolution::Full),
+            Quality::Best => (8192, 32, IndirectResolution::Full),
         };
-        (self.map, self.shadow_rays, self.resolution) = (map, shadow_rays, resolution);
+        (self.count, self.shadow_rays, self.resolution) = (count, shadow_rays, resolution);
         self.clamp = if quality == Quality::Best { IndirectClamp::Off } else { IndirectClamp::On };
     }
 
