@@ -261,6 +261,11 @@ impl LightBuilder {
         let ShadowMap { views, flux } = &self.map.1;
         let radius = radius_of(&scene.bounds);
         let texels = settings.map.texels().pow(2);
+        let taken_count = match settings.count {
+            _ if views.is_empty() => 0,
+            0 => texels,
+            count => count.min(texels),
+        };
         // Nothing is too far where there are no ranges.
         let most_range = if settings.ranges == Ranges::Unlimited { f32::MAX } else { settings.most_range * radius };
         VirtualLightParameters {
@@ -279,7 +284,8 @@ impl LightBuilder {
             least_range: settings.least_range * radius,
             most_range,
             large_kept: settings.large_kept as f32 / 100.0,
-            threshold: self.threshold,
+            // All together they leave out no more than one light may.
+            threshold: self.threshold / taken_count.max(1) as f32,
             falloff: settings.falloff as u32,
             emission: u32::from(settings.emission == Emission::Root),
             residual: settings.residual as u32,
@@ -289,11 +295,9 @@ impl LightBuilder {
             shadow_rays: settings.shadow_rays,
             weight_count: settings.weight_count,
             glossy: u32::from(self.materials == Materials::File),
-            taken_count: match settings.count {
-                _ if views.is_empty() => 0,
-                0 => texels,
-                count => count.min(texels),
-            },
+            stride: settings.stride.max(1),
+            taken_count,
+            ..Default::default()
         }
     }
 }

@@ -142,10 +142,10 @@ impl IndirectPasses for VirtualLightPasses {
 
         let frames = self.frames.max(view.view.frame_index.saturating_add(1));
         let (resolution, radius) = (self.settings.resolution, self.settings.filter_radius);
-        // Without rays there is no noise.
-        let (radius, clamp) = match self.shadow {
-            Some(_) => (radius, self.settings.clamp),
-            None => (0, IndirectClamp::Off),
+        // Where pixels take all of their light there is no noise.
+        let (radius, clamp) = match self.shadow.is_some() || self.settings.stride > 1 {
+            true => (radius, self.settings.clamp),
+            false => (0, IndirectClamp::Off),
         };
         let sums = PixelSums::new(frame, surface.size, resolution, radius, clamp, frames)?;
         let [width, height, _] = self.gather.workgroup_size();
@@ -175,8 +175,9 @@ impl IndirectPasses for VirtualLightPasses {
 /// An error where a number is out of range.
 fn check(room: &VirtualLights) -> Result<(), RenderError> {
     let wrong = |needed| Err(RenderError::Together { setting: "`indirect virtual-lights`", needed });
-    if !(1..=256).contains(&room.shadow_rays) || !(1..=4096).contains(&room.far_lights) {
-        return wrong("1 to 256 rays a pixel, and 1 to 4096 far lights");
+    let are_there = (1..=256).contains(&room.shadow_rays) && (1..=4096).contains(&room.far_lights);
+    if !are_there || !(1..=64).contains(&room.stride) {
+        return wrong("1 to 256 rays a pixel, 1 to 4096 far lights, and a stride of 1 to 64");
     }
     if room.filter_radius > MOST_RADIUS || room.large_kept > 100 {
         return wrong("a filter of at most 64 pixels, and at most 100 percent of large lights");

@@ -58,6 +58,14 @@ gpu_struct! {
         glossy: u32,
         /// Lights that are taken of the texels.
         taken_count: u32,
+        /// A pixel looks at every so manieth light of its list; those around it at the others.
+        stride: u32,
+        /// Unused.
+        _pad_a: u32,
+        /// Unused.
+        _pad_b: u32,
+        /// Unused.
+        _pad_c: u32,
     }
 }
 

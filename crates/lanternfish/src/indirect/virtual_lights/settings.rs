@@ -27,6 +27,8 @@ pub struct VirtualLights {
     pub spacing: f32,
     /// How many lights are taken of all these, each with an equal share of their flux; 0: all. More: less coarse light, slower.
     pub count: u32,
+    /// A pixel looks at every so manieth of the lights that reach it, pixels nearby at the others, 1 to 64. More: faster, noisier.
+    pub stride: u32,
     /// Where a light's range comes from.
     pub ranges: Ranges,
     /// What the rays that find ranges are cast about.
@@ -73,7 +75,8 @@ impl Default for VirtualLights {
             source: MapSource::Rays,
             unique: true,
             spacing: 0.02,
-            count: 1024,
+            count: 4096,
+            stride: 16,
             ranges: Ranges::Average,
             axis: RangeAxis::Normal,
             range_tracer: Tracer::WithinTexel,
@@ -84,7 +87,7 @@ impl Default for VirtualLights {
             emission: Emission::Cosine,
             least_distance: None,
             residual: Residual::FarLights,
-            far_lights: 64,
+            far_lights: 512,
             weight_count: 0,
             shadows: Shadows::Auto,
             shadow_rays: 4,
@@ -216,6 +219,14 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.count,
         )
         .with_default(),
+        Knob::new(
+            "vpl-stride",
+            "N",
+            Range::Count(1, 64),
+            "A pixel looks at every Nth of the lights that reach it, pixels nearby at the others. More: faster, noisier",
+            |room: &mut Self| &mut room.stride,
+        )
+        .with_default(),
         Knob::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
             &mut room.ranges
         })
@@ -342,9 +353,9 @@ impl Room for VirtualLights {
 impl IndirectRoom for VirtualLights {
     fn spend(&mut self, quality: Quality) {
         let (count, shadow_rays, resolution) = match quality {
-            Quality::Draft => (512, 4, IndirectResolution::Half),
-            Quality::Good => (1024, 4, IndirectResolution::Full),
-            Quality::Best => (8192, 32, IndirectResolution::Full),
+            Quality::Draft => (4096, 4, IndirectResolution::Half),
+            Quality::Good => (4096, 4, IndirectResolution::Full),
+            Quality::Best => (16384, 32, IndirectResolution::Full),
         };
         (self.count, self.shadow_rays, self.resolution) = (count, shadow_rays, resolution);
         self.clamp = if quality == Quality::Best { IndirectClamp::Off } else { IndirectClamp::On };
