@@ -50,6 +50,16 @@ fn gpu_two_runs_count_the_same() {
             assert_eq!(count("light_tests"), count("visible_clusters") * row["lights"].as_u64().unwrap());
         }
     }
+    // Every scheme beside each other, of the same picture.
+    let [schemes, again] = [&first, &second].map(|report| report["schemes"].as_array().unwrap());
+    assert_eq!(schemes.len(), 3 * 2, "{schemes:?}");
+    for (row, again) in schemes.iter().zip(again) {
+        for count in ["lights_listed", "light_tests", "bytes"] {
+            assert!(row[count].as_u64() > Some(0) && row[count] == again[count], "{count}: {row} {again}");
+        }
+        assert_eq!(row["differing_pixels"], 0, "{row}");
+    }
+    assert!(said.contains("raster-grid 16, 32 layers"), "{said}");
     assert!(said.contains("- light tests at 100,000 lights, brute force / hierarchy: "), "{said}");
     assert_eq!(said.lines().last(), Some("first/report.md"));
     for plot in ["light-tests", "steps", "clusters-by-lights", "clusters-by-fragments"] {

@@ -21,6 +21,12 @@ pub fn to_markdown(results: &Results) -> String {
          only. Counts are exact.\n",
         results.seed, results.adapter, results.driver, results.version, results.runs
     ));
+    schemes(results, &mut line);
+    if results.rows.is_empty() && results.left_out.is_empty() {
+        left_out(results, &mut line);
+        return page;
+    }
+    line("\n## Clusters\n");
     line(
         "Clusters are named as `--clusters` has them: as wide as 16, 32, 64 and 128 pixels are in 720 rows, and as 1 to 8 m \
          (displaced: 8 and 32 m) are in a view 100 m deep, as in the thesis.\n",
@@ -28,7 +34,6 @@ pub fn to_markdown(results: &Results) -> String {
     for promise in &results.promises {
         line(&format!("- {}", promise.line()));
     }
-    schemes(results, &mut line);
     let mut counts: Vec<usize> = results.rows.iter().map(|row| row.lights).collect();
     counts.sort_unstable();
     counts.dedup();
@@ -48,6 +53,12 @@ pub fn to_markdown(results: &Results) -> String {
          (`light-tests.svg`), steps of a frame (`steps.svg`, fig. 6.7 and 6.8), clusters by their lights and by their fragments \
          (`clusters-by-*.svg`, fig. 6.9 and 6.10).",
     );
+    left_out(results, &mut line);
+    page
+}
+
+/// What has no figures.
+fn left_out(results: &Results, line: &mut impl FnMut(&str)) {
     if !(results.left_out.is_empty() && results.schemes_left_out.is_empty()) {
         line("\n## Left out\n");
     }
@@ -58,7 +69,6 @@ pub fn to_markdown(results: &Results) -> String {
     for row in &results.schemes_left_out {
         line(&format!("- {}, {} lights: {}", row.scheme, grouped(row.lights as u64), row.reason));
     }
-    page
 }
 
 /// Schemes of light culling beside each other.

@@ -56,6 +56,9 @@ pub struct ClusteredArgs {
     /// One shape of each kind, and 10,000 and 100,000 lights only.
     #[arg(long)]
     pub quick: bool,
+    /// The table of all schemes of light culling alone, without that of every shape of clusters and without plots.
+    #[arg(long)]
+    pub schemes: bool,
     /// Where the lights are. Their radius is the same either way.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Places::Rain)]
     pub lights: Places,
@@ -145,7 +148,7 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
     let bench =
         Bench { gpu: &gpu, runs: args.runs, mono: [(&camera, width, height)], stereo: views(&eyes, eye_width, height) };
-    let shapes = shapes(height, depth(&scene, &camera), args.quick);
+    let shapes = if args.schemes { Vec::new() } else { shapes(height, depth(&scene, &camera), args.quick) };
     let lit: Vec<Scene> = counts.iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
     let (schemes, schemes_left_out) = schemes::measure(&gpu, args.runs, (&camera, width, height), &lit, args.quick)?;
     let (rows, left_out) = bench.measure(&shapes, &lit)?;
@@ -175,7 +178,8 @@ fn views(eyes: &[Camera; 2], width: u32, height: u32) -> [(&Camera, u32, u32); 2
 
 fn report(results: &Results, args: &ClusteredArgs) -> Result<(), CliError> {
     let file = |name: &str| args.output.join(name);
-    for (name, plot) in pictures::plots(results) {
+    let plots = if results.rows.is_empty() { Vec::new() } else { pictures::plots(results) };
+    for (name, plot) in plots {
         output::write_text(&file(name), &plot)?;
     }
     let json = serde_json::to_string_pretty(results).expect("plain numbers and strings");

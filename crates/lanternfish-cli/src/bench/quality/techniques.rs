@@ -8,8 +8,8 @@ use lanternfish::{
     rooms::Family,
     settings::{
         Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet,
-        Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RayCulling, Sampled, Samples,
-        Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
+        Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RasterGrid, RayCulling, Sampled,
+        Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
     },
 };
 
@@ -255,8 +255,12 @@ fn cullings() -> Vec<Culling> {
         clustered(|c| c.test = ClusterTest::Planes),
     ];
     let mut all: Vec<_> = std::iter::once(Culling::All).chain(tiled).chain(clusters).collect();
+    let grid = |tile_size: &TileSize| RasterGrid { tile_size: *tile_size, ..RasterGrid::default() };
+    let few_layers = RasterGrid { layers: 8, ..RasterGrid::default() };
+    all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(Culling::RasterGrid));
     // A room that nothing is said of here, as it is where nobody says otherwise.
-    all.extend(Culling::rooms().into_iter().filter(|room| !matches!(room, Culling::Tiled(_) | Culling::Clustered(_))));
+    let is_said = |room: &Culling| matches!(room, Culling::Tiled(_) | Culling::Clustered(_) | Culling::RasterGrid(_));
+    all.extend(Culling::rooms().into_iter().filter(|room| !is_said(room)));
     all
 }
 
@@ -274,6 +278,9 @@ fn culling_name(culling: Culling) -> String {
                 name += &format!(", {test}");
             }
             name
+        }
+        Culling::RasterGrid(RasterGrid { tile_size, layers }) => {
+            format!("culling raster-grid {tile_size}, {layers} layers")
         }
         other => format!("culling {}", other.name()),
     }
@@ -326,6 +333,14 @@ mod tests {
         for size in TileSize::ALL {
             assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(settings.culling));
         }
+        let grid = |culling| match culling {
+            Culling::RasterGrid(RasterGrid { tile_size, layers }) => Some((tile_size, layers > 8)),
+            _ => None,
+        };
+        for size in TileSize::ALL {
+            assert_every(&[Some((*size, true))], |settings| grid(settings.culling));
+        }
+        assert_every(&[Some(false)], |settings| grid(settings.culling).map(|(_, is_deep)| is_deep));
         assert_every(&[Some(0), Some(1), Some(2)], |settings| clustered(settings.culling).map(|c| shape(c.shape)));
         for assignment in Assignment::ALL {
             assert_every(&[Some(*assignment)], |settings| clustered(settings.culling).map(|c| c.assignment));

@@ -35,7 +35,7 @@ impl Room for RasterGrid {
             "tile-size",
             "PIXELS",
             Range::Numbers,
-            "Edge of a tile, pixels, with `culling tiled` and `raster-grid`. The picture is the same",
+            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The picture is the same",
             |grid: &mut Self| &mut grid.tile_size,
         )
         .with_default(),

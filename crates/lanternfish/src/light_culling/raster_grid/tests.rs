@@ -1,12 +1,15 @@
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::testing;
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Frame, Profiler, read_back, storage_buffer_of, testing, uniform_buffer_of,
+};
 use lanternfish_scene::{Camera, Light, Projection, Scene};
 
-use super::{MOST_LAYERS, RasterGrid, RasterGridCulling};
+use super::{MOST_LAYERS, RasterCells, RasterGrid, RasterGridCulling};
 use crate::{
     Renderer, Settings,
     settings::{Culling, Shadows, TileSize},
-    shaders::constant,
+    shaders::{SHADERS, constant},
+    testing::Random,
     view::View,
 };
 
@@ -71,8 +74,46 @@ fn gpu_a_light_is_tested_against_the_tiles_of_its_outline() {
         assert_eq!(tests(light(Vec3::ZERO, 1e12)), (25, true));
         assert_eq!(tests(light(Vec3::ZERO, 0.01)).0, 1, "{projection:?}");
         // Behind the eye; holding it; beside the view.
-        assert_eq!(tests(light(8.0 * Vec3::Z, 1.0)).0, [0, 9][i], "{projection:?}");
+        assert_eq!(tests(light(8.0 * Vec3::Z, 0.5)).0, [0, 9][i], "{projection:?}");
         assert_eq!(tests(light(4.0 * Vec3::Z, 1.5)).0, 25, "{projection:?}");
         assert_eq!(tests(light(9.0 * Vec3::X, 1.0)), (0, false), "{projection:?}");
+    }
+}
+
+/// On a software adapter fragments run in the order of the lights, and there is nothing to sort: here there is.
+#[test]
+fn gpu_every_list_is_sorted_up_to_what_there_is_room_for() {
+    let Some(gpu) = testing::gpu("gpu_every_list_is_sorted_up_to_what_there_is_room_for") else { return };
+    let (columns, rows, layers) = (3, 2, 7);
+    let mut random = Random::new(9);
+    let mut starts = vec![0];
+    for cell in 0..columns * rows * layers {
+        let count = [0, 1, 2, 3, 40, 1000][cell as usize % 6];
+        starts.push(starts[cell as usize] + count);
+    }
+    let total = *starts.last().unwrap();
+    let lights: Vec<u32> = (0..total).map(|_| random.between(0.0, 1e5) as u32).collect();
+    let shader = SHADERS.link("light_culling/raster_grid/sort", &[]).unwrap();
+    let sort = ComputeKernel::new(&gpu.device, &shader, "sort", "test/sort");
+    let none = wgpu::BufferUsages::empty();
+    // Room for all, up to the middle of a list, up to the end of one, and for none.
+    for capacity in [total, starts[30] - 400, starts[31], 0] {
+        let grid = RasterCells { columns, rows, layers, capacity, ..RasterCells::default() };
+        let grid = uniform_buffer_of(&gpu.device, "grid", &grid);
+        let cells = storage_buffer_of(&gpu.device, "starts", &starts, none).unwrap();
+        let listed = storage_buffer_of(&gpu.device, "lights", &lights, none).unwrap();
+        let bindings = Bindings::new().buffer("raster_cells", &grid).buffer("cell_starts", &cells);
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+        frame.dispatch(&sort, &bindings.buffer("listed_lights", &listed), [columns, rows, 1]);
+        frame.submit();
+        let mut expected = lights.clone();
+        for cell in starts.windows(2) {
+            let end = cell[1].min(capacity).max(cell[0]);
+            expected[cell[0] as usize..end as usize].sort_unstable();
+        }
+        let sorted = read_back::<u32>(&gpu.device, &gpu.queue, &listed, total as usize).unwrap();
+        assert!(sorted == expected, "room for {capacity} of {total}");
+        assert!(capacity == 0 || sorted != lights);
     }
 }

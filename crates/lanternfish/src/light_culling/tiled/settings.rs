@@ -59,7 +59,7 @@ impl Room for Tiled {
             "tile-size",
             "PIXELS",
             Range::Numbers,
-            "Edge of a tile, pixels, with `culling tiled` and `raster-grid`. The picture is the same",
+            "Edge of a tile, pixels, with `culling tiled` or `culling raster-grid`. The picture is the same",
             |tiled: &mut Self| &mut tiled.tile_size,
         )
         .with_default(),
