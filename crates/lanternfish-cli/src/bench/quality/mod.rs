@@ -8,6 +8,7 @@ mod html;
 mod markdown;
 mod measure;
 mod report;
+mod rooms;
 mod shots;
 mod techniques;
 pub(super) mod truths;

@@ -109,6 +109,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
     rows.extend(bounces(default));
+    rows.extend(super::rooms::bounces(default));
     rows.extend(glossy_bounces(default));
     rows.extend(occlusions(default, diagonal));
     rows.extend(environments(default, diagonal));

@@ -4,11 +4,10 @@ use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
 
 use super::{
-    MapSource, Ranges, Residual, VirtualLightParameters, VirtualLights,
+    Emission, MapSource, Ranges, Residual, VirtualLightParameters, VirtualLights,
     draw::MapRaster,
     parameters::{LightRange, Texel},
-    settings::Emission,
-    shadow_map::{ShadowMap, radius_of},
+    shadow_map::{ShadowMap, ShadowMapView, radius_of},
 };
 use crate::{
     context::ViewContext,
@@ -148,7 +147,9 @@ impl LightBuilder {
         let scene_bindings = scene.bindings().with(&buffer.bindings());
 
         // What lights see.
-        let views = frame.storage_of("indirect/virtual_lights/views", &self.map.1.views)?;
+        let no_view = [ShadowMapView::default()];
+        let views = if self.map.1.views.is_empty() { &no_view } else { self.map.1.views.as_slice() };
+        let views = frame.storage_of("indirect/virtual_lights/views", views)?;
         let found = frame.scratch("indirect/virtual_lights/texels", size_of::<Texel>() as u64 * u64::from(texels))?;
         let uniform = frame.uniform(&parameters);
         let tracing = scene_bindings.clone().part("virtual_lights", &uniform);
@@ -323,8 +324,17 @@ fn constants_are_the_shaders() {
     let sources = ["BY_RAYS", "RANDOM", "THRESHOLD", "UNLIMITED"].map(|name| constant("ranges", name));
     let ranges = [Ranges::Average, Ranges::Random, Ranges::Threshold, Ranges::Unlimited];
     assert_eq!(sources, ranges.map(range_source));
-    let columns =
-        ["UNIQUE", "LISTED", "TOO_SMALL", "TOO_LARGE", "MISSES", "FLUX_SENT", "FLUX_ARRIVING", "FLUX_IN_RANGE"];
+    let columns = [
+        "UNIQUE",
+        "TAKEN",
+        "LISTED",
+        "TOO_SMALL",
+        "TOO_LARGE",
+        "MISSES",
+        "FLUX_SENT",
+        "FLUX_ARRIVING",
+        "FLUX_IN_RANGE",
+    ];
     let columns: Vec<u32> = columns.iter().chain(&["FLUX_GIVEN"]).map(|name| constant("counters", name)).collect();
     assert_eq!(columns, (0..COUNTERS.len() as u32).collect::<Vec<_>>());
     use super::MapSize;

@@ -9,6 +9,7 @@
 //! 5. What is found is made the picture's, bounded and filtered (`smoothing/`).
 
 mod builder;
+mod choices;
 mod draw;
 mod parameters;
 mod settings;
@@ -18,11 +19,14 @@ mod tests;
 
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
 
-pub use self::settings::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights};
 use self::{
     builder::LightBuilder,
     parameters::{LightRange, Texel, VirtualLightParameters},
     shadow_map::ShadowMapView,
+};
+pub use self::{
+    choices::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual},
+    settings::VirtualLights,
 };
 use super::{
     IndirectClamp, IndirectPasses, IndirectSums,

@@ -1,1 +1,249 @@
+use glam::{UVec2, Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::demo};
 
+use super::{MapSize, MapSource, Ranges, Residual, VirtualLights};
+use crate::{
+    Picture, Renderer, Settings,
+    rooms::Family,
+    settings::{
+        Attenuation, Culling, Indirect, IndirectClamp, IndirectResolution, Materials, Sampled, Samples, Shadows, Tracer,
+    },
+    testing::{quad, scene_of},
+};
+
+/// Not a multiple of a workgroup.
+const SIZE: UVec2 = UVec2::new(53, 39);
+
+/// Without noise that a filter would spread, as far as that goes in a small picture.
+fn room() -> VirtualLights {
+    VirtualLights { stride: 1, filter_radius: 0, clamp: IndirectClamp::Off, ..VirtualLights::default() }
+}
+
+fn settings(indirect: Indirect) -> Settings {
+    Settings {
+        indirect,
+        materials: Materials::Lambert,
+        attenuation: Attenuation::Physical,
+        range_threshold: 1e-6,
+        ..Settings::direct_light()
+    }
+}
+
+fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Picture {
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let uploaded = renderer.upload(scene).unwrap();
+    renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap()
+}
+
+fn render_room(gpu: &Gpu, room: VirtualLights, scene: &Scene, camera: &Camera) -> Picture {
+    render(gpu, settings(Indirect::VirtualLights(room)), scene, camera)
+}
+
+fn energy(picture: &Picture) -> f64 {
+    picture.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).sum()
+}
+
+fn counter(picture: &Picture, name: &str) -> f64 {
+    let found = picture.report.counters.iter().find(|(known, _)| known.strip_prefix("virtual_lights/") == Some(name));
+    found.unwrap_or_else(|| panic!("no {name} in {:?}", picture.report.counters)).1 as f64
+}
+
+fn looking(eye: [f32; 3], target: [f32; 3]) -> Camera {
+    Camera::look_at(eye.into(), target.into(), Projection::Perspective { fov_y: 0.9, near: 0.02 })
+}
+
+fn matt(albedo: f32) -> Material {
+    Material { base_color: Vec3::splat(albedo).extend(1.0), double_sided: true, ..Material::default() }
+}
+
+/// Two rooms of 2 m beside each other, x from −2 to 0 and from 0 to 2, closed on all sides, with a lamp in the first.
+fn two_rooms() -> Scene {
+    let quads = [
+        quad(0, Vec3::new(0.0, -1.0, 0.0), 2.0 * Vec3::X, -Vec3::Z),
+        quad(0, Vec3::new(0.0, 1.0, 0.0), 2.0 * Vec3::X, Vec3::Z),
+        quad(0, Vec3::new(0.0, 0.0, -1.0), 2.0 * Vec3::X, Vec3::Y),
+        quad(0, Vec3::new(0.0, 0.0, 1.0), -2.0 * Vec3::X, Vec3::Y),
+        quad(0, Vec3::new(-2.0, 0.0, 0.0), -Vec3::Z, Vec3::Y),
+        quad(0, Vec3::new(2.0, 0.0, 0.0), Vec3::Z, Vec3::Y),
+        quad(0, Vec3::ZERO, Vec3::Z, Vec3::Y),
+    ];
+    let mut scene = scene_of(quads.to_vec(), vec![matt(0.5)]);
+    scene.lights.push(Light::point(Vec3::new(-1.0, 0.3, 0.2), Vec3::splat(2.0)));
+    scene
+}
+
+/// The first of these rooms, from within.
+fn lit_view() -> Camera {
+    looking([-0.2, -0.3, 0.6], [-1.6, 0.0, -0.6])
+}
+
+/// Cornell's box without its lamp's own light: the path tracer's and ours are of the same light then.
+fn cornell() -> (Scene, Camera) {
+    let mut scene = demo("cornell").unwrap();
+    scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    scene.lights = vec![Light::point(Vec3::new(0.0, 1.2, 0.5), Vec3::new(3.0, 2.5, 2.0))];
+    (scene, looking([0.0, 1.0, 4.2], [0.0, 1.0, 0.0]))
+}
+
+/// Every scheme of light culling lists the lights that reach a pixel, in the same order: the picture is the same to the bit, and so is
+/// that of another renderer.
+#[test]
+fn gpu_virtual_lights_are_the_same_by_every_scheme_of_culling() {
+    let Some(gpu) = testing::gpu("gpu_virtual_lights_are_the_same_by_every_scheme_of_culling") else { return };
+    let (scene, camera) = cornell();
+    // Short ranges, so that lists differ from pixel to pixel; far lights, which are in none.
+    let room = VirtualLights { ranges: Ranges::Random, most_range: 0.3, count: 300, far_lights: 16, ..room() };
+    let of = |culling| Settings { culling, ..settings(Indirect::VirtualLights(room)) };
+    let all = render(gpu, of(Culling::All), &scene, &camera);
+    assert!(counter(&all, "listed") > 200.0);
+    for culling in Culling::rooms() {
+        for run in 0..2 {
+            let found = render(gpu, of(culling), &scene, &camera);
+            assert!(found.radiance == all.radiance, "{}, run {run}", culling.name());
+        }
+    }
+    let other = render(gpu, of(Culling::All), &scene, &looking([0.0, 1.0, 4.1], [0.0, 1.0, 0.0]));
+    assert!(other.radiance != all.radiance, "blind to another view");
+}
+
+/// What lights send out is what falls on a closed room, less what its walls keep: by rays and by drawing, however many lights share the
+/// map, and however many are taken of it.
+#[test]
+fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
+    let Some(gpu) = testing::gpu("gpu_the_flux_of_virtual_lights_is_that_of_the_lights") else { return };
+    let point = |x: f32| Light::point(Vec3::new(x, 0.3, 0.2), Vec3::splat(2.0));
+    let spot = |angle: f32| Light {
+        kind: lanternfish_scene::LightKind::Spot { inner_angle: 0.3, outer_angle: angle },
+        direction: Vec3::new(0.6, -0.8, 0.0),
+        ..point(-1.0)
+    };
+    let many = (0..700).map(|i| point(-1.9 + 0.0025 * i as f32)).collect();
+    for (what, lights) in
+        [("point", vec![point(-1.0)]), ("spot", vec![spot(0.8)]), ("wide spot", vec![spot(1.5)]), ("many", many)]
+    {
+        let scene = Scene { lights, ..two_rooms() };
+        for (source, count) in [(MapSource::Rays, 0), (MapSource::Raster, 0), (MapSource::Rays, 200)] {
+            let room = VirtualLights { map: MapSize::Texels64, source, count, ..room() };
+            let picture = render_room(gpu, room, &scene, &lit_view());
+            // In units of 1/256 of the lights' flux over 64² texels; a spot's is known to a few parts in a hundred.
+            let sent = counter(&picture, "flux_sent") / (256.0 * 64.0 * 64.0);
+            let most = if what.contains("spot") { 0.06 } else { 0.01 };
+            assert!((sent / 0.5 - 1.0).abs() < most, "{what}, {source}, {count}: {sent} of 0.5");
+            if count > 0 {
+                assert_eq!(counter(&picture, "taken"), f64::from(count), "{what}");
+            }
+        }
+    }
+}
+
+/// Ranges cut off light, and far lights bring it back; shadows keep it where it belongs. Without ranges and with all rays it is what rays
+/// from every pixel find.
+#[test]
+fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
+    let Some(gpu) = testing::gpu("gpu_the_energy_of_virtual_lights_is_that_of_one_bounce") else { return };
+    let (scene, camera) = cornell();
+    let direct = energy(&render(gpu, settings(Indirect::None), &scene, &camera));
+    let sampled = Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+    let truth = energy(&render(gpu, settings(Indirect::Sampled(sampled)), &scene, &camera)) - direct;
+    let of = |room| (energy(&render_room(gpu, room, &scene, &camera)) - direct) / truth;
+    let exact = VirtualLights { count: 2048, shadow_rays: 64, ..room() };
+    let unlimited = of(VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..exact });
+    // Lights are disks near surfaces: corners get somewhat less.
+    assert!((unlimited - 1.0).abs() < 0.04, "without ranges {unlimited}");
+    let far = of(VirtualLights { far_lights: 1024, ..exact });
+    assert!((far - unlimited).abs() < 0.02, "with far lights {far}, without ranges {unlimited}");
+    let lost = of(VirtualLights { residual: Residual::Lost, ..exact });
+    assert!(lost < 0.7, "ranges cut nothing off: {lost}");
+    let scaled = of(VirtualLights { residual: Residual::Scaled, ..exact });
+    assert!((scaled - 1.0).abs() < 0.15, "scaled {scaled}");
+    // Some of the lights for each pixel, and few rays: right in the mean over pixels.
+    let few = of(VirtualLights { far_lights: 1024, stride: 8, shadow_rays: 2, ..exact });
+    assert!((few / far - 1.0).abs() < 0.03, "few rays {few}, many {far}");
+    let half = of(VirtualLights { far_lights: 1024, resolution: IndirectResolution::Half, ..exact });
+    assert!((half / far - 1.0).abs() < 0.05, "at half resolution {half}, at full {far}");
+    let unshadowed = of(VirtualLights { shadows: Shadows::None, ..exact });
+    assert!(unshadowed > far + 0.05, "blocks cast no shadow in the truth: {unshadowed}");
+}
+
+/// A closed room beside a lit one stays dark, behind every tracer that is exact; without shadows it does not.
+#[test]
+fn gpu_no_light_leaks_into_a_closed_room() {
+    let Some(gpu) = testing::gpu("gpu_no_light_leaks_into_a_closed_room") else { return };
+    let scene = two_rooms();
+    let dark_view = looking([1.7, -0.3, 0.6], [0.2, 0.0, -0.6]);
+    let room = VirtualLights { count: 1024, ..VirtualLights::default() };
+    let lit = energy(&render_room(gpu, room, &scene, &lit_view()));
+    let unshadowed = VirtualLights { shadows: Shadows::None, ..room };
+    let leak = energy(&render_room(gpu, unshadowed, &scene, &dark_view)) / lit;
+    assert!(leak > 0.03, "blind: {leak} without shadows");
+    let tracers = [Tracer::Bvh, Tracer::RayQuery].into_iter().filter(|tracer| tracer.is_supported(&gpu.device));
+    for tracer in tracers {
+        let shadowed = VirtualLights { shadows: Shadows::Traced(tracer), ..room };
+        let leak = energy(&render_room(gpu, shadowed, &scene, &dark_view)) / lit;
+        assert!(leak < 0.01, "{tracer}: {leak}");
+    }
+}
+
+/// Rays through the BVH find the ranges that rays through deep images find, about; the maximum is at least the average.
+#[test]
+fn gpu_ranges_reach_what_rays_meet() {
+    let Some(gpu) = testing::gpu("gpu_ranges_reach_what_rays_meet") else { return };
+    let (scene, camera) = (two_rooms(), lit_view());
+    let share = |room| {
+        let picture = render_room(gpu, room, &scene, &camera);
+        counter(&picture, "flux_in_range") / counter(&picture, "flux_arriving")
+    };
+    let room = VirtualLights { count: 512, falloff: Attenuation::Physical, ..room() };
+    let deep = share(room);
+    let bvh = share(VirtualLights { range_tracer: Tracer::Bvh, ..room });
+    // Some of six rays go farther than their average.
+    assert!((0.4..0.8).contains(&bvh) && (deep - bvh).abs() < 0.1, "deep images {deep}, BVH {bvh}");
+    let most = share(VirtualLights { ranges: Ranges::Maximum, range_tracer: Tracer::Bvh, ..room });
+    assert!(most > 0.8, "{most}: all but the longest ray end within the maximum");
+    let unlimited = share(VirtualLights { ranges: Ranges::Unlimited, ..room });
+    assert_eq!(unlimited, 1.0);
+    // What is left out is counted.
+    let picture = render_room(gpu, VirtualLights { most_range: 0.2, large_kept: 0, ..room }, &scene, &camera);
+    assert!(counter(&picture, "too_large") > 100.0);
+    assert_eq!(counter(&picture, "too_large") + counter(&picture, "listed"), counter(&picture, "taken"));
+    let picture = render_room(gpu, VirtualLights { least_range: 0.7, ..room }, &scene, &camera);
+    assert!(counter(&picture, "too_small") > 10.0);
+}
+
+/// A scene without lights, and one whose lights reach nothing, are dark and no error.
+#[test]
+fn gpu_no_lights_are_no_virtual_lights() {
+    let Some(gpu) = testing::gpu("gpu_no_lights_are_no_virtual_lights") else { return };
+    let none = Scene { lights: Vec::new(), ..two_rooms() };
+    let mut lost = two_rooms();
+    lost.lights[0].position = Vec3::new(50.0, 50.0, 50.0);
+    lost.lights[0].range = Some(1.0);
+    for scene in [none, lost] {
+        for samples in [Samples::One, Samples::Four] {
+            let room = VirtualLights { count: 64, ..VirtualLights::default() };
+            let settings = Settings { samples, ..settings(Indirect::VirtualLights(room)) };
+            let picture = render(gpu, settings, &scene, &lit_view());
+            assert_eq!((energy(&picture), counter(&picture, "listed")), (0.0, 0.0));
+        }
+    }
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let usual = VirtualLights::default();
+    assert!(super::check(&usual).is_ok());
+    let wrong = [
+        VirtualLights { shadow_rays: 0, ..usual },
+        VirtualLights { stride: 65, ..usual },
+        VirtualLights { far_lights: 5000, ..usual },
+        VirtualLights { large_kept: 101, ..usual },
+        VirtualLights { spacing: 0.0, ..usual },
+        VirtualLights { most_range: f32::NAN, ..usual },
+        VirtualLights { least_distance: Some(-1.0), ..usual },
+        VirtualLights { filter_radius: 65, ..usual },
+    ];
+    for room in wrong {
+        assert!(super::check(&room).is_err(), "{room:?}");
+    }
+}
