@@ -320,7 +320,7 @@ impl Renderer {
         let counters_of = |sums: &Option<IndirectSums>| sums.as_ref().and_then(|sums| sums.counters.clone());
         if let Some(rays) = counters_of(&shaded.indirect) {
             let mut counted = rays.read(&self.device, &self.queue)?;
-            if let Some(of_blended) = counters_of(&shaded.indirect_of_blended) {
+            if let Some(of_blended) = counters_of(&shaded.indirect_of_blended).filter(|counters| counters.adds_up) {
                 let more = of_blended.read(&self.device, &self.queue)?;
                 counted.iter_mut().zip(more).for_each(|((_, count), (_, more))| *count += more);
             }

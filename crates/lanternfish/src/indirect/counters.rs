@@ -8,6 +8,8 @@ pub(crate) struct Counters {
     counts: wgpu::Buffer,
     rows: u32,
     names: &'static [&'static str],
+    /// Whether those of blended surfaces are added: rays are, lights are the same ones.
+    pub adds_up: bool,
 }
 
 impl Counters {
@@ -19,7 +21,7 @@ impl Counters {
         names: &'static [&'static str],
     ) -> Result<Self, GpuError> {
         let bytes = 4 * names.len() as u64 * u64::from(rows);
-        Ok(Self { counts: frame.zeroed(label, bytes)?, rows, names })
+        Ok(Self { counts: frame.zeroed(label, bytes)?, rows, names, adds_up: true })
     }
 
     /// The words, row by row.

@@ -1,6 +1,7 @@
 //! Light that arrives from other surfaces, and from the surroundings.
 //!
-//! Every room ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. A room: [`sampled`].
+//! Every room ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. Rooms: [`sampled`],
+//! [`virtual_lights`].
 
 mod counters;
 #[cfg(test)]

@@ -218,11 +218,12 @@ fn most_indices(device: &wgpu::Device) -> u64 {
 }
 
 /// An error where more entries were counted than one binding holds.
-fn check_room(room: &ListRoom, limit: u64, remedy: &'static str) -> Result<(), RenderError> {
+fn check_room(room: &ListRoom, limit: u64, lights: &LightSet, remedy: &'static str) -> Result<(), RenderError> {
     if room.elements <= limit {
         return Ok(());
     }
-    Err(RenderError::Overflow { list: "light_culling/indices", needed: room.elements, limit, remedy })
+    let remedy = lights.remedy.unwrap_or(remedy);
+    Err(RenderError::Overflow { list: lights.list, needed: room.elements, limit, remedy })
 }
 
 #[test]

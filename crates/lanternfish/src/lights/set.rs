@@ -32,6 +32,8 @@ pub struct LightSet {
     pub(crate) bounds: Bounds,
     /// Name of the lists of light indices that are made of it: those of one name have the same room.
     pub(crate) list: &'static str,
+    /// What helps where these lists have no room, if it is not what helps with a scene's lights.
+    pub(crate) remedy: Option<&'static str>,
 }
 
 impl LightSet {
@@ -46,6 +48,7 @@ impl LightSet {
             capacity: count,
             bounds,
             list: "light_culling/indices",
+            remedy: None,
         }
     }
 

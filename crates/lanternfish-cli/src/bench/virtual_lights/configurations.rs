@@ -39,7 +39,8 @@ pub fn papers_lights() -> VirtualLights {
     }
 }
 
-/// [VanGelderen2020, app. B]: pseudo-random lights that shine by the root of the cosine, ranges from a cut-off intensity, no shadows.
+/// [VanGelderen2020, app. B]: lights that shine by the root of the cosine, ranges from a cut-off intensity, no shadows. His are drawn in
+/// pseudo-random directions; ours are an even sample of all by flux.
 pub fn appendix_b(count: u32) -> VirtualLights {
     VirtualLights {
         unique: false,
@@ -64,7 +65,8 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     let of = |indirect| Settings { indirect, ..look.clone() };
     let with = |room: VirtualLights| of(Indirect::VirtualLights(room));
     let usual = VirtualLights::default();
-    let paper = || Settings { deep_images: papers_images(), ..with(papers_lights()) };
+    let grid = Culling::RasterGrid(Default::default());
+    let paper = || Settings { deep_images: papers_images(), culling: grid, ..with(papers_lights()) };
     add("none", of(Indirect::None), false);
     let good = Quality::Good.sampled();
     add("sampled", of(Indirect::Sampled(good)), false);
@@ -85,6 +87,10 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("vpl-shadows within-texel", VirtualLights { shadows: Shadows::Traced(Tracer::WithinTexel), ..usual }),
         ("vpl-shadows across-texels", VirtualLights { shadows: Shadows::Traced(Tracer::AcrossTexels), ..usual }),
         ("vpl-residual lost", VirtualLights { residual: Residual::Lost, ..usual }),
+        (
+            "vpl-residual lost, vpl-shadows none",
+            VirtualLights { residual: Residual::Lost, shadows: Shadows::None, ..usual },
+        ),
         ("vpl-residual scaled", VirtualLights { residual: Residual::Scaled, ..usual }),
         ("vpl-far-lights 64", VirtualLights { far_lights: 64, ..usual }),
         ("vpl-ranges maximum", VirtualLights { ranges: Ranges::Maximum, ..usual }),
@@ -113,8 +119,11 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     for culling in [Culling::All, Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
         let name = lanternfish::rooms::Family::name(&culling);
         add(&format!("virtual-lights, culling {name}"), Settings { culling, ..with(usual) }, false);
-        add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() }, false);
+        if culling != grid {
+            add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() }, false);
+        }
     }
+    add("as in the paper, culling clustered", Settings { culling: look.culling, ..paper() }, false);
     for count in [1000, 5000] {
         add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)), false);
     }

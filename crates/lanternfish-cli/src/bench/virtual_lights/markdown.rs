@@ -36,7 +36,7 @@ pub fn to_markdown(report: &Report) -> String {
     line("## Ways to find indirect light\n");
     line(
         "*Energy*: of indirect light alone, over the path tracer's one bounce. *FLIP*: HDR-FLIP of the whole picture. *In range*: share of \
-         the flux of virtual lights that ends on surfaces within their ranges. *Range rays*: share of the frame.\n",
+         the flux of virtual lights that ends on surfaces within their ranges. *Range rays*: share of the frame. Deep images are built once, in the first run, and are no part of the frame: his total has them.\n",
     );
     line(
         "| | frame, ms | map | lights found | lists | gathered | of these: shadow rays | range rays | unique | listed | too small | too large | in range | energy | FLIP |",
@@ -58,7 +58,7 @@ pub fn to_markdown(report: &Report) -> String {
     if !report.ranges.is_empty() {
         line("\n## Ranges (Archer 2019, table 3)\n");
         line(
-            "Six rays from every texel of the map, none left out; through 169 deep images of 64², and through the BVH.\n",
+            "Six rays from every texel of the map that sees anything, no light is listed; through 169 deep images of 64², and through the BVH.\n",
         );
         line(
             "| map | rays | deep images, ms | M rays/s | BVH, ms | M rays/s | random, ms | Atrium | Rungholt | random |",
@@ -69,8 +69,8 @@ pub fn to_markdown(report: &Report) -> String {
     if !report.flicker.is_empty() {
         line("\n## Flicker along the track\n");
         line(
-            "Surfaces are grey and diffuse and do not move, lights neither. Standard deviation of what a place shows over the frames that \
-             see it, and its mean change from one to the next, both over its mean.\n",
+            "Surfaces are grey and diffuse and do not move, lights neither. Standard deviation of the indirect light of a place over the \
+             frames that see it, and its mean change from one to the next, both over its mean.\n",
         );
         line("| | frames | places | deviation, % | of 95 % of places at most | change a frame, % |");
         line("|---|---:|---:|---:|---:|---:|");

@@ -159,10 +159,10 @@ pub fn run(args: &VirtualLightsArgs) -> Result<(), CliError> {
     let mut flicker = Vec::new();
     if cameras.len() > 1 && (args.only.is_empty() || is_asked("flicker")) {
         let scene = grey(&scene);
-        let walk = Walk::new(&gpu, &scene, &cameras, args.size)?;
+        let walk = Walk::new(&gpu, &scene, &cameras, args.size, &without)?;
         for configuration in &walked(&look) {
             let doing = format!("Walking: {}", configuration.name);
-            flicker.push(progress.step("walk", &doing, || walk.flicker(configuration, || ()))?);
+            flicker.push(progress.step("walk", &doing, || walk.flicker(configuration))?);
         }
     }
     progress.finish();

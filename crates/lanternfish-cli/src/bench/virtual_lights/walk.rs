@@ -1,9 +1,13 @@
 //! How much light flickers along a walk on what does not move.
 //!
-//! Surfaces are grey and diffuse, so that a place looks the same from everywhere: whatever changes there from frame to frame is flicker.
+//! Surfaces are grey and diffuse, so that a place looks the same from everywhere. Of every picture the one without indirect light is taken
+//! away, with the edges of its shadows: whatever changes at a place from frame to frame is flicker of indirect light.
 
 use glam::{Vec3, Vec3A};
-use lanternfish::{GpuScene, RenderError, Renderer, settings::Settings};
+use lanternfish::{
+    RenderError, Renderer,
+    settings::{Materials, Settings},
+};
 use lanternfish_gpu::Gpu;
 use lanternfish_reference::{Settings as TracerSettings, Tracer};
 use lanternfish_scene::{Camera, Scene};
@@ -54,11 +58,19 @@ pub struct Walk<'a> {
     size: Size,
     /// Where each place is seen in each frame, pixels; world-space points that a picture in the middle of the walk shows.
     seen: Vec<Vec<Option<[f32; 2]>>>,
+    /// Luminances of each frame without indirect light.
+    direct: Vec<Vec<f32>>,
 }
 
 impl<'a> Walk<'a> {
-    /// `scene`: in grey.
-    pub fn new(gpu: &'a Gpu, scene: &'a Scene, cameras: &'a [Camera], size: Size) -> Result<Self, CliError> {
+    /// `scene`: in grey; `look`: direct light.
+    pub fn new(
+        gpu: &'a Gpu,
+        scene: &'a Scene,
+        cameras: &'a [Camera],
+        size: Size,
+        look: &Settings,
+    ) -> Result<Self, CliError> {
         let exact = Tracer::new(scene, TracerSettings::default())?;
         let middle = &cameras[cameras.len() / 2];
         let [columns, rows] = PLACES;
@@ -78,42 +90,48 @@ impl<'a> Walk<'a> {
             ((distance / (p - origin).length() - 1.0).abs() < 2e-3).then_some(at)
         };
         let seen = places.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
-        Ok(Self { gpu, scene, cameras, size, seen })
+        let mut walk = Self { gpu, scene, cameras, size, seen, direct: Vec::new() };
+        walk.direct = walk.pictures(look)?;
+        Ok(walk)
     }
 
-    /// Walks it. `progress`: after each frame.
-    pub fn flicker(&self, configuration: &Configuration, mut progress: impl FnMut()) -> Result<Flicker, CliError> {
-        let settings =
-            Settings { materials: lanternfish::settings::Materials::Lambert, ..configuration.settings.clone() };
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
-        let uploaded = renderer.upload(self.scene)?;
-        let mut found: Vec<Vec<f64>> = vec![Vec::new(); self.seen.len()];
-        for (frame, camera) in self.cameras.iter().enumerate() {
-            let luminances = self.luminances(&mut renderer, &uploaded, camera)?;
-            for (place, found) in self.seen.iter().zip(&mut found) {
-                found.extend(place[frame].map(|at| interpolated(&luminances, self.size, at)));
-            }
-            progress();
-        }
+    /// Walks it.
+    pub fn flicker(&self, configuration: &Configuration) -> Result<Flicker, CliError> {
+        let pictures = self.pictures(&configuration.settings)?;
+        let at = |frame: usize, at: [f32; 2]| {
+            interpolated(&pictures[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
+        };
+        let of_place =
+            |place: &Vec<Option<[f32; 2]>>| place.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect();
+        let found: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_place).collect();
         Ok(Flicker { name: configuration.name.clone(), frames: self.cameras.len(), ..of(&found) })
     }
 
-    fn luminances(&self, renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> Result<Vec<f32>, RenderError> {
-        let picture = renderer.render(scene, camera, self.size.width, self.size.height)?;
-        Ok(picture.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
+    /// Luminances of each frame.
+    fn pictures(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
+        let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
+        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
+        let uploaded = renderer.upload(self.scene)?;
+        let mut of_view = |camera| {
+            let picture = renderer.render(&uploaded, camera, self.size.width, self.size.height)?;
+            Ok(picture.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
+        };
+        self.cameras.iter().map(&mut of_view).collect()
     }
 }
 
-/// The figures of places' luminances, frame by frame.
-fn of(found: &[Vec<f64>]) -> Flicker {
-    let figures = |luminances: &Vec<f64>| {
-        let count = luminances.len() as f64;
-        let mean = luminances.iter().sum::<f64>() / count;
-        let variance = luminances.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / count;
-        let steps = luminances.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum::<f64>() / (count - 1.0);
-        (mean > 0.0).then(|| (variance.sqrt() / mean, steps / mean))
+/// The figures of places' luminances, frame by frame; none where a place is not seen.
+fn of(found: &[Vec<Option<f64>>]) -> Flicker {
+    let figures = |luminances: &Vec<Option<f64>>| {
+        let seen = || luminances.iter().flatten();
+        let count = seen().count() as f64;
+        let mean = seen().sum::<f64>() / count;
+        let variance = seen().map(|l| (l - mean).powi(2)).sum::<f64>() / count;
+        let changes: Vec<f64> = luminances.windows(2).filter_map(|pair| Some((pair[1]? - pair[0]?).abs())).collect();
+        let step = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
+        (mean > 0.0).then(|| (variance.sqrt() / mean, step / mean))
     };
-    let counted = found.iter().filter(|luminances| luminances.len() >= LEAST_FRAMES);
+    let counted = found.iter().filter(|luminances| luminances.iter().flatten().count() >= LEAST_FRAMES);
     let mut all: Vec<(f64, f64)> = counted.filter_map(figures).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let count = all.len().max(1) as f64;
@@ -168,11 +186,14 @@ mod tests {
 
     #[test]
     fn what_is_steady_does_not_flicker_and_what_jumps_does() {
-        let steady = of(&[vec![2.0; 10], vec![0.5; 20]]);
+        let steady = of(&[vec![Some(2.0); 10], vec![Some(0.5); 20]]);
         assert_eq!((steady.places, steady.mean, steady.step), (2, 0.0, 0.0));
-        let jumps = of(&[(0..10).map(|i| f64::from(i % 2)).collect()]);
+        let jumps = of(&[(0..10).map(|i| Some(f64::from(i % 2))).collect()]);
         assert!((jumps.mean - 1.0).abs() < 1e-12 && (jumps.step - 2.0).abs() < 1e-12, "{jumps:?}");
-        assert_eq!(of(&[vec![1.0; 3]]).places, 0, "seen too seldom");
+        assert_eq!(of(&[vec![Some(1.0); 3]]).places, 0, "seen too seldom");
+        // What happened where it was not seen is no change.
+        let gap = of(&[(0..20).map(|i| (i % 10 != 0).then(|| f64::from(1 + i / 10))).collect()]);
+        assert!(gap.mean > 0.3 && gap.step == 0.0, "{gap:?}");
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! The virtual lights of a frame: from what the scene's lights see to a set of lights with ranges.
 
-use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
 
 use super::{
@@ -68,6 +67,7 @@ pub(super) struct LightBuilder {
     raster: Option<MapRaster>,
     trace: ComputeKernel,
     merge: ComputeKernel,
+    count_texels: ComputeKernel,
     weigh: ComputeKernel,
     thin: ComputeKernel,
     range_rays: Option<ComputeKernel>,
@@ -77,8 +77,8 @@ pub(super) struct LightBuilder {
     choose_far: ComputeKernel,
     /// The uniform that light culling reads the number of lights from.
     count: wgpu::Buffer,
-    /// How the map is shared out, for the scene of this revision.
-    map: (u64, ShadowMap),
+    /// How the map is shared out, for the scene of this revision, and the frame of the mean.
+    map: (u64, u32, ShadowMap),
     lights: Option<FrameLights>,
 }
 
@@ -105,6 +105,7 @@ impl LightBuilder {
             raster: (room.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
             trace: kernel("trace", &exact.features(images), "trace", "map")?,
             merge: kernel("merge", &[], "merge", "merge")?,
+            count_texels: kernel("thin", &[], "count", "count")?,
             weigh: kernel("thin", &[], "weigh", "weigh")?,
             thin: kernel("thin", &[], "thin", "thin")?,
             range_rays: room.traces_ranges().then(by_range).transpose()?,
@@ -113,7 +114,7 @@ impl LightBuilder {
             place: kernel("place", &[], "place", "place")?,
             choose_far: kernel("place", &[], "choose_far", "choose_far")?,
             count: uniform_buffer_of(device, "indirect/virtual_lights/count", &[0u32; 4]),
-            map: (0, ShadowMap::default()),
+            map: (0, 0, ShadowMap::default()),
             lights: None,
         })
     }
@@ -139,8 +140,10 @@ impl LightBuilder {
     ) -> Result<FrameLights, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view;
         let texels = self.settings.map.texels().pow(2);
-        if self.map.0 != scene.revision() {
-            self.map = (scene.revision(), ShadowMap::new(&scene.lights.on_host, &scene.bounds, texels));
+        let (revision, frame_index) = (scene.revision(), view.frame_index);
+        if self.map.0 != revision || (self.map.2.is_by_chance && self.map.1 != frame_index) {
+            let map = ShadowMap::new(&scene.lights.on_host, &scene.bounds, texels, frame_index);
+            self.map = (revision, frame_index, map);
         }
         let mut parameters = self.parameters(scene, view.frame_index);
         let count = parameters.texel_count;
@@ -148,14 +151,14 @@ impl LightBuilder {
 
         // What lights see.
         let no_view = [ShadowMapView::default()];
-        let views = if self.map.1.views.is_empty() { &no_view } else { self.map.1.views.as_slice() };
+        let views = if self.map.2.views.is_empty() { &no_view } else { self.map.2.views.as_slice() };
         let views = frame.storage_of("indirect/virtual_lights/views", views)?;
         let found = frame.scratch("indirect/virtual_lights/texels", size_of::<Texel>() as u64 * u64::from(texels))?;
         let uniform = frame.uniform(&parameters);
         let tracing = scene_bindings.clone().part("virtual_lights", &uniform);
         let tracing = tracing.buffer("shadow_map_views", &views).buffer("texels", &found);
         if let Some(raster) = &mut self.raster {
-            raster.record(frame, scene, &self.map.1.views, self.settings.map.texels(), &tracing)?;
+            raster.record(frame, scene, &self.map.2.views, self.settings.map.texels(), &tracing)?;
         }
         frame.dispatch(&self.trace, &tracing, workgroups(count - parameters.first_traced));
         for level in (1..=MOST_LEVELS).filter(|_| parameters.spacing > 0.0) {
@@ -165,16 +168,18 @@ impl LightBuilder {
         }
 
         // As many of them as are wanted; all, where that is not said. From here on the lights that were taken are the texels.
-        let counters = Counters::new(frame, "indirect/virtual_lights/counters", 1, COUNTERS)?;
+        let mut counters = Counters::new(frame, "indirect/virtual_lights/counters", 1, COUNTERS)?;
+        counters.adds_up = false;
         let weights = frame.scratch("indirect/virtual_lights/texel_weights", 4 * (u64::from(count) + 1))?;
         let weighing = lanternfish_gpu::Bindings::new()
             .part("virtual_lights", &uniform)
             .buffer("texels", &found)
             .buffer("texel_weights", &weights)
             .buffer("light_counters", counters.buffer());
-        frame.dispatch(&self.weigh, &weighing, workgroups(count + 1));
+        frame.dispatch(&self.count_texels, &weighing, workgroups(count));
         let mut taken = None;
         if parameters.taken_count < count {
+            frame.dispatch(&self.weigh, &weighing, workgroups(count + 1));
             self.scan.record(frame, &weights, count + 1)?;
             let bytes = size_of::<Texel>() as u64 * u64::from(parameters.taken_count);
             let lights = taken.insert(frame.scratch("indirect/virtual_lights/taken", bytes)?);
@@ -226,7 +231,8 @@ impl LightBuilder {
         }
         parameters.capacity = room.capacity as u32;
         let uniform = frame.uniform(&parameters);
-        let bytes = size_of::<Light>() as u64 * (room.capacity + u64::from(parameters.far_count));
+        // A binding cannot be empty.
+        let bytes = size_of::<Light>() as u64 * (room.capacity + u64::from(parameters.far_count)).max(1);
         let lights = frame.scratch("indirect/virtual_lights/lights", bytes)?;
         let counted = frame.scratch("indirect/virtual_lights/counted", 16)?;
         if parameters.far_count > 0 {
@@ -253,13 +259,14 @@ impl LightBuilder {
             capacity: parameters.capacity,
             bounds: scene.bounds,
             list: INDICES,
+            remedy: Some("choose a smaller `vpl-count` or `vpl-most-range`"),
         };
         Ok(FrameLights { frame: frame.number(), set, parameters, counters })
     }
 
     fn parameters(&self, scene: &GpuScene, frame_index: u32) -> VirtualLightParameters {
         let settings = &self.settings;
-        let ShadowMap { views, flux } = &self.map.1;
+        let ShadowMap { views, flux, .. } = &self.map.2;
         let radius = radius_of(&scene.bounds);
         let texels = settings.map.texels().pow(2);
         let taken_count = match settings.count {
@@ -270,7 +277,6 @@ impl LightBuilder {
         // Nothing is too far where there are no ranges.
         let most_range = if settings.ranges == Ranges::Unlimited { f32::MAX } else { settings.most_range * radius };
         VirtualLightParameters {
-            scene_center: if scene.bounds.is_empty() { Vec3::ZERO } else { scene.bounds.center() },
             scene_radius: radius,
             texel_count: if views.is_empty() { 0 } else { texels },
             view_count: views.len() as u32,
@@ -288,6 +294,7 @@ impl LightBuilder {
             // All together they leave out no more than one light may.
             threshold: self.threshold / taken_count.max(1) as f32,
             falloff: settings.falloff as u32,
+            traces_ranges: u32::from(self.range_rays.is_some()),
             emission: u32::from(settings.emission == Emission::Root),
             residual: settings.residual as u32,
             least_distance: settings.least_distance.unwrap_or(-1.0),

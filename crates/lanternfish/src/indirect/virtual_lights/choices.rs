@@ -32,7 +32,7 @@ named_enum! {
     MapSource {
         /// A ray through every texel.
         Rays = "rays": "A ray through every texel: any number of lights",
-        /// The scene is drawn from each of the strongest lights; what others see is traced.
+        /// The scene is drawn from each of the strongest lights, through the middle of each texel in every frame; what others see is traced.
         Raster = "raster": "The scene is drawn from each of the strongest lights; what others see is traced",
     }
 }
@@ -46,8 +46,9 @@ named_enum! {
         Maximum = "maximum": "The greatest distance of six rays",
         /// A random number, as in stochastic methods, which [Archer2019, §4] compares with.
         Random = "random": "A random number",
-        /// Where the light falls to the cut-off intensity (`range-threshold`) [VanGelderen2020, app. A].
-        Threshold = "threshold": "Where a light falls to the cut-off intensity, `range-threshold`",
+        /// Where the light falls to the cut-off intensity [VanGelderen2020, app. A]: `range-threshold` over the number of virtual lights,
+        /// so that all together leave out no more than one light may.
+        Threshold = "threshold": "Where a light falls to `range-threshold` over the number of virtual lights",
         /// None: every light reaches everything.
         Unlimited = "unlimited": "None: every light reaches everything",
     }

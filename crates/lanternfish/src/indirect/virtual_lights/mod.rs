@@ -165,6 +165,11 @@ impl IndirectPasses for VirtualLightPasses {
             Some((tracer, shadow)) => {
                 let pixels = u64::from(sums.size.x) * u64::from(sums.size.y);
                 let words = pixels * (u64::from(self.settings.shadow_rays) + 1);
+                let limit = frame.device.limits().max_storage_buffer_binding_size / 4;
+                if words > limit {
+                    let remedy = "choose fewer `vpl-shadow-rays`, `indirect-resolution half`, or a smaller picture";
+                    return Err(RenderError::Overflow { list: "rays to virtual lights", needed: words, limit, remedy });
+                }
                 let chosen = frame.scratch("indirect/virtual_lights/chosen", 4 * words)?;
                 frame.dispatch(&self.gather, &gathering.buffer("chosen_lights", &chosen), groups);
                 let images = images.filter(|_| tracer.uses_deep_images());
@@ -187,8 +192,8 @@ fn check(room: &VirtualLights) -> Result<(), RenderError> {
         return wrong("a filter of at most 64 pixels, and at most 100 percent of large lights");
     }
     let shares = [room.spacing, room.least_range, room.most_range];
-    if shares.iter().any(|share| !(*share > 0.0)) || room.least_distance.is_some_and(|least| !(least >= 0.0)) {
-        return wrong("spacing and ranges above 0, and no negative distance");
+    if shares.iter().any(|share| !(*share > 0.0)) || room.least_distance.is_some_and(|least| !(least > 0.0)) {
+        return wrong("spacing and ranges above 0, and a least distance above 0");
     }
     Ok(())
 }

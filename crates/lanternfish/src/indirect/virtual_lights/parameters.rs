@@ -6,9 +6,7 @@ use lanternfish_gpu::gpu_struct;
 gpu_struct! {
     /// What the passes are told.
     pub struct VirtualLightParameters {
-        /// Middle of the scene, world space, m.
-        scene_center: Vec3,
-        /// Radius of a sphere about it that holds everything, m.
+        /// Radius of a sphere about the scene's middle that holds everything, m.
         scene_radius: f32,
         /// Texels of all views of the map.
         texel_count: u32,
@@ -58,14 +56,10 @@ gpu_struct! {
         glossy: u32,
         /// Lights that are taken of the texels.
         taken_count: u32,
-        /// A pixel looks at every so manieth light of its list; those around it at the others.
+        /// A pixel looks at every nth light of its list; pixels nearby at the others.
         stride: u32,
-        /// Unused.
-        _pad_a: u32,
-        /// Unused.
-        _pad_b: u32,
-        /// Unused.
-        _pad_c: u32,
+        /// 1: rays were cast for ranges, so that it is known what these cut off.
+        traces_ranges: u32,
     }
 }
 

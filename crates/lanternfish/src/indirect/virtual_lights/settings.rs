@@ -25,7 +25,7 @@ pub struct VirtualLights {
     pub spacing: f32,
     /// How many lights are taken of all these, each with an equal share of their flux; 0: all. More: less coarse light, slower.
     pub count: u32,
-    /// A pixel looks at every so manieth of the lights that reach it, pixels nearby at the others, 1 to 64. More: faster, noisier.
+    /// A pixel looks at every nth of the lights that reach it, pixels nearby at the others, 1 to 64. More: faster, noisier.
     pub stride: u32,
     /// Where a light's range comes from.
     pub ranges: Ranges,
@@ -38,21 +38,21 @@ pub struct VirtualLights {
     /// Range above which only some lights are kept, as a share of the scene's radius, > 0; and up to which random ranges go. Smaller: fewer
     /// lights reach each pixel.
     pub most_range: f32,
-    /// How many of these are kept, percent, up to 100.
+    /// How many lights with a range above that are kept, percent, up to 100. More: more lights reach each pixel.
     pub large_kept: u32,
     /// How light ends at its range.
     pub falloff: Attenuation,
     /// How a virtual light shines about its normal.
     pub emission: Emission,
-    /// Least distance to a virtual light that counts, m, at least 0. Larger: darker corners, no spots. None: a light counts as a disk of the
+    /// Least distance to a virtual light that counts, m, > 0. Larger: darker corners, no spots. None: a light counts as a disk of the
     /// area that it stands for.
     pub least_distance: Option<f32>,
     /// What is done about the flux that ranges cut off.
     pub residual: Residual,
-    /// How many lights carry it over the whole scene, with [`Residual::FarLights`], up to 4096. More: smoother, slower.
+    /// How many lights carry over the whole scene what ranges cut off, with [`Residual::FarLights`], 1 to 4096. More: smoother, slower.
     pub far_lights: u32,
-    /// Number of virtual lights from which a pixel gets their light as it is; one that n reach gets so many times 1/n of it. 0: every
-    /// pixel gets its light as it is.
+    /// Where it is not 0, the light of the n virtual lights that reach a pixel is weighed by this number over n, so that pixels that
+    /// many lights reach are no brighter than others. Larger: brighter.
     pub weight_count: u32,
     /// What shadows of virtual lights are traced through.
     pub shadows: Shadows,
@@ -108,7 +108,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.map,
         )
         .with_default(),
-        Knob::new("vpl-source", "NAME", Range::Names, "How that map is made", |room: &mut Self| &mut room.source)
+        Knob::new("vpl-source", "NAME", Range::Names, "How the map of what lights see is made", |room: &mut Self| &mut room.source)
             .with_default(),
         Knob::new(
             "vpl-unique",
@@ -122,7 +122,8 @@ impl Room for VirtualLights {
             "vpl-spacing",
             "SHARE",
             Range::Positive,
-            "How close together, as a share of the scene's radius. Larger: fewer lights",
+            "Distance between virtual lights below which texels of their map become one light, as a share of the scene's radius. Larger: fewer \
+             lights",
             |room: &mut Self| &mut room.spacing,
         )
         .with_default(),
@@ -130,7 +131,8 @@ impl Room for VirtualLights {
             "vpl-count",
             "N",
             Range::Count(0, 4_194_304),
-            "How many lights are taken of these, each with an equal share of their flux; 0: all. More: less coarse, slower",
+            "How many virtual lights are taken of all that the map gives, each with an equal share of the flux; 0: all. More: less \
+             coarse, slower",
             |room: &mut Self| &mut room.count,
         )
         .with_default(),
@@ -138,7 +140,7 @@ impl Room for VirtualLights {
             "vpl-stride",
             "N",
             Range::Count(1, 64),
-            "A pixel looks at every Nth of the lights that reach it, pixels nearby at the others. More: faster, noisier",
+            "A pixel looks at every Nth of the virtual lights that reach it, pixels nearby at the others. More: faster, noisier",
             |room: &mut Self| &mut room.stride,
         )
         .with_default(),
@@ -162,7 +164,7 @@ impl Room for VirtualLights {
             "vpl-least-range",
             "SHARE",
             Range::Positive,
-            "Range below which a light is left out, as a share of the scene's radius",
+            "Range below which a virtual light is left out, as a share of the scene's radius. Larger: fewer lights",
             |room: &mut Self| &mut room.least_range,
         )
         .with_default(),
@@ -170,7 +172,8 @@ impl Room for VirtualLights {
             "vpl-most-range",
             "SHARE",
             Range::Positive,
-            "Range above which only some lights are kept, as a share of the scene's radius; random ranges end there",
+            "Range above which only some virtual lights are kept, as a share of the scene's radius; random ranges end there. Smaller: \
+             fewer lights a pixel",
             |room: &mut Self| &mut room.most_range,
         )
         .with_default(),
@@ -178,7 +181,7 @@ impl Room for VirtualLights {
             "vpl-large-kept",
             "PERCENT",
             Range::Count(0, 100),
-            "How many of these are kept, percent",
+            "How many virtual lights with a range above `vpl-most-range` are kept, percent. More: more lights a pixel",
             |room: &mut Self| &mut room.large_kept,
         )
         .with_default(),
@@ -214,7 +217,7 @@ impl Room for VirtualLights {
             "vpl-far-lights",
             "N",
             Range::Count(1, 4096),
-            "How many lights carry it over the whole scene, with `vpl-residual far-lights`. More: smoother, slower",
+            "How many lights carry over the whole scene what ranges cut off, with `vpl-residual far-lights`. More: smoother, slower",
             |room: &mut Self| &mut room.far_lights,
         )
         .with_default(),
@@ -270,7 +273,7 @@ impl IndirectRoom for VirtualLights {
         let (count, shadow_rays, resolution) = match quality {
             Quality::Draft => (4096, 4, IndirectResolution::Half),
             Quality::Good => (4096, 4, IndirectResolution::Full),
-            Quality::Best => (16384, 32, IndirectResolution::Full),
+            Quality::Best => (16384, 12, IndirectResolution::Full),
         };
         (self.count, self.shadow_rays, self.resolution) = (count, shadow_rays, resolution);
         self.clamp = if quality == Quality::Best { IndirectClamp::Off } else { IndirectClamp::On };

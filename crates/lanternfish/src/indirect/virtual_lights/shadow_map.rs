@@ -1,7 +1,7 @@
 //! How the texels of the reflective shadow map are shared out: lights get as many as they contribute of all light.
 //!
 //! A light has square views: a point light the six faces of a cube, a wide spot five of them, others one. A view that would get less
-//! than a texel gets one by chance, which then counts for more.
+//! than a texel gets one by chance, which then counts for more: in the mean over frames it has what it should.
 
 use std::f32::consts::PI;
 
@@ -46,14 +46,16 @@ pub(super) struct ShadowMap {
     pub views: Vec<ShadowMapView>,
     /// Luminous flux of all lights, lm.
     pub flux: f32,
+    /// Whether views were taken by chance: others in another frame.
+    pub is_by_chance: bool,
 }
 
 /// Tangent of a spot's outer angle from which on it has several views.
 const WIDE_SPOT: f32 = 2.0;
 
 impl ShadowMap {
-    /// Shares out `texels` texels, a square of a power of two.
-    pub fn new(lights: &[Light], bounds: &Bounds, texels: u32) -> Self {
+    /// Shares out `texels` texels, a square of a power of two. Views that would get less than one have their chance in every frame anew.
+    pub fn new(lights: &[Light], bounds: &Bounds, texels: u32, frame_index: u32) -> Self {
         let mut views = Vec::new();
         let mut powers = Vec::new();
         for (index, light) in lights.iter().enumerate() {
@@ -66,10 +68,16 @@ impl ShadowMap {
         if flux <= 0.0 || !flux.is_finite() {
             return Self::default();
         }
-        let expected: Vec<f32> = powers.iter().map(|power| texels as f32 * (power / flux)).collect();
+        let mut expected: Vec<f32> = powers.iter().map(|power| texels as f32 * (power / flux)).collect();
+        // Wherever the walk begins, those that it takes have room.
+        expected
+            .iter_mut()
+            .filter(|expected| **expected < 1.0)
+            .for_each(|expected| *expected *= 1.0 - 1.0 / texels as f32);
         let mut left = texels;
-        // Where the sum of chances so far passes a whole number, the view is taken.
-        let mut chances = 0.5;
+        // Where the sum of chances so far passes a whole number, the view is taken. It begins elsewhere in every frame, by the golden ratio.
+        let mut chances = (0.5 + 0.618_033_988_749_895 * f64::from(frame_index)).fract();
+        let is_by_chance = expected.iter().any(|expected| *expected < 1.0);
         for (view, expected) in views.iter_mut().zip(&expected) {
             if *expected >= 1.0 {
                 view.side = 1 << (expected.sqrt().log2().floor() as u32);
@@ -100,7 +108,7 @@ impl ShadowMap {
             view.first = first;
             first += view.side * view.side;
         }
-        Self { views, flux }
+        Self { views, flux, is_by_chance }
     }
 }
 
@@ -189,7 +197,7 @@ mod tests {
         for (lights, texels) in
             [(vec![sun], 4096), (vec![bright, dim], 65536), (vec![dim; 3], 4096), (vec![dim; 5000], 4096)]
         {
-            let map = ShadowMap::new(&lights, &bounds(), texels);
+            let map = ShadowMap::new(&lights, &bounds(), texels, 0);
             let used: u32 = map.views.iter().map(|view| view.side * view.side).sum();
             assert!(used <= texels && used * 2 >= texels, "{used} of {texels}");
             for view in &map.views {
@@ -203,11 +211,27 @@ mod tests {
             let counted: f32 = map.views.iter().map(of_view).sum();
             assert!((counted / map.flux - 1.0).abs() < 0.01, "{counted} of {}", map.flux);
         }
-        let map = ShadowMap::new(&[bright, dim], &bounds(), 65536);
+        let map = ShadowMap::new(&[bright, dim], &bounds(), 65536, 0);
         let texels_of = |light| map.views.iter().filter(|v| v.light == light).map(|v| v.side * v.side).sum::<u32>();
         // Powers of two are coarse.
         assert!(texels_of(0) > texels_of(1), "{} {}", texels_of(0), texels_of(1));
-        assert!(ShadowMap::new(&[], &bounds(), 4096).views.is_empty());
+        assert!(ShadowMap::new(&[], &bounds(), 4096, 0).views.is_empty());
+    }
+
+    /// A view that has less than a texel has it in as many of the frames as it should.
+    #[test]
+    fn over_frames_every_light_is_seen_as_often_as_it_should_be() {
+        let dim = light(&lanternfish_scene::Light::point(Vec3::X, Vec3::splat(10.0)));
+        let lights = vec![dim; 2000];
+        let mut seen = vec![0; lights.len()];
+        for frame in 0..100 {
+            let map = ShadowMap::new(&lights, &bounds(), 4096, frame);
+            assert!(map.is_by_chance);
+            map.views.iter().for_each(|view| seen[view.light as usize] += 1);
+        }
+        // 4,096 texels for 12,000 faces: two of a light's six in each frame.
+        let (least, most) = (seen.iter().min().unwrap(), seen.iter().max().unwrap());
+        assert!((195..=205).contains(least) && (195..=215).contains(most), "{least} to {most} of 204");
     }
 
     /// Every direction lies in one face of a cube; those of a wide spot hold its half of them.

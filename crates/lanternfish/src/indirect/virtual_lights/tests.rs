@@ -126,9 +126,16 @@ fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
         for (source, count) in [(MapSource::Rays, 0), (MapSource::Raster, 0), (MapSource::Rays, 200)] {
             let room = VirtualLights { map: MapSize::Texels64, source, count, ..room() };
             let picture = render_room(gpu, room, &scene, &lit_view());
-            // In units of 1/256 of the lights' flux over 64² texels; a spot's is known to a few parts in a hundred.
+            // In units of 1/256 of the lights' flux over 64² texels. A spot's is known by the mean of its ramp; of many lights each has one
+            // ray a face and frame, whose weight is off by a half: of 4,096, by 0.8 %.
             let sent = counter(&picture, "flux_sent") / (256.0 * 64.0 * 64.0);
-            let most = if what.contains("spot") { 0.06 } else { 0.01 };
+            let most = if what.contains("spot") {
+                0.06
+            } else if what == "many" {
+                0.03
+            } else {
+                0.01
+            };
             assert!((sent / 0.5 - 1.0).abs() < most, "{what}, {source}, {count}: {sent} of 0.5");
             if count > 0 {
                 assert_eq!(counter(&picture, "taken"), f64::from(count), "{what}");
@@ -149,15 +156,17 @@ fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let of = |room| (energy(&render_room(gpu, room, &scene, &camera)) - direct) / truth;
     let exact = VirtualLights { count: 2048, shadow_rays: 64, ..room() };
     let unlimited = of(VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..exact });
-    // Lights are disks near surfaces: corners get somewhat less.
+    // Lights are disks near surfaces, corners get somewhat less; what is left are 1.5 % by which other seeds differ.
     assert!((unlimited - 1.0).abs() < 0.04, "without ranges {unlimited}");
     let far = of(VirtualLights { far_lights: 1024, ..exact });
-    assert!((far - unlimited).abs() < 0.02, "with far lights {far}, without ranges {unlimited}");
+    // A thousand lights carry half of all: off by 1 %.
+    assert!((far - unlimited).abs() < 0.03, "with far lights {far}, without ranges {unlimited}");
     let lost = of(VirtualLights { residual: Residual::Lost, ..exact });
     assert!(lost < 0.7, "ranges cut nothing off: {lost}");
     let scaled = of(VirtualLights { residual: Residual::Scaled, ..exact });
-    assert!((scaled - 1.0).abs() < 0.15, "scaled {scaled}");
-    // Some of the lights for each pixel, and few rays: right in the mean over pixels.
+    // In sum, over the whole box; the view sees more of some walls.
+    assert!((scaled - 1.0).abs() < 0.25, "scaled {scaled}");
+    // Some of the lights for each pixel, and few rays: right in the mean over 2,000 pixels.
     let few = of(VirtualLights { far_lights: 1024, stride: 8, shadow_rays: 2, ..exact });
     assert!((few / far - 1.0).abs() < 0.03, "few rays {few}, many {far}");
     let half = of(VirtualLights { far_lights: 1024, resolution: IndirectResolution::Half, ..exact });
@@ -181,6 +190,7 @@ fn gpu_no_light_leaks_into_a_closed_room() {
     for tracer in tracers {
         let shadowed = VirtualLights { shadows: Shadows::Traced(tracer), ..room };
         let leak = energy(&render_room(gpu, shadowed, &scene, &dark_view)) / lit;
+        // Rays start off their surface, along the wall's edge perhaps beyond it.
         assert!(leak < 0.01, "{tracer}: {leak}");
     }
 }
@@ -220,13 +230,53 @@ fn gpu_no_lights_are_no_virtual_lights() {
     lost.lights[0].position = Vec3::new(50.0, 50.0, 50.0);
     lost.lights[0].range = Some(1.0);
     for scene in [none, lost] {
-        for samples in [Samples::One, Samples::Four] {
-            let room = VirtualLights { count: 64, ..VirtualLights::default() };
+        for (samples, residual) in
+            [Samples::One, Samples::Four].iter().flat_map(|samples| Residual::ALL.iter().map(move |r| (*samples, *r)))
+        {
+            let room = VirtualLights { count: 64, residual, ..VirtualLights::default() };
             let settings = Settings { samples, ..settings(Indirect::VirtualLights(room)) };
             let picture = render(gpu, settings, &scene, &lit_view());
             assert_eq!((energy(&picture), counter(&picture, "listed")), (0.0, 0.0));
         }
     }
+}
+
+/// Where there are more lights than texels, each frame of a mean sees others: over frames all of their light is there, and spread as it is.
+#[test]
+fn gpu_a_mean_of_frames_has_the_light_of_every_light() {
+    let Some(gpu) = testing::gpu("gpu_a_mean_of_frames_has_the_light_of_every_light") else { return };
+    let light = |i: i32| Light::point(Vec3::new(-1.9 + 0.0009 * i as f32, 0.8, 0.3), Vec3::splat(0.003));
+    let scene = Scene { lights: (0..2000).map(light).collect(), ..two_rooms() };
+    let direct = energy(&render(gpu, settings(Indirect::None), &scene, &lit_view()));
+    let sampled = Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+    let truth = energy(&render(gpu, settings(Indirect::Sampled(sampled)), &scene, &lit_view())) - direct;
+    let room = VirtualLights { map: MapSize::Texels64, count: 512, ..room() };
+    let settings = Settings { accumulate: 8, ..settings(Indirect::VirtualLights(room)) };
+    let found = (energy(&render(gpu, settings, &scene, &lit_view())) - direct) / truth;
+    // 4,096 lights in all, near to what they light: 3 %.
+    assert!((found - 1.0).abs() < 0.08, "{found}");
+}
+
+/// Two views of one frame have the lights of one: each picture is the same to the bit as by itself. What moves in the scene moves them.
+#[test]
+fn gpu_views_share_virtual_lights_and_an_update_moves_them() {
+    let Some(gpu) = testing::gpu("gpu_views_share_virtual_lights_and_an_update_moves_them") else { return };
+    let (mut scene, camera) = cornell();
+    let other = looking([0.3, 1.0, 4.0], [0.0, 1.0, 0.0]);
+    let room = VirtualLights { count: 200, ..VirtualLights::default() };
+    let settings = settings(Indirect::VirtualLights(room));
+    let alone = [&camera, &other].map(|camera| render(gpu, settings.clone(), &scene, camera).radiance);
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let views = [(&camera, SIZE.x, SIZE.y), (&other, SIZE.x, SIZE.y)];
+    let together = renderer.render_views(&uploaded, &views).unwrap();
+    for (alone, together) in alone.iter().zip(&together) {
+        assert!(*alone == together.radiance);
+    }
+    scene.lights[0].position.x += 0.3;
+    renderer.update(&mut uploaded, &scene).unwrap();
+    let moved = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance;
+    assert!(moved != alone[0] && moved == render(gpu, settings, &scene, &camera).radiance);
 }
 
 #[test]

@@ -247,7 +247,7 @@ impl ClusteredCulling {
         })?;
         let remedy =
             "give the lights a shorter range (`range-threshold`), or choose larger clusters (`clusters persp:64`)";
-        super::check_room(&room, limit, remedy)?;
+        super::check_room(&room, limit, set, remedy)?;
         let [_, visible_count, tests @ ..] = room.words;
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
         let uploaded = grids.iter().map(|grid| frame.uniform(&ClusterGrid { capacity: room.capacity as u32, ..*grid }));

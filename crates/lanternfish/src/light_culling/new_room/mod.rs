@@ -99,7 +99,7 @@ impl NewRoomPasses {
             guess: light_count.into(),
             limit,
         })?;
-        super::check_room(&room, limit, "give the lights a shorter range")?;
+        super::check_room(&room, limit, lights, "give the lights a shorter range")?;
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
         let list = frame.uniform(&NewRoomList { capacity: room.capacity as u32 });
         let writing = shared.part("new_room_list", &list).buffer("listed_lights", &indices);

@@ -172,7 +172,7 @@ impl RasterGridCulling {
             limit,
         })?;
         let remedy = "give the lights a shorter range, use larger tiles (`tile-size`), or render a smaller image";
-        super::check_room(&room, limit, remedy)?;
+        super::check_room(&room, limit, lights, remedy)?;
         let grid = RasterCells { capacity: room.capacity as u32, ..grid };
         let grid_buffer = frame.uniform(&grid);
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;

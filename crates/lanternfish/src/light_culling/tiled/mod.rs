@@ -134,7 +134,7 @@ impl TiledCulling {
             limit,
         })?;
         let remedy = "give the lights a shorter range, use larger tiles, or render a smaller image";
-        super::check_room(&room, limit, remedy)?;
+        super::check_room(&room, limit, lights, remedy)?;
         let grid_buffer = frame.uniform(&TileGrid { capacity: room.capacity as u32, ..grid });
         let indices = frame.scratch("light_culling/indices", 4 * room.capacity)?;
         let bindings =

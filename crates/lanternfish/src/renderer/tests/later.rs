@@ -7,6 +7,7 @@ use lanternfish_scene::{
     generate::{demo, light_rain},
 };
 
+use crate::indirect::virtual_lights::{MapSize, VirtualLights};
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     context::FrameContext,
@@ -233,7 +234,7 @@ fn panes() -> Scene {
     scene
 }
 
-/// Through deep images too: for shadows, for indirect light, and to find occlusion.
+/// Through deep images too: for shadows, for indirect light, to find occlusion, and for ranges of virtual lights, whose lists grow as well.
 #[test]
 fn gpu_deep_images_get_their_room_in_later_frames() {
     let test = "gpu_deep_images_get_their_room_in_later_frames";
@@ -250,10 +251,12 @@ fn gpu_deep_images_get_their_room_in_later_frames() {
         DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 3 }, ..DeepImageSettings::default() };
     let direct = Settings { deep_images, exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
     let sampled = Sampled { tracer: Tracer::WithinTexel, diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
+    let few = VirtualLights { count: 300, map: MapSize::Texels64, ..VirtualLights::default() };
     for (name, settings) in [
         ("shadows", Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), ..direct.clone() }),
         ("indirect", Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() }),
         ("occlusion", Settings { occlusion: Occlusion::deep(None), ..direct.clone() }),
+        ("virtual lights", Settings { indirect: Indirect::VirtualLights(few), ..direct.clone() }),
     ] {
         let outcome = walk(gpu, &settings, &path);
         println!("{name}: {outcome:?}");

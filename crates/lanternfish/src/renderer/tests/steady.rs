@@ -7,6 +7,7 @@ use lanternfish_scene::{
     generate::{demo, light_rain},
 };
 
+use crate::indirect::{Indirect, virtual_lights::VirtualLights};
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
@@ -38,6 +39,11 @@ fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_
     made
 }
 
+fn virtual_lights() -> Settings {
+    let few = VirtualLights { count: 500, ..VirtualLights::default() };
+    Settings { indirect: Indirect::VirtualLights(few), ..Settings::direct_light() }
+}
+
 #[test]
 fn gpu_a_steady_frame_makes_nothing() {
     let Some(gpu) = testing::gpu("gpu_a_steady_frame_makes_nothing") else { return };
@@ -59,6 +65,8 @@ fn gpu_a_steady_frame_makes_nothing() {
         ),
         ("indirect light", false, Growth::Wait, bvh(Settings::default())),
         ("indirect light, a mean of frames", true, Growth::Wait, bvh(Settings::default())),
+        ("virtual lights", false, Growth::Wait, bvh(virtual_lights())),
+        ("virtual lights that do not wait", false, Growth::Later, bvh(virtual_lights())),
         ("a mean of frames that do not wait", true, Growth::Later, bvh(Settings::direct_light())),
     ] {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
