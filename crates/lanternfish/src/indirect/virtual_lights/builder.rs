@@ -305,7 +305,6 @@ impl LightBuilder {
             glossy: u32::from(self.materials == Materials::File),
             stride: settings.stride.max(1),
             taken_count,
-            ..Default::default()
         }
     }
 }
