@@ -142,6 +142,16 @@ fn open(choice: Option<&AdapterChoice>) -> Result<Gpu, CliError> {
     Ok(gpu)
 }
 
+/// Opens an adapter that can time its passes.
+fn open_timed(choice: Option<&AdapterChoice>) -> Result<Gpu, CliError> {
+    let gpu = open(choice)?;
+    if gpu.description.timestamps {
+        return Ok(gpu);
+    }
+    let name = &gpu.description.name;
+    Err(CliError::new(format_args!("{name} cannot time its passes"), "choose another adapter with --adapter"))
+}
+
 /// With all folders above it.
 fn make_folder(folder: &Path) -> Result<(), CliError> {
     fs::create_dir_all(folder)

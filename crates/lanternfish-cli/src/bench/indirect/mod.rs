@@ -21,7 +21,7 @@ use self::{
 };
 use super::{
     deep_images::{LeftOut, build::Built},
-    make_folder, open,
+    make_folder, open_timed,
     subject::{Source, Subject},
 };
 use crate::{
@@ -94,14 +94,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
     let source = Source { scene: &args.scene, part: &args.part, view, lights, seed: args.seed, size: args.size };
     let Subject { scene, mut cameras, look } = Subject::load(&source, &mut progress)?;
     let camera = cameras.swap_remove(0);
-    let gpu = open(args.adapter.as_ref())?;
-    if !gpu.description.timestamps {
-        let name = &gpu.description.name;
-        return Err(CliError::new(
-            format_args!("{name} cannot time its passes"),
-            "choose another adapter with --adapter",
-        ));
-    }
+    let gpu = open_timed(args.adapter.as_ref())?;
     let upload = |brdf: &Brdf| {
         let settings = Configuration::plain(*brdf).settings(&look, None);
         Renderer::new(&gpu.device, &gpu.queue, settings)?.upload(&brdf.scene(&scene))

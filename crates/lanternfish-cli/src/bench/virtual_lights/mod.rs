@@ -24,7 +24,7 @@ use self::{
     walk::{Flicker, Walk, grey},
 };
 use super::{
-    make_folder, open,
+    make_folder, open_timed,
     quality::{
         shown,
         truths::{self, Truth},
@@ -105,7 +105,7 @@ pub fn run(args: &VirtualLightsArgs) -> Result<(), CliError> {
     let (view, lights) = (&args.view, &args.lights);
     let source = Source { scene: &args.scene, part: &args.part, view, lights, seed: args.seed, size: args.size };
     let Subject { scene: whole, cameras, look } = Subject::load(&source, &mut progress)?;
-    let gpu = open(args.adapter.as_ref())?;
+    let gpu = open_timed(args.adapter.as_ref())?;
     // Light of the lights alone, whichever truth: nothing else shines, and nothing surrounds the scene.
     let scene = truths::of_lights_alone(whole);
     let camera = &cameras[cameras.len() / 2];

@@ -4,7 +4,10 @@ use super::{DECLARED, SampledLight};
 use crate::{
     error::RenderError,
     gpu_scene::Parts,
-    indirect::{IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality},
+    indirect::{
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
+        smoothing::{CLAMP, FILTER, RESOLUTION},
+    },
     rays::Tracer,
     rooms::{Knob, Range, Room},
     settings::{Materials, Settings},
@@ -78,25 +81,9 @@ impl Room for Sampled {
         Knob::new("indirect-tracer", "NAME", Range::Names, "What these rays are traced through", |sampled| {
             &mut sampled.tracer
         }),
-        Knob::new("indirect-resolution", "NAME", Range::Names, "Where these rays start", |sampled| {
-            &mut sampled.resolution
-        }),
-        Knob::new(
-            "indirect-filter",
-            "PIXELS",
-            Range::Count(0, 64),
-            "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
-                       noise, less detail",
-            |sampled| &mut sampled.filter_radius,
-        ),
-        Knob::new(
-            "indirect-clamp",
-            "ON|OFF",
-            Range::Names,
-            "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
-                       `quality best` off",
-            |sampled| &mut sampled.clamp,
-        ),
+        Knob { words: RESOLUTION, of: |sampled| &mut sampled.resolution },
+        Knob { words: FILTER, of: |sampled| &mut sampled.filter_radius },
+        Knob { words: CLAMP, of: |sampled| &mut sampled.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }

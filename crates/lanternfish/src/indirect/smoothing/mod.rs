@@ -11,6 +11,7 @@ use lanternfish_scene::named_enum;
 use super::layers_target;
 use crate::{
     error::RenderError,
+    rooms::{KnobWords, Range},
     shaders::{Root, SHADERS, Shaders},
 };
 
@@ -64,6 +65,24 @@ named_enum! {
         Off = "off": "It is not: for the mean of many frames",
     }
 }
+
+/// The settings that rooms whose sums are smoothed have in common.
+pub(super) const RESOLUTION: KnobWords =
+    KnobWords::new("indirect-resolution", "NAME", Range::Names, "Where these rays start");
+pub(super) const FILTER: KnobWords = KnobWords::new(
+    "indirect-filter",
+    "PIXELS",
+    Range::Count(0, 64),
+    "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
+                       noise, less detail",
+);
+pub(super) const CLAMP: KnobWords = KnobWords::new(
+    "indirect-clamp",
+    "ON|OFF",
+    Range::Names,
+    "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
+                       `quality best` off",
+);
 
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;

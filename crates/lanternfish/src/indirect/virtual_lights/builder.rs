@@ -242,7 +242,7 @@ impl LightBuilder {
             .part("virtual_lights", &uniform)
             .buffer("placed_ranges", &ranges)
             .buffer("placed_lights", &places)
-            .buffer("far_starts", &weights)
+            .buffer("texel_weights", &weights)
             .buffer("counted_lights", counters.buffer())
             .buffer("found_lights", &lights)
             .buffer("found_count", &counted);

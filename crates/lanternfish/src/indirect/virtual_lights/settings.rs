@@ -4,7 +4,10 @@ use super::{DECLARED, Emission, MapSize, MapSource, RangeAxis, Ranges, Residual,
 use crate::{
     error::RenderError,
     gpu_scene::Parts,
-    indirect::{IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality},
+    indirect::{
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
+        smoothing::{CLAMP, FILTER, RESOLUTION},
+    },
     rays::Tracer,
     rooms::{Knob, Range, Room},
     settings::{Attenuation, Settings, Shadows},
@@ -245,25 +248,9 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.shadow_rays,
         )
         .with_default(),
-        Knob::new("indirect-resolution", "NAME", Range::Names, "Where these rays start", |room: &mut Self| {
-            &mut room.resolution
-        }),
-        Knob::new(
-            "indirect-filter",
-            "PIXELS",
-            Range::Count(0, 64),
-            "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
-                       noise, less detail",
-            |room: &mut Self| &mut room.filter_radius,
-        ),
-        Knob::new(
-            "indirect-clamp",
-            "ON|OFF",
-            Range::Names,
-            "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, with \
-                       `quality best` off",
-            |room: &mut Self| &mut room.clamp,
-        ),
+        Knob { words: RESOLUTION, of: |room| &mut room.resolution },
+        Knob { words: FILTER, of: |room| &mut room.filter_radius },
+        Knob { words: CLAMP, of: |room| &mut room.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }
