@@ -92,8 +92,10 @@ impl Gpu {
         wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES);
 
     /// Optional features that some technique uses when they are there.
-    pub const WANTED_FEATURES: wgpu::Features =
-        Self::TEXTURE_ARRAYS.union(wgpu::Features::EXPERIMENTAL_RAY_QUERY).union(Self::TIMESTAMPS);
+    pub const WANTED_FEATURES: wgpu::Features = Self::TEXTURE_ARRAYS
+        .union(wgpu::Features::EXPERIMENTAL_RAY_QUERY)
+        .union(Self::TIMESTAMPS)
+        .union(wgpu::Features::FLOAT32_BLENDABLE);
 
     /// Opens an adapter's device with every feature of [`Gpu::WANTED_FEATURES`] that it has.
     ///

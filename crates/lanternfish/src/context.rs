@@ -38,3 +38,18 @@ pub struct ViewContext<'a> {
     /// How this frame turns the directions of deep images.
     pub rotation: Quat,
 }
+
+impl<'a> ViewContext<'a> {
+    /// The same as if this surface, one sample a pixel, were all that the view shows.
+    pub fn showing(&self, surface: &Surface) -> ViewContext<'a> {
+        ViewContext {
+            scene: self.scene,
+            view: self.view,
+            buffer: self.buffer.clone(),
+            draws: VisibleDraws { solid: Vec::new(), blended: Vec::new() },
+            surface: surface.clone(),
+            middle: surface.clone(),
+            rotation: self.rotation,
+        }
+    }
+}

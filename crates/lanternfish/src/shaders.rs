@@ -50,6 +50,7 @@ const FOLDERS: &[&[Shaders]] = &[
         crate::deep_images::DECLARED,
         crate::rays::DECLARED,
         crate::environment_light::DECLARED,
+        crate::indirect::light_views::DECLARED,
         crate::indirect::smoothing::DECLARED,
         crate::occlusion::DECLARED,
         crate::shadows::DECLARED,

@@ -8,6 +8,8 @@ mod indirect;
 mod markdown;
 mod moving;
 mod normals;
+mod one_bounce;
+mod photons;
 mod plot;
 mod quality;
 mod subject;
@@ -71,7 +73,16 @@ pub enum Paper {
     ///
     /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
     /// to be compared with each other only.
-    VirtualLights(Box<virtual_lights::VirtualLightsArgs>),
+    VirtualLights(Box<one_bounce::OneBounceArgs>),
+    /// Photon differentials, split and splatted: Aalund 2015, figs 8 to 11.
+    ///
+    /// One view by photons of every kind, by rays from every pixel and by virtual lights: the device's milliseconds of tracing and of
+    /// splatting, photons a second, how many are kept, and how far the picture is from the path tracer's: the energy of indirect light
+    /// alone, and FLIP; means of 1, 16 and 64 frames. Along a shot's track: how much the light of what does not move flickers.
+    ///
+    /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
+    /// to be compared with each other only.
+    Photons(Box<one_bounce::OneBounceArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
     ///
     /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
@@ -126,6 +137,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         Paper::DeepImages(args) => deep_images::run(args),
         Paper::Indirect(args) => indirect::run(args),
         Paper::VirtualLights(args) => virtual_lights::run(args),
+        Paper::Photons(args) => photons::run(args),
         Paper::Clustered(args) => clustered::run(args),
         Paper::Moving(args) => moving::run(args),
         Paper::Attenuation(args) => attenuation::run(args),

@@ -1,11 +1,13 @@
 //! Light that arrives from other surfaces, and from the surroundings.
 //!
 //! Every room ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. Rooms: [`sampled`],
-//! [`virtual_lights`].
+//! [`virtual_lights`], [`photon_splatting`].
 
 mod counters;
+pub(crate) mod light_views;
 #[cfg(test)]
 mod new_room;
+pub mod photon_splatting;
 pub mod sampled;
 pub(crate) mod smoothing;
 #[cfg(test)]
@@ -45,6 +47,7 @@ rooms! {
     help: "Indirect light.\n\nWhere light comes from that is not straight from the lights: other surfaces, emission, the \
            surroundings.",
     none: None = "none", "Nowhere: direct light alone" {
+        PhotonSplatting(photon_splatting::PhotonSplatting),
         VirtualLights(virtual_lights::VirtualLights),
         #[cfg(test)]
         NewRoom(new_room::NewRoom),

@@ -8,15 +8,7 @@ use lanternfish::{
     },
 };
 
-/// One way to find indirect light.
-#[derive(Clone, Debug)]
-pub struct Configuration {
-    /// What it changes, by the names of the command line.
-    pub name: String,
-    pub settings: Settings,
-    /// Whether its steps are beside Archer's.
-    pub has_steps: bool,
-}
+use crate::bench::one_bounce::Configuration;
 
 /// Deep images as in [Archer2019, §4]: a hemisphere of 13 stacks and 13 slices, 64² texels.
 pub fn papers_images() -> DeepImageSettings {

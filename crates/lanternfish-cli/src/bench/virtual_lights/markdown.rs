@@ -6,9 +6,11 @@ use super::{
     Report,
     measure::{RangeRow, Row},
     steps::PAPER,
-    walk::Flicker,
 };
-use crate::report::grouped;
+use crate::{
+    bench::one_bounce::{flicker_table, heading},
+    report::grouped,
+};
 
 /// [Archer2019, table 3], ms: Atrium and Rungholt by rays, and random ranges; by texels across the map.
 const RANGES: [(u32, [f64; 3]); 4] =
@@ -18,21 +20,8 @@ pub fn to_markdown(report: &Report) -> String {
     let mut page = String::new();
     // Writing to a String cannot fail.
     let mut line = |text: &str| writeln!(page, "{text}").expect("String");
-    line(&format!("# Virtual lights: {}\n", report.scene));
-    line(&format!(
-        "{} x {}, {} triangles, {} lights; {} on {}, Lanternfish {}. Times: the least of {} runs, device ms, to be compared within this \
-         page only. Counts and errors are exact. Truth: {} samples a pixel, energy of its bounce ± {:.1} %.\n",
-        report.width,
-        report.height,
-        grouped(report.triangles as u64),
-        grouped(report.lights as u64),
-        report.adapter,
-        report.driver,
-        report.version,
-        report.runs,
-        report.truth_samples,
-        100.0 * report.truth_noise
-    ));
+    line(&format!("# Virtual lights: {}\n", report.heading.scene));
+    line(&heading(&report.heading));
     line("## Ways to find indirect light\n");
     line(
         "*Energy*: of indirect light alone, over the path tracer's one bounce. *FLIP*: HDR-FLIP of the whole picture. *In range*: share of \
@@ -67,14 +56,7 @@ pub fn to_markdown(report: &Report) -> String {
         report.ranges.iter().for_each(|row| line(&range_row(row)));
     }
     if !report.flicker.is_empty() {
-        line("\n## Flicker along the track\n");
-        line(
-            "Surfaces are grey and diffuse and do not move, lights neither. Standard deviation of the indirect light of a place over the \
-             frames that see it, and its mean change from one to the next, both over its mean.\n",
-        );
-        line("| | frames | places | deviation, % | of 95 % of places at most | change a frame, % |");
-        line("|---|---:|---:|---:|---:|---:|");
-        report.flicker.iter().for_each(|row| line(&flicker_row(row)));
+        page += &flicker_table(&report.flicker);
     }
     page
 }
@@ -113,18 +95,6 @@ fn range_row(row: &RangeRow) -> String {
         row.deep_images_ms,
         row.bvh_ms,
         row.random_ms
-    )
-}
-
-fn flicker_row(row: &Flicker) -> String {
-    format!(
-        "| {} | {} | {} | {:.2} | {:.2} | {:.2} |",
-        row.name,
-        row.frames,
-        grouped(row.places as u64),
-        100.0 * row.mean,
-        100.0 * row.percentile_95,
-        100.0 * row.step
     )
 }
 

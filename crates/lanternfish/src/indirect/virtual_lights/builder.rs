@@ -6,14 +6,16 @@ use super::{
     Emission, MapSource, Ranges, Residual, VirtualLightParameters, VirtualLights,
     draw::MapRaster,
     parameters::{LightRange, Texel},
-    shadow_map::{ShadowMap, ShadowMapView, radius_of},
 };
 use crate::{
     context::ViewContext,
     deep_images::{DeepImages, workgroups},
     error::RenderError,
     gpu_scene::GpuScene,
-    indirect::Counters,
+    indirect::{
+        Counters,
+        light_views::{KeptLightViews, LightViews, radius_of},
+    },
     lights::{Light, LightSet},
     rays::{self, Tracer},
     settings::{DeepImageSettings, Materials, Settings},
@@ -77,8 +79,8 @@ pub(super) struct LightBuilder {
     choose_far: ComputeKernel,
     /// The uniform that light culling reads the number of lights from.
     count: wgpu::Buffer,
-    /// How the map is shared out, for the scene of this revision, and the frame of the mean.
-    map: (u64, u32, ShadowMap),
+    /// How the map is shared out.
+    map: KeptLightViews,
     lights: Option<FrameLights>,
 }
 
@@ -114,7 +116,7 @@ impl LightBuilder {
             place: kernel("place", &[], "place", "place")?,
             choose_far: kernel("place", &[], "choose_far", "choose_far")?,
             count: uniform_buffer_of(device, "indirect/virtual_lights/count", &[0u32; 4]),
-            map: (0, 0, ShadowMap::default()),
+            map: KeptLightViews::default(),
             lights: None,
         })
     }
@@ -140,25 +142,20 @@ impl LightBuilder {
     ) -> Result<FrameLights, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view;
         let texels = self.settings.map.texels().pow(2);
-        let (revision, frame_index) = (scene.revision(), view.frame_index);
-        if self.map.0 != revision || (self.map.2.is_by_chance && self.map.1 != frame_index) {
-            let map = ShadowMap::new(&scene.lights.on_host, &scene.bounds, texels, frame_index);
-            self.map = (revision, frame_index, map);
-        }
+        self.map.renew(scene, texels, view.frame_index);
         let mut parameters = self.parameters(scene, view.frame_index);
+        let map = self.map.views();
         let count = parameters.texel_count;
         let scene_bindings = scene.bindings().with(&buffer.bindings());
 
         // What lights see.
-        let no_view = [ShadowMapView::default()];
-        let views = if self.map.2.views.is_empty() { &no_view } else { self.map.2.views.as_slice() };
-        let views = frame.storage_of("indirect/virtual_lights/views", views)?;
+        let views = map.record(frame, scene, view.frame_index)?;
         let found = frame.scratch("indirect/virtual_lights/texels", size_of::<Texel>() as u64 * u64::from(texels))?;
         let uniform = frame.uniform(&parameters);
         let tracing = scene_bindings.clone().part("virtual_lights", &uniform);
-        let tracing = tracing.buffer("shadow_map_views", &views).buffer("texels", &found);
+        let tracing = tracing.with(&views.bindings()).buffer("texels", &found);
         if let Some(raster) = &mut self.raster {
-            raster.record(frame, scene, &self.map.2.views, self.settings.map.texels(), &tracing)?;
+            raster.record(frame, scene, &map.views, self.settings.map.texels(), &tracing)?;
         }
         frame.dispatch(&self.trace, &tracing, workgroups(count - parameters.first_traced));
         for level in (1..=MOST_LEVELS).filter(|_| parameters.spacing > 0.0) {
@@ -266,7 +263,7 @@ impl LightBuilder {
 
     fn parameters(&self, scene: &GpuScene, frame_index: u32) -> VirtualLightParameters {
         let settings = &self.settings;
-        let ShadowMap { views, flux, .. } = &self.map.2;
+        let LightViews { views, flux, .. } = self.map.views();
         let radius = radius_of(&scene.bounds);
         let texels = settings.map.texels().pow(2);
         let taken_count = match settings.count {
@@ -279,7 +276,6 @@ impl LightBuilder {
         VirtualLightParameters {
             scene_radius: radius,
             texel_count: if views.is_empty() { 0 } else { texels },
-            view_count: views.len() as u32,
             first_traced: if self.raster.is_some() { MapRaster::texels(views) } else { 0 },
             frame_index,
             level: 0,

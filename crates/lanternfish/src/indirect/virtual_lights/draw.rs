@@ -4,11 +4,11 @@ use glam::{Affine3A, Mat3, UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 use lanternfish_scene::{Bounds, Camera, Projection};
 
-use super::shadow_map::{ShadowMapView, radius_of};
 use crate::{
     deep_images::workgroups,
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster},
+    indirect::light_views::{LightView, radius_of},
     prepass::DEPTH_FORMAT,
     shaders::SHADERS,
     texture::frame_target,
@@ -19,8 +19,6 @@ use crate::{
 const MOST_DRAWN: usize = 60;
 /// Texels along an edge of the smallest view that is drawn.
 const LEAST_SIDE: u32 = 8;
-/// Near plane of a light's view, over the scene's radius.
-const NEAR_SHARE: f32 = 1e-4;
 
 /// As `draw.wesl` says.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
@@ -51,7 +49,7 @@ impl MapRaster {
     }
 
     /// How many texels of these views are drawn: those of the first so many views.
-    pub fn texels(views: &[ShadowMapView]) -> u32 {
+    pub fn texels(views: &[LightView]) -> u32 {
         drawn(views).last().map_or(0, |view| view.first + view.side * view.side)
     }
 
@@ -60,7 +58,7 @@ impl MapRaster {
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
-        views: &[ShadowMapView],
+        views: &[LightView],
         edge: u32,
         bindings: &Bindings<'_>,
     ) -> Result<(), RenderError> {
@@ -105,13 +103,13 @@ impl MapRaster {
 }
 
 /// The views that are drawn: the largest.
-fn drawn(views: &[ShadowMapView]) -> &[ShadowMapView] {
+fn drawn(views: &[LightView]) -> &[LightView] {
     let count = views.iter().take(MOST_DRAWN).take_while(|view| view.side >= LEAST_SIDE).count();
     &views[..count]
 }
 
 /// A light's view as a camera's. Its x is the axis up and its y the one to the right: together they look along the third.
-fn look(view: &ShadowMapView, scene: &GpuScene) -> View {
+fn look(view: &LightView, scene: &GpuScene) -> View {
     let half_width = view.right.length();
     let axes = Mat3::from_cols(view.up / half_width, view.right / half_width, -view.forward);
     let radius = radius_of(&scene.bounds);
@@ -134,13 +132,7 @@ fn look(view: &ShadowMapView, scene: &GpuScene) -> View {
     View::new(&camera, UVec2::splat(view.side), Vec3::ZERO, &around)
 }
 
-/// Distances of the planes of a light's view: from its origin, and from where parallel rays start, which have a far one. `radius`: the
-/// scene's, m.
-pub(super) fn planes(is_parallel: bool, radius: f32) -> (f32, f32) {
-    if is_parallel { (0.9 * radius, 3.1 * radius) } else { (NEAR_SHARE * radius, 0.0) }
-}
-
-/// Every second bit of a number, and the others: `texel.wesl`.
+/// Every second bit of a number, and the others: `light_views/rays.wesl`.
 fn texel_from_code(code: u32) -> UVec2 {
     let compact = |code: u32| (0..16).fold(0, |sum, bit| sum | (code >> (2 * bit) & 1) << bit);
     UVec2::new(compact(code), compact(code >> 1))

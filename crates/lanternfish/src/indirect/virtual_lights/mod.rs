@@ -1,6 +1,6 @@
 //! Virtual point lights, each with a range of its own [Archer2019, §3.2; Keller1997; Dachsbacher2005].
 //!
-//! 1. Map: what the scene's lights see, texel by texel (`shadow_map.rs`, `trace.wesl`); texels that lie close together become one
+//! 1. Map: what the scene's lights see, texel by texel (`light_views/`, `trace.wesl`); texels that lie close together become one
 //!    (`merge.wesl`).
 //! 2. Ranges: six rays from every texel's surface (`range_rays.wesl`); lights with too small or too large a range are left out
 //!    (`ranges.wesl`); the others are put in order (`place.wesl`).
@@ -13,7 +13,6 @@ mod choices;
 mod draw;
 mod parameters;
 mod settings;
-mod shadow_map;
 #[cfg(test)]
 mod tests;
 
@@ -22,7 +21,6 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct};
 use self::{
     builder::LightBuilder,
     parameters::{LightRange, Texel, VirtualLightParameters},
-    shadow_map::ShadowMapView,
 };
 pub use self::{
     choices::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual},
@@ -36,7 +34,7 @@ use crate::{
     context::ViewContext,
     deep_images::DeepImages,
     error::RenderError,
-    gpu_scene::{MASKED, TEXTURES, VisibleDraws},
+    gpu_scene::{MASKED, TEXTURES},
     light_culling::{LightCulling, Reach},
     prepass::Surface,
     rays::{self, Tracer},
@@ -66,7 +64,6 @@ pub(crate) const DECLARED: Shaders = Shaders {
     ],
     structs: &[
         SharedStruct::of::<VirtualLightParameters>(),
-        SharedStruct::of::<ShadowMapView>(),
         SharedStruct::of::<Texel>(),
         SharedStruct::of::<LightRange>(),
     ],
@@ -133,15 +130,7 @@ impl IndirectPasses for VirtualLightPasses {
     ) -> Result<IndirectSums, RenderError> {
         let found = self.builder.get(frame, view, images)?;
         // What is lit is this surface, whatever else the view shows.
-        let lit = ViewContext {
-            scene: view.scene,
-            view: view.view,
-            buffer: view.buffer.clone(),
-            draws: VisibleDraws { solid: Vec::new(), blended: Vec::new() },
-            surface: surface.clone(),
-            middle: surface.clone(),
-            rotation: view.rotation,
-        };
+        let lit = view.showing(surface);
         let lists = self.culling.record(frame, std::slice::from_ref(&lit), Reach::Surface, &found.set)?.remove(0);
 
         let frames = self.frames.max(view.view.frame_index.saturating_add(1));

@@ -10,8 +10,6 @@ gpu_struct! {
         scene_radius: f32,
         /// Texels of all views of the map.
         texel_count: u32,
-        /// Views of the map.
-        view_count: u32,
         /// Texels before this one are rendered, those from it on are traced.
         first_traced: u32,
         /// Which of the frames that are averaged into one picture this is.

@@ -1,20 +1,37 @@
-//! How the texels of the reflective shadow map are shared out: lights get as many as they contribute of all light.
+//! Square views of what lights see, whose texels are rays that carry their light: for rooms that follow light from where it starts.
 //!
-//! A light has square views: a point light the six faces of a cube, a wide spot five of them, others one. A view that would get less
-//! than a texel gets one by chance, which then counts for more: in the mean over frames it has what it should.
+//! Lights share the texels by flux. A point light has the six faces of a cube, a wide spot five of them, others one view. A view that would
+//! get less than a texel gets one by chance, which then counts for more: in the mean over frames it has what it should.
 
 use std::f32::consts::PI;
 
 use glam::{Mat3, UVec2, Vec3};
-use lanternfish_gpu::gpu_struct;
+use lanternfish_gpu::{Bindings, BufferPart, Frame, GpuError, SharedStruct, gpu_struct};
 use lanternfish_scene::Bounds;
 
-use super::draw::planes;
-use crate::lights::Light;
+use crate::{gpu_scene::GpuScene, lights::Light, shaders::Shaders};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders =
+    Shaders { roots: &[], structs: &[SharedStruct::of::<LightView>(), SharedStruct::of::<LightViewSet>()] };
+
+gpu_struct! {
+    /// What shaders are told of the views.
+    pub struct LightViewSet {
+        /// How many there are.
+        count: u32,
+        /// Which of the frames that are averaged into one picture this is.
+        frame_index: u32,
+        /// Radius of a sphere about the scene's middle that holds everything, m.
+        scene_radius: f32,
+        /// Unused.
+        _pad: u32,
+    }
+}
 
 gpu_struct! {
     /// A square view of what a light sees.
-    pub struct ShadowMapView {
+    pub struct LightView {
         /// Axis across, world space, as long as half the view is wide at distance 1, or in metres where its rays are parallel.
         right: Vec3,
         /// Index of the light.
@@ -42,18 +59,56 @@ gpu_struct! {
 
 /// The views of all lights, the largest first.
 #[derive(Debug, Default)]
-pub(super) struct ShadowMap {
-    pub views: Vec<ShadowMapView>,
+pub(crate) struct LightViews {
+    pub views: Vec<LightView>,
     /// Luminous flux of all lights, lm.
     pub flux: f32,
     /// Whether views were taken by chance: others in another frame.
     pub is_by_chance: bool,
 }
 
+/// The views of the scene as it is: shared out again where its lights have changed, and where views are taken by chance.
+#[derive(Debug, Default)]
+pub(crate) struct KeptLightViews {
+    /// [`GpuScene::revision`], texels in all, and the frame of the mean.
+    made_of: Option<(u64, u32, u32)>,
+    views: LightViews,
+}
+
+impl KeptLightViews {
+    /// Makes them those of this frame of a mean.
+    pub fn renew(&mut self, scene: &GpuScene, texels: u32, frame_index: u32) {
+        let made_of = (scene.revision(), texels, if self.views.is_by_chance { frame_index } else { 0 });
+        if self.made_of != Some(made_of) {
+            self.views = LightViews::new(&scene.lights.on_host, &scene.bounds, texels, frame_index);
+            self.made_of = Some((made_of.0, made_of.1, if self.views.is_by_chance { frame_index } else { 0 }));
+        }
+    }
+
+    /// The views that it was last made to have.
+    pub fn views(&self) -> &LightViews {
+        &self.views
+    }
+}
+
+/// Views on the device.
+#[derive(Debug)]
+pub(crate) struct LightViewBuffers {
+    set: BufferPart,
+    views: wgpu::Buffer,
+}
+
+impl LightViewBuffers {
+    /// Bindings of `rays.wesl`, beside the scene's.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new().part("light_view_set", &self.set).buffer("light_views", &self.views)
+    }
+}
+
 /// Tangent of a spot's outer angle from which on it has several views.
 const WIDE_SPOT: f32 = 2.0;
 
-impl ShadowMap {
+impl LightViews {
     /// Shares out `texels` texels, a square of a power of two. Views that would get less than one have their chance in every frame anew.
     pub fn new(lights: &[Light], bounds: &Bounds, texels: u32, frame_index: u32) -> Self {
         let mut views = Vec::new();
@@ -91,7 +146,7 @@ impl ShadowMap {
         }
         // What is left goes to those that have the least of what they should.
         let mut poorest: Vec<usize> = (0..views.len()).filter(|i| expected[*i] >= 1.0).collect();
-        let lack = |views: &[ShadowMapView], i: usize| expected[i] / (views[i].side * views[i].side).max(1) as f32;
+        let lack = |views: &[LightView], i: usize| expected[i] / (views[i].side * views[i].side).max(1) as f32;
         poorest.sort_by(|a, b| lack(&views, *b).total_cmp(&lack(&views, *a)).then(a.cmp(b)));
         for i in poorest {
             let more = 3 * views[i].side * views[i].side;
@@ -110,6 +165,35 @@ impl ShadowMap {
         }
         Self { views, flux, is_by_chance }
     }
+
+    /// How many texels all views have.
+    pub fn texels(&self) -> u32 {
+        self.views.last().map_or(0, |view| view.first + view.side * view.side)
+    }
+
+    /// The views on the device, for one frame.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        frame_index: u32,
+    ) -> Result<LightViewBuffers, GpuError> {
+        let scene_radius = radius_of(&scene.bounds);
+        let set = LightViewSet { count: self.views.len() as u32, frame_index, scene_radius, _pad: 0 };
+        // A binding cannot be empty.
+        let none = [LightView::default()];
+        let views = if self.views.is_empty() { &none } else { self.views.as_slice() };
+        Ok(LightViewBuffers { set: frame.uniform(&set), views: frame.storage_of("indirect/light_views", views)? })
+    }
+}
+
+/// Near plane of a light's view, over the scene's radius.
+const NEAR_SHARE: f32 = 1e-4;
+
+/// Distances of the planes of a light's view: from its origin, and from where parallel rays start, which have a far one. `radius`: the
+/// scene's, m.
+fn planes(is_parallel: bool, radius: f32) -> (f32, f32) {
+    if is_parallel { (0.9 * radius, 3.1 * radius) } else { (NEAR_SHARE * radius, 0.0) }
 }
 
 fn luminance(color: Vec3) -> f32 {
@@ -131,13 +215,13 @@ fn flux_of(light: &Light, bounds: &Bounds) -> f32 {
 }
 
 /// Radius of a sphere that holds the scene, m.
-pub(super) fn radius_of(bounds: &Bounds) -> f32 {
+pub(crate) fn radius_of(bounds: &Bounds) -> f32 {
     if bounds.is_empty() { 1.0 } else { (0.5 * bounds.size().length()).max(1e-6) }
 }
 
-fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<ShadowMapView> {
+fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<LightView> {
     let (near, far) = planes(light.kind == 2, radius_of(bounds));
-    let view = |axes: Mat3, half_width: f32, origin: Vec3| ShadowMapView {
+    let view = |axes: Mat3, half_width: f32, origin: Vec3| LightView {
         right: half_width * axes.x_axis,
         light: index,
         up: half_width * axes.y_axis,
@@ -197,25 +281,25 @@ mod tests {
         for (lights, texels) in
             [(vec![sun], 4096), (vec![bright, dim], 65536), (vec![dim; 3], 4096), (vec![dim; 5000], 4096)]
         {
-            let map = ShadowMap::new(&lights, &bounds(), texels, 0);
+            let map = LightViews::new(&lights, &bounds(), texels, 0);
             let used: u32 = map.views.iter().map(|view| view.side * view.side).sum();
             assert!(used <= texels && used * 2 >= texels, "{used} of {texels}");
             for view in &map.views {
                 assert!(view.side.is_power_of_two() && view.first % (view.side * view.side) == 0, "{view:?}");
             }
             // In the mean, the flux of the views is that of the lights.
-            let of_view = |view: &ShadowMapView| {
+            let of_view = |view: &LightView| {
                 let light = &lights[view.light as usize];
                 view.weight * flux_of(light, &bounds()) / if light.kind == 0 { 6.0 } else { 1.0 }
             };
             let counted: f32 = map.views.iter().map(of_view).sum();
             assert!((counted / map.flux - 1.0).abs() < 0.01, "{counted} of {}", map.flux);
         }
-        let map = ShadowMap::new(&[bright, dim], &bounds(), 65536, 0);
+        let map = LightViews::new(&[bright, dim], &bounds(), 65536, 0);
         let texels_of = |light| map.views.iter().filter(|v| v.light == light).map(|v| v.side * v.side).sum::<u32>();
         // Powers of two are coarse.
         assert!(texels_of(0) > texels_of(1), "{} {}", texels_of(0), texels_of(1));
-        assert!(ShadowMap::new(&[], &bounds(), 4096, 0).views.is_empty());
+        assert!(LightViews::new(&[], &bounds(), 4096, 0).views.is_empty());
     }
 
     /// A view that has less than a texel has it in as many of the frames as it should.
@@ -225,7 +309,7 @@ mod tests {
         let lights = vec![dim; 2000];
         let mut seen = vec![0; lights.len()];
         for frame in 0..100 {
-            let map = ShadowMap::new(&lights, &bounds(), 4096, frame);
+            let map = LightViews::new(&lights, &bounds(), 4096, frame);
             assert!(map.is_by_chance);
             map.views.iter().for_each(|view| seen[view.light as usize] += 1);
         }

@@ -13,7 +13,6 @@ use lanternfish_reference::{Settings as TracerSettings, Tracer};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
-use super::configurations::Configuration;
 use crate::{error::CliError, parse::Size};
 
 /// Places that are looked at, across and down the picture in the middle of the walk.
@@ -96,15 +95,15 @@ impl<'a> Walk<'a> {
     }
 
     /// Walks it.
-    pub fn flicker(&self, configuration: &Configuration) -> Result<Flicker, CliError> {
-        let pictures = self.pictures(&configuration.settings)?;
+    pub fn flicker(&self, name: &str, settings: &Settings) -> Result<Flicker, CliError> {
+        let pictures = self.pictures(settings)?;
         let at = |frame: usize, at: [f32; 2]| {
             interpolated(&pictures[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
         };
         let of_place =
             |place: &Vec<Option<[f32; 2]>>| place.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect();
         let found: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_place).collect();
-        Ok(Flicker { name: configuration.name.clone(), frames: self.cameras.len(), ..of(&found) })
+        Ok(Flicker { name: name.to_owned(), frames: self.cameras.len(), ..of(&found) })
     }
 
     /// Luminances of each frame.

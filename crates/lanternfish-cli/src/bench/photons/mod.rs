@@ -1,0 +1,162 @@
+//! `lanternfish bench photons`: photon differentials beside rays from every pixel, virtual lights and the path tracer
+//! [Aalund2015, §5.2].
+
+mod configurations;
+mod markdown;
+
+use lanternfish_gpu::PassTime;
+use serde::Serialize;
+
+use self::configurations::{configurations, converging, walked};
+use super::one_bounce::{Bench, Configuration, Errors, Flicker, Heading, OneBounceArgs};
+use crate::{
+    error::CliError,
+    output::{print, write_text},
+    progress::Progress,
+};
+
+/// Everything the bench found.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    #[serde(flatten)]
+    heading: Heading,
+    rows: Vec<Row>,
+    means: Vec<Mean>,
+    flicker: Vec<Flicker>,
+}
+
+/// One way to find indirect light.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    pub name: String,
+    /// Device milliseconds of the whole frame, without the building of deep images; and of that.
+    pub frame_ms: f64,
+    pub deep_images_ms: f64,
+    pub times: Times,
+    /// Photons from the lights that surfaces reflect; those that they were split into that came to a surface; those that are splatted.
+    pub reflected: u64,
+    pub landed: u64,
+    pub splatted: u64,
+    /// Photons that left the scene, or are left out for they light nothing that is seen.
+    pub escaped: u64,
+    pub off_screen: u64,
+    pub hidden: u64,
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+/// Device milliseconds of photons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Times {
+    /// From the lights to the first surface.
+    pub emit: f64,
+    /// Rays alone.
+    pub trace: f64,
+    /// Putting those in order that are seen.
+    pub keep: f64,
+    /// Lists of photons.
+    pub lists: f64,
+    /// Adding them up.
+    pub splat: f64,
+}
+
+impl Times {
+    fn of(passes: &[PassTime]) -> Self {
+        let mut times = Self::default();
+        // Light culling is recorded twice: for the scene's lights before, and for photons after these are traced.
+        let mut has_photons = false;
+        for pass in passes {
+            let own = pass.name.strip_prefix("indirect/photon_splatting/");
+            has_photons |= own.is_some();
+            let time = match own {
+                Some("emit") => &mut times.emit,
+                Some("trace") => &mut times.trace,
+                Some("gather" | "splat" | "add") => &mut times.splat,
+                Some(_) => &mut times.keep,
+                None if pass.name.starts_with("light_culling/") && has_photons => &mut times.lists,
+                None => continue,
+            };
+            *time += pass.ms;
+        }
+        times
+    }
+}
+
+/// A mean of frames.
+#[derive(Clone, Debug, Serialize)]
+pub struct Mean {
+    pub name: String,
+    pub frames: u32,
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
+    let mut progress = Progress::start(false);
+    let bench = Bench::start(args, "photons", &mut progress)?;
+    let mut rows = Vec::new();
+    for configuration in configurations(&bench.look, args.quick).iter().filter(|c| args.asks_for(&c.name)) {
+        rows.push(progress.step("render", &configuration.name, || row(&bench, configuration))?);
+    }
+    let mut means = Vec::new();
+    for configuration in converging(&bench.look).iter().filter(|_| args.asks_for("frames")) {
+        let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
+        for frames in counts {
+            let name = format!("{}, {frames} frames", configuration.name);
+            let mean = progress.step("mean", &name, || bench.mean(&configuration.settings, *frames))?;
+            let errors = bench.keep(&name, &mean)?;
+            means.push(Mean { name: configuration.name.clone(), frames: *frames, errors });
+        }
+    }
+    let asked = if args.asks_for("flicker") { walked(&bench.look) } else { Vec::new() };
+    let flicker = if asked.is_empty() { Vec::new() } else { bench.flicker(&asked, &mut progress)? };
+    progress.finish();
+
+    let report = Report { heading: bench.heading.clone(), rows, means, flicker };
+    let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
+    write_text(&bench.folder.join("report.json"), &(json + "\n"))?;
+    let page = markdown::to_markdown(&report);
+    let file = bench.folder.join("report.md");
+    write_text(&file, &page)?;
+    print(&format!("{page}\n{}\n", file.display()))
+}
+
+fn row(bench: &Bench, configuration: &Configuration) -> Result<Row, CliError> {
+    let (run, errors) = bench.row(configuration)?;
+    let count = |name: &str| run.counter(&format!("photons/{name}"));
+    let built = run.first.iter().filter(|pass| pass.name.starts_with("deep_images/"));
+    Ok(Row {
+        name: configuration.name.clone(),
+        frame_ms: run.frame_ms(),
+        deep_images_ms: built.map(|pass| pass.ms).sum(),
+        times: Times::of(&run.picture.report.passes),
+        reflected: count("reflected"),
+        landed: count("landed"),
+        splatted: count("splatted"),
+        escaped: count("escaped"),
+        off_screen: count("off_screen"),
+        hidden: count("hidden"),
+        errors,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_go_to_their_columns() {
+        let pass = |(name, ms): (&str, f64)| PassTime { name: name.to_owned(), ms };
+        let passes = [
+            ("light_culling/clustered/mark", 100.0),
+            ("indirect/photon_splatting/emit", 1.0),
+            ("indirect/photon_splatting/trace", 2.0),
+            ("indirect/photon_splatting/keep", 4.0),
+            ("light_culling/clustered/mark", 8.0),
+            ("indirect/photon_splatting/gather", 16.0),
+            ("shading/forward", 1000.0),
+        ];
+        let times = Times::of(&passes.map(pass));
+        assert_eq!(times, Times { emit: 1.0, trace: 2.0, keep: 4.0, lists: 8.0, splat: 16.0 });
+    }
+}

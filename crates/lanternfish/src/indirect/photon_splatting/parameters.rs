@@ -1,0 +1,86 @@
+//! What the host and the shaders of photon splatting share.
+
+use glam::Vec3;
+use lanternfish_gpu::gpu_struct;
+
+gpu_struct! {
+    /// What the passes are told.
+    pub struct PhotonParameters {
+        /// Radius of a sphere about the scene's middle that holds everything, m.
+        scene_radius: f32,
+        /// Photons that are split: one a texel of the lights' views.
+        primary_count: u32,
+        /// Directions that each is split into. Then there is one more, the mirror direction.
+        direction_count: u32,
+        /// The first of those that the chunk in hand has.
+        first_direction: u32,
+        /// How many of them it has.
+        chunk_directions: u32,
+        /// Photons of the chunk at most.
+        slot_count: u32,
+        /// Which of the frames that are averaged into one picture this is.
+        frame_index: u32,
+        /// How often light has been scattered before.
+        bounce: u32,
+        /// Radius of a footprint over that of the ellipse in its parallelogram.
+        radius: f32,
+        /// 1: footprints are widened to the cell of the direction.
+        widened: u32,
+        /// 1: surfaces have a glossy lobe.
+        glossy: u32,
+        /// Luminous flux that is counted as one, lm.
+        flux_unit: f32,
+        /// Tiles of the picture across.
+        columns: u32,
+        /// Tiles of the picture down.
+        rows: u32,
+        /// 1: nothing was added to the pixels' sums before.
+        is_first: u32,
+    }
+}
+
+gpu_struct! {
+    /// A photon that has come to a surface, where it is split.
+    pub struct PrimaryPhoton {
+        /// World space, m.
+        p_world: Vec3,
+        /// Normal of the triangle, octahedral, two snorms of 16 bits.
+        normal: u32,
+        /// Luminous flux that the surface scatters, lm.
+        scattered: Vec3,
+        /// Sum over the directions above the surface of their cosine times their solid angle, sr.
+        cosine_sum: f32,
+        /// Luminous flux that it mirrors, lm.
+        mirrored: Vec3,
+        /// GGX alpha of the lobe of that.
+        blur: f32,
+        /// Unit, the way it came.
+        direction: Vec3,
+        /// Which of its directions goes on where light is scattered more than once.
+        next_direction: u32,
+        /// Differential of the position across the footprint, m.
+        position_u: Vec3,
+        /// Differential of the direction.
+        direction_u_x: f32,
+        /// The same the other way.
+        position_v: Vec3,
+        /// Differential of the direction.
+        direction_u_y: f32,
+        /// The same the other way.
+        direction_v: Vec3,
+        /// Differential of the direction.
+        direction_u_z: f32,
+    }
+}
+
+gpu_struct! {
+    /// Where a photon has come to.
+    pub struct PhotonHit {
+        /// Index of the triangle, in the order of the BVH's leaves; else a constant of the shaders.
+        triangle: u32,
+        /// m.
+        distance: f32,
+        /// The way it came, octahedral, two snorms of 16 bits.
+        direction: u32,
+    }
+}
