@@ -1,7 +1,10 @@
 //! What is measured: one list.
 
 use lanternfish::{
-    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
+    indirect::{
+        photon_splatting::{PhotonSplatting, Splat},
+        virtual_lights::VirtualLights,
+    },
     settings::{
         Culling, DeepImageSettings, DirectionSet, Indirect, IndirectResolution, Quality, Sampled, Settings, Tracer,
     },
@@ -35,20 +38,18 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         return all;
     }
     let rooms = [
-        ("photon-count 64", PhotonSplatting { count: 64, ..usual }),
-        ("photon-count 256", PhotonSplatting { count: 256, ..usual }),
-        ("photon-count 1024", PhotonSplatting { count: 1024, ..usual }),
-        ("photon-tracer bvh", PhotonSplatting { tracer: Tracer::Bvh, ..usual }),
+        ("photon-count 1024, photon-radius 0.5", PhotonSplatting { count: 1024, radius: 0.5, ..usual }),
+        ("photon-count 1024, photon-radius 2", PhotonSplatting { count: 1024, radius: 2.0, ..usual }),
+        ("photon-count 16384, photon-radius 0.125", PhotonSplatting { count: 16384, radius: 0.125, ..usual }),
+        ("photon-radius 0.125", PhotonSplatting { radius: 0.125, ..usual }),
+        ("photon-radius 0.5", PhotonSplatting { radius: 0.5, ..usual }),
         ("photon-tracer ray-query", PhotonSplatting { tracer: Tracer::RayQuery, ..usual }),
+        ("photon-tracer within-texel", PhotonSplatting { tracer: Tracer::WithinTexel, ..usual }),
         ("photon-tracer across-texels", PhotonSplatting { tracer: Tracer::AcrossTexels, ..usual }),
-        ("photon-radius 1", PhotonSplatting { radius: 1.0, ..usual }),
-        ("photon-radius 1.5", PhotonSplatting { radius: 1.5, ..usual }),
-        ("photon-radius 3", PhotonSplatting { radius: 3.0, ..usual }),
-        ("x 1024 .5", PhotonSplatting { count: 1024, radius: 0.5, ..usual }),
-        ("x 1024 1", PhotonSplatting { count: 1024, radius: 1.0, ..usual }),
-        ("x 4096 .25", PhotonSplatting { count: 4096, radius: 0.25, ..usual }),
-        ("x 4096 .5", PhotonSplatting { count: 4096, radius: 0.5, ..usual }),
         ("photon-widened off", PhotonSplatting { widened: false, ..usual }),
+        ("photon-conserve on", PhotonSplatting { conserved: true, ..usual }),
+        ("photon-splat raster", PhotonSplatting { splat: Splat::Raster, ..usual }),
+        ("indirect-filter 0", PhotonSplatting { filter_radius: 0, ..usual }),
     ];
     for (name, room) in rooms {
         add(&format!("photon-splatting, {name}"), with(room));
@@ -57,19 +58,35 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         let name = lanternfish::rooms::Family::name(&culling);
         add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
     }
-    for count in [64, 512] {
-        let images = papers_images(count);
-        add(&format!("photon-splatting, {count} directions"), Settings { deep_images: images, ..with(usual) });
-    }
+    let paper = Settings { deep_images: papers_images(200), ..with(papers_photons()) };
+    add("as in the paper", paper.clone());
+    add(
+        "as in the paper, photon-splat raster",
+        Settings {
+            indirect: Indirect::PhotonSplatting(PhotonSplatting { splat: Splat::Raster, ..papers_photons() }),
+            ..paper
+        },
+    );
     all
 }
 
-/// Deep images as in [Aalund2015, §5.2], which has 512 of 200 × 200.
-pub fn papers_images(count: u32) -> DeepImageSettings {
-    DeepImageSettings {
-        directions: DirectionSet::ZonalEqualArea { count },
-        resolution: 200,
-        ..DeepImageSettings::default()
+/// 512 deep images of so many texels along an edge: 200 in [Aalund2015, §5.2], 50 in fig. 9.
+pub fn papers_images(resolution: u32) -> DeepImageSettings {
+    let directions = DirectionSet::ZonalEqualArea { count: 512 };
+    DeepImageSettings { directions, resolution, ..DeepImageSettings::default() }
+}
+
+/// Photons as in the paper, which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
+/// nothing filtered.
+pub fn papers_photons() -> PhotonSplatting {
+    PhotonSplatting {
+        count: 1024,
+        tracer: Tracer::WithinTexel,
+        radius: 1.0,
+        widened: false,
+        conserved: false,
+        filter_radius: 0,
+        ..PhotonSplatting::default()
     }
 }
 
@@ -81,8 +98,8 @@ pub fn converging(look: &Settings) -> Vec<Configuration> {
         ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
         ("photon-splatting", Indirect::PhotonSplatting(usual)),
         (
-            "photon-splatting, photon-tracer bvh",
-            Indirect::PhotonSplatting(PhotonSplatting { tracer: Tracer::Bvh, ..usual }),
+            "photon-splatting, photon-tracer within-texel",
+            Indirect::PhotonSplatting(PhotonSplatting { tracer: Tracer::WithinTexel, ..usual }),
         ),
     ];
     named(look, &rooms)

@@ -54,12 +54,12 @@ pub struct PhotonSplatting {
 impl Default for PhotonSplatting {
     fn default() -> Self {
         Self {
-            count: 256,
-            tracer: Tracer::WithinTexel,
+            count: 4096,
+            tracer: Tracer::Bvh,
             bounces: 1,
-            radius: 2.0,
+            radius: 0.25,
             widened: true,
-            conserved: true,
+            conserved: false,
             splat: Splat::Gather,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
@@ -131,9 +131,9 @@ impl Room for PhotonSplatting {
 impl IndirectRoom for PhotonSplatting {
     fn spend(&mut self, quality: Quality) {
         (self.count, self.resolution) = match quality {
-            Quality::Draft => (512, IndirectResolution::Half),
-            Quality::Good => (1024, IndirectResolution::Full),
-            Quality::Best => (8192, IndirectResolution::Full),
+            Quality::Draft => (2048, IndirectResolution::Half),
+            Quality::Good => (4096, IndirectResolution::Full),
+            Quality::Best => (16384, IndirectResolution::Full),
         };
     }
 
