@@ -24,7 +24,7 @@ pub struct LightArgs {
     ///
     /// `x,y,z,dx,dy,dz,radius,nits[,r,g,b[,range]]`: its middle (m), the way it faces, radius (m), radiance (nits), colour that
     /// scales it, and where it ends (m). It is not seen itself.
-    #[arg(long = "disk", value_name = "x,y,z,...")]
+    #[arg(long = "disk", value_name = "x,y,z,...", hide_short_help = true)]
     #[arg(value_parser = parse::disk, allow_hyphen_values = true)]
     pub disks: Vec<Light>,
     /// A rectangle that shines to one side, and another each time.

@@ -4,6 +4,7 @@
 //! scenes with area lights 32, of which such a light has one for each of its rays. It takes as many words as the lists are long. Where the words of all pixels do not fit one buffer, the frame is made in bands of pixel
 //! rows: no light is left out.
 
+mod kernels;
 #[cfg(test)]
 mod tests;
 
@@ -11,10 +12,10 @@ use std::ops::Range;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, BufferPart, ComputeKernel, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_struct,
-    primitives::Scan,
+    Bindings, BufferPart, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_struct, primitives::Scan,
 };
 
+use self::kernels::Kernels;
 use crate::{
     context::ViewContext,
     deep_images::DeepImages,
@@ -24,7 +25,7 @@ use crate::{
     lights::AREA_LIGHTS,
     rays::{self, Tracer},
     settings::{DebugView, DeepImageSettings, DeepStore, RayCulling, Settings},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::frame_target,
 };
 
@@ -94,38 +95,6 @@ pub struct Shadows {
     /// Words of bits of a band at most, beside the device's binding limit and the rays that can be counted; a lower number gives more
     /// bands.
     pub(crate) word_limit: u64,
-}
-
-/// The passes for scenes with area lights, or for those without.
-#[derive(Debug)]
-struct Kernels {
-    plan: ComputeKernel,
-    trace: ComputeKernel,
-    /// Listed lights that share a word.
-    lights_a_word: u32,
-    /// Words of a band whose rays can be counted.
-    most_words: u64,
-}
-
-impl Kernels {
-    fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer, has_areas: bool) -> Result<Self, RenderError> {
-        let [plan, trace] = features(settings, tracer, has_areas)?;
-        let plan = SHADERS.link("shadows/plan", &plan)?;
-        let trace = SHADERS.link("shadows/trace", &trace)?;
-        let is_soft = settings.casts_soft_shadows();
-        let lights_a_word = match (has_areas, is_soft) {
-            (true, _) => 1,
-            (false, true) => 32 / SOFT_LIGHT_BITS,
-            (false, false) => 32,
-        };
-        let rays = if is_soft || has_areas { settings.shadow_rays } else { 1 };
-        Ok(Self {
-            plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
-            trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
-            lights_a_word,
-            most_words: MOST_RAYS / u64::from(rays * lights_a_word),
-        })
-    }
 }
 
 /// How a frame's visibility is divided into bands.
