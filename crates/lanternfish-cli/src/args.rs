@@ -56,6 +56,8 @@ Examples:
     lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --fov-y 60 --sun 0.3,-1,-0.6,3
   A warm lamp of 100 cd that reaches 5 m, and a cold one:
     lanternfish render scene.glb --point 0,2.5,0,100,1,0.9,0.7,5 --point 3,2,1,80,0.6,0.8,1
+  A panel of 1.2 x 0.3 m and 2,000 nits that faces down:
+    lanternfish render scene.glb --rectangle 0,2.5,0,0,-1,0,1.2,0.3,2000
   Linear radiance for further work:
     lanternfish render scene.glb -o scene.exr
   How many lights each pixel looks at:
@@ -97,7 +99,7 @@ pub struct TrustArgs {
 pub enum Command {
     /// Renders a scene to a PNG or EXR file.
     ///
-    /// A flag that is repeated counts as it was said last; --point adds a light each time.
+    /// A flag that is repeated counts as it was said last; --point, --disk and --rectangle add a light each time.
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT, after_long_help = RENDER_EXAMPLES, args_override_self = true)]
     Render(Box<RenderArgs>),

@@ -58,8 +58,10 @@ fn describe(scene: &Scene) -> String {
         LightKind::Point => "point",
         LightKind::Spot { .. } => "spot",
         LightKind::Directional => "directional",
+        LightKind::Disk { .. } => "disk",
+        LightKind::Rectangle { .. } => "rectangle",
     });
-    lines.count("lights", scene.lights.len(), by_kind(kinds, &["point", "spot", "directional"]));
+    lines.count("lights", scene.lights.len(), by_kind(kinds, &["point", "spot", "directional", "disk", "rectangle"]));
     lines.count("cameras", scene.cameras.len(), "");
     for (index, camera) in scene.cameras.iter().enumerate() {
         let projection = match camera.projection {

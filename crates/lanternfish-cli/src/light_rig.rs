@@ -104,7 +104,7 @@ pub fn add(scene: &mut Scene, flags: &LightArgs, camera: &Camera) -> Result<(), 
 
 /// Whether a flag says what light there is.
 fn has_light(flags: &LightArgs) -> bool {
-    !flags.points.is_empty()
+    [&flags.points, &flags.disks, &flags.rectangles].iter().any(|lights| !lights.is_empty())
         || flags.sun.is_some()
         || flags.environment.is_some()
         || flags.sky.is_some()

@@ -1,5 +1,6 @@
 //! Parses words of the command line into vectors, sizes and lights. Messages say what was expected, with an example.
 
+mod area_light;
 #[cfg(test)]
 mod tests;
 
@@ -9,6 +10,8 @@ use lanternfish::{
     settings::Exposure,
 };
 use lanternfish_scene::{Bounds, Light, Scene};
+
+pub use self::area_light::{disk, rectangle};
 
 /// Widths and heights of pictures that are accepted, pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
@@ -92,13 +95,18 @@ pub fn point_light(text: &str) -> Result<Light, String> {
 pub fn sun(text: &str) -> Result<Light, String> {
     let expected = "expected dx,dy,dz,lux[,r,g,b], e.g. 0.3,-1,-0.6,3";
     let values = numbers(text).filter(|v| matches!(v.len(), 4 | 7)).ok_or(expected)?;
-    let direction = Vec3::from_slice(&values);
+    Ok(Light::directional(direction(&values)?, intensity(&values[3..])?))
+}
+
+/// Vector along the first three values, which are of any length but zero; its own is about 1.
+fn direction(values: &[f32]) -> Result<Vec3, String> {
+    let direction = Vec3::from_slice(values);
     // The greatest component becomes 1, so that the length of what is very long or short is a number.
     let direction = direction / direction.abs().max_element();
     if !direction.is_finite() {
         return Err("direction 0,0,0: expected where the light travels to, e.g. 0,-1,0 for straight down".to_owned());
     }
-    Ok(Light::directional(direction, intensity(&values[3..])?))
+    Ok(direction)
 }
 
 /// Product of a light's strength and its colour: `values` are the strength, then red, green and blue if there is a colour.

@@ -204,7 +204,7 @@ pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<(
         }
         None => {}
     }
-    scene.lights.extend(flags.points.iter().cloned());
+    scene.lights.extend([&flags.points, &flags.disks, &flags.rectangles].into_iter().flatten().cloned());
     scene.lights.extend(flags.sun.clone());
     if let Some(sky) = flags.sky {
         scene.sky = sky;

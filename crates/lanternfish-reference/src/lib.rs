@@ -27,7 +27,7 @@ mod tests;
 pub use self::{
     error::ReferenceError,
     film::{Film, Noise},
-    lights::{Incidence, incidence},
+    lights::{Incidence, incidence, incidence_from, point_of_area},
     random::Random,
     settings::Settings,
     surface::reflector,

@@ -1,22 +1,25 @@
-//! Punctual lights in world space: glTF's `KHR_lights_punctual`.
+//! Lights in world space: glTF's `KHR_lights_punctual`, and the disks and rectangles of `EXT_lights_area`.
+
+use std::f32::consts::PI;
 
 use glam::Vec3;
 
-/// A light without extent, in world space.
+/// A light, in world space. It is no surface: no picture shows it, and it hides nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// The file's name for it, or empty.
     pub name: String,
     /// Which way it shines.
     pub kind: LightKind,
-    /// World space, m. Of no meaning for directional lights.
+    /// World space, m: the middle of a disk or rectangle. Of no meaning for directional lights.
     pub position: Vec3,
-    /// The direction light travels, unit length: the axis of a spot, every ray of a directional light.
+    /// The direction light travels, unit length: the axis of a spot, every ray of a directional light; the normal of a disk or
+    /// rectangle, on the side that shines.
     pub direction: Vec3,
     /// Linear Rec. 709. Point and spot: luminous intensity (on the axis), cd; directional: illuminance of a surface
-    /// that faces the light, lx.
+    /// that faces the light, lx; disk and rectangle: the radiance of every point of it, every way, nits.
     pub intensity: Vec3,
-    /// Distance at which the light ends, m; `None`: the renderer derives it from a threshold.
+    /// Distance from the position at which the light ends, m; `None`: the renderer derives it from a threshold.
     pub range: Option<f32>,
 }
 
@@ -34,6 +37,20 @@ pub enum LightKind {
     },
     /// From infinitely far.
     Directional,
+    /// From one side of a disk, alike from every point of it and every way (Lambert's law). Its flux is π · area · radiance.
+    Disk {
+        /// m; > 0.
+        radius: f32,
+    },
+    /// From one side of a rectangle, as of a disk.
+    Rectangle {
+        /// Half its width, m; > 0.
+        half_width: f32,
+        /// Half its height, m; > 0.
+        half_height: f32,
+        /// The way its width goes: world space, unit, across the light's direction. Its height goes across both.
+        right: Vec3,
+    },
 }
 
 impl Light {
@@ -52,5 +69,77 @@ impl Light {
             intensity: illuminance,
             range: None,
         }
+    }
+
+    /// A disk that shines along `direction` (unit) with this radiance, nits.
+    pub fn disk(position: Vec3, direction: Vec3, radius: f32, radiance: Vec3) -> Self {
+        Self { kind: LightKind::Disk { radius }, direction, ..Self::point(position, radiance) }
+    }
+
+    /// A rectangle that shines along `direction` (unit) with this radiance, nits. `right`: the way of its width, any length but zero,
+    /// not along the direction; what of it goes along the direction is taken away.
+    pub fn rectangle(position: Vec3, direction: Vec3, right: Vec3, [width, height]: [f32; 2], radiance: Vec3) -> Self {
+        let right = right.reject_from_normalized(direction).normalize();
+        let kind = LightKind::Rectangle { half_width: 0.5 * width, half_height: 0.5 * height, right };
+        Self { kind, direction, ..Self::point(position, radiance) }
+    }
+
+    /// What shines of a disk or rectangle, m²; `None` for lights without an area.
+    pub fn area(&self) -> Option<f32> {
+        match self.kind {
+            LightKind::Disk { radius } => Some(PI * radius * radius),
+            LightKind::Rectangle { half_width, half_height, .. } => Some(4.0 * half_width * half_height),
+            LightKind::Point | LightKind::Spot { .. } | LightKind::Directional => None,
+        }
+    }
+
+    /// What it sends where it shines most, from far away, cd: along its axis radiance times area of a disk or rectangle. Of a
+    /// directional light its illuminance, lx.
+    pub fn greatest_intensity(&self) -> Vec3 {
+        self.intensity * self.area().unwrap_or(1.0)
+    }
+
+    /// Half of what a disk or rectangle is across, m, along each axis of the world: its box is its position with this to either side.
+    /// Zero for lights without an area.
+    pub fn half_extent(&self) -> Vec3 {
+        match self.kind {
+            // Of a disk's rim, the point farthest along an axis is off it by what the normal leaves of that axis.
+            LightKind::Disk { radius } => {
+                radius * (1.0 - self.direction * self.direction).max(Vec3::ZERO).map(f32::sqrt)
+            }
+            LightKind::Rectangle { half_width, half_height, right } => {
+                half_width * right.abs() + half_height * right.cross(self.direction).abs()
+            }
+            LightKind::Point | LightKind::Spot { .. } | LightKind::Directional => Vec3::ZERO,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+
+    #[test]
+    fn areas_send_radiance_times_area_and_lie_in_their_box() {
+        let direction = Vec3::new(1.0, -2.0, 0.5).normalize();
+        let disk = Light::disk(Vec3::ONE, direction, 0.5, Vec3::splat(8.0));
+        assert!((disk.greatest_intensity().x - 8.0 * PI * 0.25).abs() < 1e-5);
+        let rectangle = Light::rectangle(Vec3::ONE, direction, Vec3::X, [3.0, 0.5], Vec3::splat(2.0));
+        assert!((rectangle.greatest_intensity().x - 3.0).abs() < 1e-6);
+        assert_eq!(Light::point(Vec3::ONE, Vec3::X).greatest_intensity(), Vec3::X);
+        let LightKind::Rectangle { right, .. } = rectangle.kind else { panic!("{rectangle:?}") };
+        assert!(right.dot(direction).abs() < 1e-6 && right.is_normalized() && right.x > 0.0);
+
+        // The box touches what it holds.
+        let (across, up) = direction.any_orthonormal_pair();
+        let rim = (0..10_000).map(|i| 0.5 * Vec2::from_angle(i as f32 * 1e-3)).map(|p| p.x * across + p.y * up);
+        let farthest = rim.fold(Vec3::ZERO, |farthest, p| farthest.max(p.abs()));
+        assert!(disk.half_extent().abs_diff_eq(farthest, 1e-5), "{} and {farthest}", disk.half_extent());
+        let up = right.cross(direction);
+        let corners = [1.5 * right + 0.25 * up, 1.5 * right - 0.25 * up];
+        let farthest = corners[0].abs().max(corners[1].abs());
+        assert!(rectangle.half_extent().abs_diff_eq(farthest, 1e-6), "{} and {farthest}", rectangle.half_extent());
     }
 }

@@ -66,12 +66,18 @@ impl Attenuation {
             Self::Step => 1.0,
         }
     }
+
+    /// [`Self::factor`] over the inverse square: what it leaves of a light of range `r` at distance `d`, both m. The light of a disk or
+    /// rectangle is the inverse square of its points, times this at its middle: so all of it ends at one distance.
+    pub fn window(self, d: f32, r: f32) -> f32 {
+        self.factor(d, r) * NEAR_RADIUS.max(d).powi(2)
+    }
 }
 
 impl Light {
-    /// Where the light ends, m: its stated range; else, where its brightest channel has fallen to `threshold`, cd/m² of
-    /// its inverse-square law, > 0 [Elagabani2025, eq. 4.1]; never ([`UNBOUNDED`]) for directional lights and under
-    /// `physical` attenuation.
+    /// Where the light ends, m from its position: its stated range; else, where its brightest channel has fallen to `threshold`, cd/m²
+    /// of its inverse-square law, > 0 [Elagabani2025, eq. 4.1], of a disk or rectangle along its axis; never ([`UNBOUNDED`]) for
+    /// directional lights and under `physical` attenuation.
     pub fn effective_range(&self, attenuation: Attenuation, threshold: f32) -> f32 {
         if self.kind == LightKind::Directional {
             return UNBOUNDED;
@@ -79,7 +85,7 @@ impl Light {
         match self.range {
             Some(range) => range,
             None if attenuation == Attenuation::Physical => UNBOUNDED,
-            None => (self.intensity.max_element() / threshold).sqrt().max(1e-3),
+            None => (self.greatest_intensity().max_element() / threshold).sqrt().max(1e-3),
         }
     }
 }
@@ -106,6 +112,9 @@ mod tests {
         assert_eq!(light.effective_range(Attenuation::Physical, 0.02), UNBOUNDED);
         let stated = Light { range: Some(3.0), ..light };
         assert_eq!(stated.effective_range(Attenuation::Gltf, 0.02), 3.0);
+        // Two square metres of 4 nits are 8 cd on the axis.
+        let lamp = Light::rectangle(Vec3::ZERO, Vec3::NEG_Y, Vec3::X, [1.0, 2.0], Vec3::splat(4.0));
+        assert!((lamp.effective_range(Attenuation::Gltf, 0.02) - 20.0).abs() < 1e-5);
         let sun = Light::directional(Vec3::NEG_Y, Vec3::ONE);
         assert_eq!(sun.effective_range(Attenuation::Gltf, 0.02), UNBOUNDED);
     }

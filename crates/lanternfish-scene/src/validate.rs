@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{LightKind, Material, Primitive, Scene};
+use crate::{Light, LightKind, Material, Primitive, Scene};
 
 /// How far a length may be from 1: two orders above what normalising in f32 leaves, and below what shading shows.
 pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
@@ -112,6 +112,9 @@ impl Scene {
             {
                 return fault("its cone breaks 0 <= inner < outer <= π/2");
             }
+            if let Some(what) = area_fault(light) {
+                return fault(what);
+            }
         }
         Ok(())
     }
@@ -121,6 +124,25 @@ impl Scene {
             camera.validate().map_err(|what| format!("camera {i} ({}): {what}", camera.name))?;
         }
         Ok(())
+    }
+}
+
+/// What is wrong with the shape of a disk or rectangle.
+fn area_fault(light: &Light) -> Option<&'static str> {
+    let (sides, right) = match light.kind {
+        LightKind::Disk { radius } => ([radius, radius], None),
+        LightKind::Rectangle { half_width, half_height, right } => ([half_width, half_height], Some(right)),
+        LightKind::Point | LightKind::Spot { .. } | LightKind::Directional => return None,
+    };
+    let is_across = |right: Vec3| is_unit(right) && right.dot(light.direction).abs() < 1e-3;
+    if !sides.iter().all(|side| *side > 0.0 && *side <= Scene::FARTHEST) {
+        Some("its size is not positive, or too large")
+    } else if !right.is_none_or(is_across) {
+        Some("its width does not go across its direction, or is not of unit length")
+    } else if !(light.area() > Some(0.0) && light.greatest_intensity().is_finite()) {
+        Some("its area is too small or too bright for numbers")
+    } else {
+        None
     }
 }
 
@@ -292,6 +314,20 @@ mod tests {
         assert!(fault(|s| s.images[0].height = 2).contains("4 bytes"));
         assert!(fault(|s| s.lights[0].range = Some(0.0)).contains("range"));
         assert!(fault(|s| s.lights[0].direction = Vec3::ZERO).contains("direction"));
+        for radius in [0.0, -1.0, f32::NAN, f32::INFINITY, 2e12] {
+            assert!(fault(|s| s.lights[0].kind = LightKind::Disk { radius }).contains("its size"), "{radius}");
+        }
+        let rectangle = |half_height, right| LightKind::Rectangle { half_width: 1.0, half_height, right };
+        let across = triangle().lights[0].direction.any_orthonormal_vector();
+        assert!(fault(|s| s.lights[0].kind = rectangle(0.0, across)).contains("its size"));
+        assert!(fault(|s| s.lights[0].kind = rectangle(1.0, 2.0 * across)).contains("its width"));
+        assert!(fault(|s| s.lights[0].kind = rectangle(1.0, s.lights[0].direction)).contains("its width"));
+        assert!(fault(|s| s.lights[0].kind = LightKind::Disk { radius: 1e-30 }).contains("its area"));
+        let bright = |s: &mut Scene| s.lights[0] = Light::disk(Vec3::ZERO, Vec3::X, 1e10, Vec3::splat(1e30));
+        assert!(fault(bright).contains("its area"));
+        let mut whole = triangle();
+        whole.lights[0].kind = rectangle(1.0, across);
+        assert_eq!(whole.validate(), Ok(()));
         assert!(fault(|s| s.cameras[0].world_from_camera.matrix3 *= 2.0).contains("camera 0"));
         assert!(fault(|s| s.sky.x = -1.0).contains("sky"));
         let pixels = |pixels: Vec<Vec3>| Some(Environment { width: 2, height: 1, pixels, rotation: 0.0 });

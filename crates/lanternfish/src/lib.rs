@@ -51,7 +51,7 @@
 //!                                                                                 └▶ debug_views
 //! ```
 //!
-//! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (emission, sky, pictures);
+//! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (disks, rectangles, emission, sky, pictures);
 //! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit.
 
 /// The code in the README compiles.

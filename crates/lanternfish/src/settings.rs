@@ -20,7 +20,8 @@ pub struct Settings {
     /// Radius of point and spot lights, m; 0: they are points, and shadows are hard. Higher: shadows are softer the farther what casts
     /// them is from what they fall on. It moves where shadow rays end and nothing else; directional lights have none.
     pub light_radius: f32,
-    /// Rays from a pixel to each light that has a radius, 1 to 255. More: less noise, slower in proportion.
+    /// Rays from a pixel to each light that has a radius, 1 to 255, and to each disk and rectangle, of which 32 at most. More: less noise,
+    /// slower in proportion.
     pub shadow_rays: u32,
     /// How light falls off with distance.
     pub attenuation: Attenuation,

@@ -2,6 +2,8 @@
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 
+#[path = "pictures/area_lights.rs"]
+mod area_lights;
 #[path = "pictures/conformance.rs"]
 mod conformance;
 #[path = "pictures/corners.rs"]

@@ -20,6 +20,20 @@ pub struct LightArgs {
     #[arg(long = "point", value_name = "x,y,z,cd[,...]")]
     #[arg(value_parser = parse::point_light, allow_hyphen_values = true)]
     pub points: Vec<Light>,
+    /// A disk that shines to one side, and another each time.
+    ///
+    /// `x,y,z,dx,dy,dz,radius,nits[,r,g,b[,range]]`: its middle (m), the way it faces, radius (m), radiance (nits), colour that
+    /// scales it, and where it ends (m). It is not seen itself.
+    #[arg(long = "disk", value_name = "x,y,z,...", hide_short_help = true)]
+    #[arg(value_parser = parse::disk, allow_hyphen_values = true)]
+    pub disks: Vec<Light>,
+    /// A rectangle that shines to one side, and another each time.
+    ///
+    /// `x,y,z,dx,dy,dz,width,height,nits[,r,g,b[,range]]`: as a disk. Its width is level; along x where it faces straight up or
+    /// down.
+    #[arg(long = "rectangle", value_name = "x,y,z,...")]
+    #[arg(value_parser = parse::rectangle, allow_hyphen_values = true)]
+    pub rectangles: Vec<Light>,
     /// A light from infinitely far.
     ///
     /// `dx,dy,dz,lux[,r,g,b]`: the direction in which it travels, illuminance (lx), colour that scales it.

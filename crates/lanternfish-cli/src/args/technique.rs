@@ -18,7 +18,9 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<RayCulling>())]
     #[arg(default_value_t = Settings::default().ray_culling, hide_short_help = true)]
     pub ray_culling: RayCulling,
-    /// Rays from a pixel to each light that has a --light-radius. More: less noise, slower.
+    /// Rays from a pixel to each light that has a --light-radius, a --disk or a --rectangle. More: less noise, slower.
+    ///
+    /// To a disk or rectangle 32 at most; --accumulate adds to them.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().shadow_rays, hide_short_help = true)]
     pub shadow_rays: u32,

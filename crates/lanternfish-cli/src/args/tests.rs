@@ -88,10 +88,11 @@ fn every_flag_reaches_its_setting() {
 
 #[test]
 fn negative_numbers_are_values_and_lights_add_up() {
-    let words = "--eye -1,-2,-3 --target -4,0,0 --point -1,2,3,4 --point -5,6,7,8 --sun -1,-1,0,2 --sky 0,0,1";
+    let words = "--eye -1,-2,-3 --target -4,0,0 --point -1,2,3,4 --point -5,6,7,8 --sun -1,-1,0,2 --sky 0,0,1 \
+                 --disk -1,2,3,0,-1,0,1,5 --disk -1,2,3,0,1,0,1,5 --rectangle -1,2,3,0,-1,0,1,2,5";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     assert_eq!(args.view.eye, Some(Vec3::new(-1.0, -2.0, -3.0)));
-    assert_eq!(args.lights.points.len(), 2);
+    assert_eq!((args.lights.points.len(), args.lights.disks.len(), args.lights.rectangles.len()), (2, 2, 1));
     assert!(args.lights.sun.is_some());
     assert_eq!(args.lights.sky, Some(Vec3::Z));
 }

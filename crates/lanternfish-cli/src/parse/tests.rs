@@ -1,4 +1,5 @@
 use lanternfish::settings::ClusterShape;
+use lanternfish_scene::LightKind;
 
 use super::*;
 
@@ -55,6 +56,41 @@ fn suns() {
     }
     for bad in ["0,0,0,1", "0,-1,0", "0,-1,0,-3", "0,-1,0,1,1,1,1,1", "0,-1,0,1e38,9,9,9"] {
         assert!(sun(bad).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn disks() {
+    let light = disk("-1,2,3,0,-2,0,0.5,100").unwrap();
+    assert_eq!(light, Light::disk(Vec3::new(-1.0, 2.0, 3.0), Vec3::NEG_Y, 0.5, Vec3::splat(100.0)));
+    let light = disk("0,0,0,1,0,0,0.5,10,1,0.5,0,4").unwrap();
+    assert_eq!((light.intensity, light.range), (Vec3::new(10.0, 5.0, 0.0), Some(4.0)));
+    for bad in ["0,0,0,0,-1,0,0.5", "0,0,0,0,-1,0,0.5,1,1", "0,0,0,0,-1,0,0,1", "0,0,0,0,-1,0,-1,1", "0,0,0,0,0,0,1,1"]
+    {
+        assert!(disk(bad).is_err(), "{bad}");
+    }
+    // Numbers whose products are none.
+    for bad in ["0,0,0,0,-1,0,1e-30,1", "0,0,0,0,-1,0,1e11,1e30", "0,0,0,0,-1,0,2e12,1", "0,0,0,0,-1,0,1,1,1,1,1,0"] {
+        assert!(disk(bad).is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn rectangles() {
+    let shape = |text: &str| match rectangle(text).unwrap() {
+        Light { kind: LightKind::Rectangle { half_width, half_height, right }, .. } => (half_width, half_height, right),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(shape("0,2,0,0,-1,0,3,0.5,100"), (1.5, 0.25, Vec3::X));
+    // Against a wall it lies level.
+    let (_, _, right) = shape("0,2,0,1,-1,0,3,0.5,100");
+    assert!(right.abs_diff_eq(Vec3::Z, 1e-6), "{right}");
+    let light = rectangle("0,0,0,0,-1,0,1,2,10,1,0.5,0,4").unwrap();
+    assert_eq!((light.intensity, light.range, light.area()), (Vec3::new(10.0, 5.0, 0.0), Some(4.0), Some(2.0)));
+    for bad in
+        ["0,0,0,0,-1,0,1,2", "0,0,0,0,-1,0,1,0,1", "0,0,0,0,-1,0,0,1,1", "0,0,0,0,0,0,1,1,1", "0,0,0,0,-1,0,1,1,-1"]
+    {
+        assert!(rectangle(bad).is_err(), "{bad}");
     }
 }
 

@@ -5,7 +5,7 @@
 //! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render --all`: both come from the
 //! flags themselves, so a new flag is a new key. Values are read by the flags' own parsers. Only `scene`, and
 //! `interpolation` and `keyframes` of `[track]`, are keys alone. Paths are relative to the shot's folder. A flag on the
-//! command line goes before the shot's key; `--point` adds to the shot's.
+//! command line goes before the shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
 
 mod keys;
 mod read;
@@ -35,7 +35,7 @@ use track::Track;
 pub const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
 `lanternfish help render --all` lists them, and `lanternfish shot SCENE` prints a shot with every key.
 Paths are relative to the shot's folder. A flag on the command line goes before the shot's key;
---point adds to the shot's lights.
+--point, --disk and --rectangle add to the shot's lights.
 
   scene = "court.glb"
 

@@ -238,7 +238,7 @@ fn what_is_written_is_read_back() {
         ),
         (
             "scene = \"demo:atrium\"",
-            "--point -1,2,3,4 --point 1,2,3,4,.1,.2,.3,5 --sun 0,-1,0,1e3 --lights rain:5 --sky 0,0.1,1 --environment-rotation -90.5 --environment-scale 2 --camera \"\\ \
+            "--point -1,2,3,4 --point 1,2,3,4,.1,.2,.3,5 --disk -1,2,3,0,-1,0,0.5,6 --rectangle 1,2,3,0,-1,0,.5,6,7,1,1,1,8 --sun 0,-1,0,1e3 --lights rain:5 --sky 0,0.1,1 --environment-rotation -90.5 --environment-scale 2 --camera \"\\ \
              --debug-view nan --adapter cpu --fov-y 33.3 --size 7X9 --range-threshold 1e-30",
         ),
     ];

@@ -154,6 +154,8 @@ fn unknown_values_and_flags() {
         ("--tile-size", "12", "16"),
         ("--tone-map", "film", "neutral"),
         ("--point", "1,2", "x,y,z,cd"),
+        ("--disk", "0,1,0,0,-1,0,0,1", "radius 0"),
+        ("--rectangle", "0,1,0,0,-1,0,1,1", "width,height,nits"),
         ("--sun", "0,0,0,1", "direction"),
         ("--lights", "snow:5", "rain:N"),
         ("--fov-y", "180", "179"),

@@ -1,5 +1,6 @@
-//! Everything that shines: punctual lights, emissive triangles, the surroundings.
+//! Everything that shines: lights, emissive triangles, the surroundings.
 
+mod area;
 mod choice;
 mod environment;
 #[cfg(test)]
@@ -13,6 +14,7 @@ use lanternfish_scene::{
     shading::{Attenuation, Materials},
 };
 
+pub use self::area::{incidence_from, point_of_area};
 use self::choice::Choice;
 pub(crate) use self::environment::Sky;
 use crate::{
@@ -119,10 +121,17 @@ impl Lights {
         let (emitter, chance) = self.choice.choose(p, n, u[0])?;
         match self.emitters[emitter as usize] {
             Emitter::Punctual(light) => {
-                let incidence =
-                    incidence(&world.scene.lights[light as usize], p, self.attenuation, self.range_threshold);
+                let light = &world.scene.lights[light as usize];
+                let (attenuation, range_threshold) = (self.attenuation, self.range_threshold);
+                let (incidence, (wi, distance)) = if light.area().is_some() {
+                    let place = point_of_area(light, [u[1], u[2]]);
+                    let incidence = incidence_from(light, place, p, attenuation, range_threshold);
+                    (incidence, (incidence.wi, incidence.distance))
+                } else {
+                    let incidence = incidence(light, p, attenuation, range_threshold);
+                    (incidence, self.towards_disk(&incidence, u[1], u[2]))
+                };
                 let weight = incidence.irradiance / chance as f32;
-                let (wi, distance) = self.towards_disk(&incidence, u[1], u[2]);
                 (weight != Vec3::ZERO).then_some(Arriving { wi, distance, weight, pdf: None })
             }
             Emitter::Triangle(triangle) => self.sample_triangle(world, triangle, p, chance, u),
@@ -210,7 +219,7 @@ fn emission(world: &World, triangle: usize, materials: Materials) -> f32 {
     mean_emission(world.scene, world.primitive(source), material, world.corners(source).map(|i| i as usize))
 }
 
-/// What reaches a point from a punctual light: `lights/light.wesl` as plain Rust.
+/// What reaches a point from a light: `lights/light.wesl` as plain Rust.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incidence {
     /// Direction towards the light, world space, unit.
@@ -222,10 +231,13 @@ pub struct Incidence {
 }
 
 /// What reaches the point `p` (world space, m) from `light`, shadows aside. KHR_lights_punctual's cone is the square of a ramp in the
-/// cosine.
+/// cosine. A disk or rectangle is taken as if all of it shone from its middle ([`incidence_from`]).
 pub fn incidence(light: &Light, p: Vec3A, attenuation: Attenuation, range_threshold: f32) -> Incidence {
     if light.kind == LightKind::Directional {
         return Incidence { wi: -light.direction.as_dvec3(), distance: f32::INFINITY, irradiance: light.intensity };
+    }
+    if light.area().is_some() {
+        return incidence_from(light, light.position.as_dvec3(), p, attenuation, range_threshold);
     }
     let towards = (Vec3A::from(light.position) - p).as_dvec3();
     let distance = towards.length();

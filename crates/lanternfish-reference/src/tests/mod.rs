@@ -1,5 +1,6 @@
 //! What must be true of the whole tracer.
 
+mod area;
 mod furnace;
 mod light;
 mod sampling;

@@ -26,7 +26,7 @@ use crate::{Scene, SceneError};
 ///   normals become flat ones, and missing tangents are generated (MikkTSpace) where the material has a normal map.
 ///   Instances that stand in the place of a copy are left out with a warning, unless they blend.
 /// * Textures as PNG, JPEG or WebP, up to 16,384 pixels a side and 1 GiB of pixels each, 16 bits a channel reduced to 8.
-/// * In full: `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_lights_punctual`,
+/// * In full: `EXT_lights_area` (a draft), `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, `EXT_texture_webp`, `KHR_lights_punctual`,
 ///   `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_transmission`,
 ///   `KHR_materials_unlit`, `KHR_mesh_quantization`, `KHR_meshopt_compression`, `KHR_texture_transform`.
 /// * In part, with a warning of what is left out: `KHR_materials_clearcoat` without its normal map;

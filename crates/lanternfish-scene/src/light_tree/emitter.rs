@@ -59,16 +59,22 @@ impl Cone {
 }
 
 impl Emitter {
-    /// A point or spot light that ends at `range`, m. `radius`, m, is that of the light itself, which may be seen where its centre is not.
+    /// A light with a place that ends at `range`, m. `radius`, m, is that of point and spot lights, which may be seen where their centres
+    /// are not.
     pub fn of_light(light: &Light, range: f32, radius: f32) -> Self {
-        let bounds = Bounds { min: light.position - radius, max: light.position + radius };
         let cone = match light.kind {
             LightKind::Spot { outer_angle, .. } => {
                 Cone { axis: light.direction, cos_spread: 1.0, cos_reach: outer_angle.cos() }
             }
+            LightKind::Disk { .. } | LightKind::Rectangle { .. } => {
+                Cone { axis: light.direction, cos_spread: 1.0, cos_reach: 0.0 }
+            }
             LightKind::Point | LightKind::Directional => Cone::ALL,
         };
-        Self { bounds, power: light.intensity.max_element().min(MOST_POWER), range: range.min(UNBOUNDED), cone }
+        let half = if light.area().is_some() { light.half_extent() } else { Vec3::splat(radius) };
+        let bounds = Bounds { min: light.position - half, max: light.position + half };
+        let power = light.greatest_intensity().max_element().min(MOST_POWER);
+        Self { bounds, power, range: range.min(UNBOUNDED), cone }
     }
 
     /// A triangle of mean `radiance` (nits, brightest channel) that shines on the side of `front` alone; both sides without it.

@@ -25,7 +25,7 @@ impl Random {
 
 const RANGE: f32 = 4.0;
 
-/// Points, spots and one-sided triangles, by turns.
+/// Points and now and then a disk, spots and one-sided triangles, by turns.
 fn emitters(count: usize) -> (Vec<Emitter>, Vec<Light>) {
     let mut random = Random(7);
     let mut lights = Vec::new();
@@ -33,6 +33,8 @@ fn emitters(count: usize) -> (Vec<Emitter>, Vec<Light>) {
         let (place, direction, power) = (random.point(), random.direction(), 0.1 + random.unit());
         let kind = if i % 3 == 1 {
             LightKind::Spot { inner_angle: 0.2, outer_angle: 0.3 + random.unit() }
+        } else if i % 6 == 3 {
+            LightKind::Disk { radius: 0.8 }
         } else {
             LightKind::Point
         };
@@ -61,6 +63,14 @@ fn sent(light: &Light, receiver: &Receiver) -> f64 {
         LightKind::Spot { inner_angle, outer_angle } => {
             let span = inner_angle.cos() - outer_angle.cos();
             ((-wi.dot(light.direction) - outer_angle.cos()) / span).clamp(0.0, 1.0).powi(2)
+        }
+        // The surface sees some of it, if not its middle.
+        LightKind::Disk { radius } => {
+            let height = (receiver.p - light.position).dot(light.direction);
+            let rise = radius * (1.0 - receiver.normal.dot(light.direction).powi(2)).max(0.0).sqrt();
+            let highest = towards.dot(receiver.normal) + rise;
+            let falloff = Attenuation::Gltf.factor(towards.length(), RANGE);
+            return f64::from(if highest > 0.01 { light.intensity.x * falloff * height.max(0.0) } else { 0.0 });
         }
         _ => 1.0,
     };

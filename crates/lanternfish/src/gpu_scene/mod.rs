@@ -88,6 +88,8 @@ pub struct GpuScene {
     pub(crate) textures: Textures,
     /// The scene's lights.
     pub(crate) lights: LightSet,
+    /// Whether any of them is a disk or rectangle.
+    pub(crate) has_area_lights: bool,
     /// Triangles that rays are traced through.
     pub(crate) traced_triangles: u32,
     /// Radiance of everything that no surface covers, nits.
@@ -174,6 +176,7 @@ impl GpuScene {
             environment_light: environment_light.transpose()?,
             materials,
             lights: light_set(device, scene, lights)?,
+            has_area_lights: has_area_lights(scene),
             soft_shadows: uniform_buffer_of(device, "scene/soft_shadows", &SoftShadows { rays: settings.shadow_rays }),
             bvh,
             tlas,
@@ -266,6 +269,10 @@ fn packed_lights(scene: &Scene, settings: &Settings, limits: &wgpu::Limits) -> R
 fn light_set(device: &wgpu::Device, scene: &Scene, lights: Vec<Light>) -> Result<LightSet, RenderError> {
     let buffer = storage_buffer_of(device, LIGHTS, &lights, wgpu::BufferUsages::empty())?;
     Ok(LightSet::new(device, buffer, lights, light_bounds(scene)))
+}
+
+fn has_area_lights(scene: &Scene) -> bool {
+    scene.lights.iter().any(|light| light.area().is_some())
 }
 
 fn light_bounds(scene: &Scene) -> Bounds {

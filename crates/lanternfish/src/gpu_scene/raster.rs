@@ -8,7 +8,7 @@ use super::{
     GpuScene,
     geometry::{Draw, DrawAlpha, Facing, Side, vertex_layouts},
 };
-use crate::{error::RenderError, shaders::SHADERS};
+use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::SHADERS};
 
 /// What a mask closes is discarded.
 pub(crate) const MASKED: Feature = Feature("masked");
@@ -19,7 +19,7 @@ pub(crate) const BINDING_ARRAYS: Feature = Feature("binding_arrays");
 pub(crate) const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
 
 /// A pass over a scene's geometry with one shader, entry points `vertex` and `fragment`, in the variants that the draws
-/// ask for: `masked` where the room wants it, winding, texture arrays.
+/// ask for: `masked` and `area_lights` where the room wants them, winding, texture arrays.
 #[derive(Debug)]
 pub(crate) struct SceneRaster {
     label: &'static str,
@@ -27,6 +27,8 @@ pub(crate) struct SceneRaster {
     features: Vec<Feature>,
     /// Whether masked draws get the `masked` variant.
     distinguish_masked: bool,
+    /// Whether scenes with area lights get the `area_lights` variant.
+    distinguish_area_lights: bool,
     state: PassState,
     shaders: HashMap<Vec<Feature>, LinkedShader>,
     pipelines: HashMap<Key, RasterPipeline>,
@@ -67,10 +69,16 @@ impl SceneRaster {
             module,
             features: features.to_vec(),
             distinguish_masked,
+            distinguish_area_lights: false,
             state,
             shaders: HashMap::new(),
             pipelines: HashMap::new(),
         }
+    }
+
+    /// The same, with a variant of the shader for scenes with area lights.
+    pub fn lit_by_areas(self) -> Self {
+        Self { distinguish_area_lights: true, ..self }
     }
 
     /// The label of the pass.
@@ -98,6 +106,9 @@ impl SceneRaster {
         let mut features = self.features.clone();
         if self.distinguish_masked && draw.alpha == DrawAlpha::Masked {
             features.push(MASKED);
+        }
+        if self.distinguish_area_lights && scene.has_area_lights {
+            features.push(AREA_LIGHTS);
         }
         let mut array_lengths = [0; 2];
         if scene.textures.arrays {

@@ -16,7 +16,7 @@ use lanternfish_scene::Scene;
 
 use self::outline::Outline;
 use super::{
-    GpuScene, LIGHTS, emissive, light_bounds, light_set, packed_lights,
+    GpuScene, LIGHTS, emissive, has_area_lights, light_bounds, light_set, packed_lights,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
     validate,
@@ -138,6 +138,7 @@ impl GpuScene {
             counter.into_iter().for_each(|(_, count)| *count = lights.len() as u64);
             self.lights = light_set(device, scene, lights)?;
         }
+        self.has_area_lights = has_area_lights(scene);
         Ok(())
     }
 }

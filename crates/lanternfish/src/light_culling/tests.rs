@@ -188,7 +188,7 @@ fn world_from_depth(camera: &Camera, pixel: usize, depth: f64) -> DVec3 {
     camera.world_from_camera.as_daffine3().transform_point3(p_view)
 }
 
-/// Whether a light reaches a point at all: range, and cone.
+/// Whether a light reaches a point at all: range, and cone or side.
 fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
     if light.kind == LightKind::Directional {
         return true;
@@ -203,6 +203,8 @@ fn reaches(light: &Light, settings: &Settings, p_world: DVec3) -> bool {
             let cosine = from_light.dot(light.direction.as_dvec3()) / distance.max(1e-30);
             cosine > f64::from(outer_angle).cos()
         }
+        // All that is in front of their planes.
+        LightKind::Disk { .. } | LightKind::Rectangle { .. } => from_light.dot(light.direction.as_dvec3()) > 0.0,
         _ => true,
     }
 }

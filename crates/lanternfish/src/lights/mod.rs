@@ -1,4 +1,4 @@
-//! Punctual lights as shaders read them: kinds, ranges, attenuation.
+//! Lights as shaders read them: kinds, ranges, attenuation.
 
 mod set;
 #[cfg(test)]
@@ -7,12 +7,17 @@ pub mod tree;
 #[cfg(test)]
 mod twin;
 
-use glam::Vec3;
-use lanternfish_gpu::{SharedStruct, gpu_struct};
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+use lanternfish_gpu::{Feature, SharedStruct, gpu_struct};
 use lanternfish_scene::LightKind;
 
 pub use self::set::{LightCount, LightSet};
 use crate::{settings::Settings, shaders::Shaders};
+
+/// The scene has lights with an area: disks or rectangles, whose points are sampled.
+pub(crate) const AREA_LIGHTS: Feature = Feature("area_lights");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
@@ -26,27 +31,28 @@ pub(crate) const DECLARED: Shaders = Shaders {
 };
 
 gpu_struct! {
-    /// A punctual light. World space, linear Rec. 709.
+    /// A light. World space, linear Rec. 709.
     pub struct Light {
         /// Centre, m.
         position: Vec3,
         /// Distance at which the light ends, m; > 0.
         range: f32,
-        /// Point, spot: cd; directional: lx.
+        /// Point, spot: cd; directional: lx; disk, rectangle: radiance, nits.
         intensity: Vec3,
-        /// 0: point, 1: spot, 2: directional.
+        /// 0: point, 1: spot, 2: directional, 3: disk, 4: rectangle.
         kind: u32,
-        /// The way light travels, unit.
+        /// The way light travels, unit; disk, rectangle: its normal, on the side that shines.
         direction: Vec3,
         /// Index of the [`Attenuation`](crate::settings::Attenuation).
         falloff: u32,
-        /// Spot: cosine of the outer angle.
+        /// Spot: cosine of the outer angle. Rectangle: the way of its width, octahedral, x.
         cos_outer: f32,
-        /// Spot: 1 / (cosine of the inner angle − cosine of the outer angle).
+        /// Spot: 1 / (cosine of the inner angle − cosine of the outer angle). Rectangle: the way of its width, octahedral, y.
         inverse_cos_span: f32,
-        /// Spot: tangent of the outer angle, for culling.
+        /// Spot: tangent of the outer angle, for culling. Rectangle: half its height, m.
         tan_outer: f32,
-        /// Radius of the disk around the light's centre that shadow rays end on, m; 0: a point.
+        /// Point, spot: radius of the disk around the light's centre that shadow rays end on, m; 0: a point. Disk: its radius.
+        /// Rectangle: half its width.
         radius: f32,
     }
 }
@@ -54,10 +60,20 @@ gpu_struct! {
 impl Light {
     /// A scene's light under these settings.
     pub fn new(light: &lanternfish_scene::Light, settings: &Settings) -> Self {
-        let (kind, inner, outer) = match light.kind {
-            LightKind::Point => (0, 0.0, std::f32::consts::PI),
-            LightKind::Spot { inner_angle, outer_angle } => (1, inner_angle, outer_angle),
-            LightKind::Directional => (2, 0.0, std::f32::consts::PI),
+        let cone = |inner: f32, outer: f32| {
+            let span = 1.0 / (inner.cos() - outer.cos()).max(1e-4);
+            [outer.cos(), span, outer.min(1.57).tan()]
+        };
+        let every_way = cone(0.0, PI);
+        let (kind, [cos_outer, inverse_cos_span, tan_outer], radius) = match light.kind {
+            LightKind::Point => (0, every_way, settings.light_radius),
+            LightKind::Spot { inner_angle, outer_angle } => (1, cone(inner_angle, outer_angle), settings.light_radius),
+            LightKind::Directional => (2, every_way, 0.0),
+            LightKind::Disk { radius } => (3, every_way, radius),
+            LightKind::Rectangle { half_width, half_height, right } => {
+                let Vec2 { x, y } = octahedral_from_unit(right);
+                (4, [x, y, half_height], half_width)
+            }
         };
         Self {
             position: light.position,
@@ -66,10 +82,16 @@ impl Light {
             kind,
             direction: light.direction,
             falloff: settings.attenuation as u32,
-            cos_outer: outer.cos(),
-            inverse_cos_span: 1.0 / (inner.cos() - outer.cos()).max(1e-4),
-            tan_outer: outer.min(1.57).tan(),
-            radius: if light.kind == LightKind::Directional { 0.0 } else { settings.light_radius },
+            cos_outer,
+            inverse_cos_span,
+            tan_outer,
+            radius,
         }
     }
+}
+
+/// A unit vector folded onto the octahedron's square, −1..1: `octahedral_from_unit` of `common/math.wesl` [Cigolle2014].
+fn octahedral_from_unit(v: Vec3) -> Vec2 {
+    let p = v.truncate() / v.abs().element_sum();
+    if v.z >= 0.0 { p } else { (Vec2::ONE - Vec2::new(p.y, p.x).abs()) * Vec2::ONE.copysign(p) }
 }

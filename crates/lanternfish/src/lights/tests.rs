@@ -1,3 +1,5 @@
+mod area;
+
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Bindings, storage_buffer_of, testing};
 use lanternfish_scene::{Camera, Light, LightKind, Material, Projection};
@@ -78,36 +80,41 @@ fn gpu_attenuation_is_the_theses() {
 fn gpu_incidence_is_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_incidence_is_the_path_tracers") else { return };
     let mut random = Random::new(5);
-    let (mut lights, mut queries, mut expected) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut lights, mut packed, mut queries, mut expected) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for i in 0..4096 {
         let outer_angle = random.between(0.1, 1.5);
-        let kind = match i % 3 {
+        let kind = match i % 5 {
             0 => LightKind::Point,
             1 => LightKind::Spot { inner_angle: random.between(0.0, 0.9 * outer_angle), outer_angle },
             _ => LightKind::Directional,
         };
-        let light = Light {
-            kind,
-            direction: random.direction(),
-            range: (i % 2 == 0).then(|| random.between(1.0, 9.0)),
-            ..Light::point(5.0 * random.point(), 10.0 * (random.point() + 1.0))
+        let range = (i % 2 == 0).then(|| random.between(1.0, 9.0));
+        let direction = random.direction();
+        // Disks and rectangles are taken for their middles.
+        let light = match i % 5 {
+            3 | 4 => area::area_light(i, &mut random),
+            _ => Light { kind, direction, ..Light::point(5.0 * random.point(), 10.0 * (random.point() + 1.0)) },
         };
+        let light = Light { range, ..light };
         let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
         let settings = Settings { attenuation, range_threshold: 0.1, ..Settings::direct_light() };
         let place = 5.0 * random.point();
-        lights.push(super::Light::new(&light, &settings));
+        packed.push(super::Light::new(&light, &settings));
         queries.push(place.extend(f32::INFINITY));
         expected.push(lanternfish_reference::incidence(&light, place.into(), attenuation, 0.1));
+        lights.push(light);
     }
-    let lights = storage_buffer_of(&gpu.device, "lights", &lights, wgpu::BufferUsages::empty()).expect("they fit");
-    let lights = Bindings::new().buffer("lights", &lights);
+    let packed = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
+    let lights_on_device = Bindings::new().buffer("lights", &packed);
     let mut lit = 0;
-    for (expected, found) in expected.iter().zip(ask_about(gpu, "incidences", &lights, &queries, 1)) {
+    let found = ask_about(gpu, "incidences", &lights_on_device, &queries, 1);
+    for ((light, expected), found) in lights.iter().zip(&expected).zip(found) {
         let (found, distance) = (found.truncate(), found.w);
         assert!(distance == expected.distance || (distance / expected.distance - 1.0).abs() < 1e-5);
         // Windows and cones that are nearly closed are differences of numbers near one: their error is that of the
         // open light, a few roundings.
         let open = 20.0 / expected.distance.min(1e3).powi(2).max(1e-6) + 20.0;
+        let open = open * light.area().unwrap_or(1.0).max(1.0);
         let error = (found - expected.irradiance).abs().max_element();
         assert!(error <= 1e-5 * expected.irradiance.max_element() + 2e-5 * open, "{found}, not {expected:?}");
         lit += usize::from(expected.irradiance.max_element() > 0.1);
@@ -154,7 +161,15 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
 fn kinds_are_the_shaders() {
     let point = Light::point(Vec3::ZERO, Vec3::ONE);
     let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.5 };
-    for (kind, name) in [(point.kind, "POINT"), (spot, "SPOT"), (LightKind::Directional, "DIRECTIONAL")] {
+    let disk = LightKind::Disk { radius: 1.0 };
+    let rectangle = LightKind::Rectangle { half_width: 1.0, half_height: 1.0, right: Vec3::X };
+    for (kind, name) in [
+        (point.kind, "POINT"),
+        (spot, "SPOT"),
+        (LightKind::Directional, "DIRECTIONAL"),
+        (disk, "DISK"),
+        (rectangle, "RECTANGLE"),
+    ] {
         let light = Light { kind, ..point.clone() };
         let number = f64::from(super::Light::new(&light, &Settings::direct_light()).kind);
         assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");

@@ -11,6 +11,7 @@ use super::*;
 use crate::{
     debug_views,
     gpu_scene::{MASKED, TEXTURES},
+    lights::AREA_LIGHTS,
     rooms::Family,
     settings::{
         Attenuation, Culling, DebugView, DeepDepth, DeepSearch, Indirect, Occlusion, RayCulling, Sampled, Samples,
@@ -59,11 +60,16 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
             let [opaque, blended] = shading::features(&settings, tracer);
             for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (blended, &[&[]])] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
-                let added = drawn.map(|[draw, textures]| [&features[..], draw, textures].concat());
-                asked.entry("shading/forward").or_default().extend(added);
+                for [draw, textures] in drawn {
+                    for lights in [&[][..], &[AREA_LIGHTS]] {
+                        let added = [&features[..], draw, lights, textures].concat();
+                        asked.entry("shading/forward").or_default().insert(added);
+                    }
+                }
             }
             let Some(tracer) = tracer else { continue };
-            if let Ok([plan, trace]) = shadows::features(&settings, tracer) {
+            for has_areas in [false, true] {
+                let Ok([plan, trace]) = shadows::features(&settings, tracer, has_areas) else { continue };
                 asked.entry("shadows/plan").or_default().insert(plan);
                 asked.entry("shadows/trace").or_default().insert(trace);
             }

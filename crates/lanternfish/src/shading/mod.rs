@@ -89,7 +89,8 @@ impl Forward {
                 &opaque,
                 true,
                 PassState { depth: equal, target: Some(RADIANCE_FORMAT.into()), samples, draws_backs: false },
-            ),
+            )
+            .lit_by_areas(),
             dim: SceneRaster::new(
                 "shading/transparent",
                 "shading/dim",
@@ -103,7 +104,8 @@ impl Forward {
                 &blended,
                 false,
                 PassState { depth: nearer, target: Some(over), samples, draws_backs: false },
-            ),
+            )
+            .lit_by_areas(),
             samples,
         }
     }

@@ -1,9 +1,10 @@
 //! Which listed lights reach which pixel, by rays [Elagabani2025, §4.3].
 //!
-//! The answer is one bit for each pixel and listed light, or, where lights have a size, eight bits: how many of their rays are open. It
-//! takes as many words as the lists are long. Where the words of all pixels do not fit one buffer, the frame is made in bands of pixel
+//! The answer is one bit for each pixel and listed light, or, where lights have a size, eight bits: how many of their rays are open; in
+//! scenes with area lights 32, of which such a light has one for each of its rays. It takes as many words as the lists are long. Where the words of all pixels do not fit one buffer, the frame is made in bands of pixel
 //! rows: no light is left out.
 
+mod kernels;
 #[cfg(test)]
 mod tests;
 
@@ -11,18 +12,20 @@ use std::ops::Range;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, BufferPart, ComputeKernel, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_struct,
-    primitives::Scan,
+    Bindings, BufferPart, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_struct, primitives::Scan,
 };
 
+use self::kernels::Kernels;
 use crate::{
     context::ViewContext,
     deep_images::DeepImages,
     error::RenderError,
+    gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
+    lights::AREA_LIGHTS,
     rays::{self, Tracer},
     settings::{DebugView, DeepImageSettings, DeepStore, RayCulling, Settings},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::frame_target,
 };
 
@@ -83,14 +86,14 @@ const SOFT_LIGHT_BITS: u32 = 8;
 /// The passes of shadows for every listed light.
 #[derive(Debug)]
 pub struct Shadows {
-    plan: ComputeKernel,
-    trace: ComputeKernel,
-    scan: Scan,
-    count_rays: bool,
-    /// Listed lights that share a word.
-    lights_a_word: u32,
+    settings: Settings,
     tracer: Tracer,
-    /// Words of bits of a band at most, beside the device's binding limit; a lower number gives more bands.
+    kernels: Kernels,
+    /// For scenes with area lights; compiled for the first of them.
+    area_kernels: Option<Kernels>,
+    scan: Scan,
+    /// Words of bits of a band at most, beside the device's binding limit and the rays that can be counted; a lower number gives more
+    /// bands.
     pub(crate) word_limit: u64,
 }
 
@@ -145,21 +148,19 @@ impl VisibilityPlan {
 impl Shadows {
     /// Compiles the passes for a tracer.
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
-        let [plan, trace] = features(settings, tracer)?;
-        let plan = SHADERS.link("shadows/plan", &plan)?;
-        let trace = SHADERS.link("shadows/trace", &trace)?;
-        let (rays, lights_a_word) =
-            if settings.casts_soft_shadows() { (settings.shadow_rays, 32 / SOFT_LIGHT_BITS) } else { (1, 32) };
-        let most_words = MOST_RAYS / u64::from(rays * lights_a_word);
         Ok(Self {
-            plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
-            trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
+            kernels: Kernels::new(device, settings, tracer, false)?,
+            area_kernels: None,
             scan: Scan::new(device, "shadows")?,
-            count_rays: counts_rays(settings),
-            lights_a_word,
+            settings: settings.clone(),
             tracer,
-            word_limit: most_words,
+            word_limit: u64::MAX,
         })
+    }
+
+    /// The passes for a scene; [`Shadows::plan`] has compiled them.
+    fn kernels(&self, scene: &GpuScene) -> &Kernels {
+        self.area_kernels.as_ref().filter(|_| scene.has_area_lights).unwrap_or(&self.kernels)
     }
 
     /// Counts the words that each block needs and divides the frame into bands that fit.
@@ -170,8 +171,11 @@ impl Shadows {
         lights: &LightLists,
     ) -> Result<VisibilityPlan, RenderError> {
         let device = frame.device;
+        if scene.has_area_lights && self.area_kernels.is_none() {
+            self.area_kernels = Some(Kernels::new(device, &self.settings, self.tracer, true)?);
+        }
         let columns = surface.size.x.div_ceil(BLOCK_EDGE);
-        check_row(columns, scene.lights.capacity.div_ceil(self.lights_a_word))?;
+        check_row(columns, scene.lights.capacity.div_ceil(self.kernels(scene).lights_a_word))?;
         let rows = surface.size.y.div_ceil(BLOCK_EDGE);
         let blocks = columns * rows;
         let mut grid = VisibilityGrid { columns, rows, ..VisibilityGrid::default() };
@@ -183,12 +187,12 @@ impl Shadows {
             .with(&lights.bindings())
             .part("visibility_grid", &grid_buffer)
             .buffer("word_counts", &starts);
-        frame.dispatch(&self.plan, &bindings, [columns, rows, 1]);
+        frame.dispatch(&self.kernels(scene).plan, &bindings, [columns, rows, 1]);
         let total = self.scan.record(frame, &starts, blocks + 1)?;
 
         let first_bits = FIRST_START + u64::from(blocks) + 1;
         let binding_words = device.limits().max_storage_buffer_binding_size / 4;
-        let limit = self.word_limit.min(binding_words.saturating_sub(first_bits));
+        let limit = self.word_limit.min(self.kernels(scene).most_words).min(binding_words.saturating_sub(first_bits));
         let starts_of_blocks = (&starts, blocks as usize + 1);
         let (bands, words) = match frame.growth() {
             Growth::Wait => {
@@ -223,7 +227,7 @@ impl Shadows {
         let usage = wgpu::TextureUsages::STORAGE_BINDING;
         let format = wgpu::TextureFormat::R32Uint;
         let counts = || frame_target(frame, "shadows/ray_counts", surface.size, format, usage, 1);
-        let ray_counts = self.count_rays.then(counts);
+        let ray_counts = counts_rays(&self.settings).then(counts);
         Ok(VisibilityPlan {
             words,
             ray_totals: frame.scratch("shadows/ray_totals", 4 * bands.len() as u64)?,
@@ -267,7 +271,7 @@ impl Shadows {
             let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
             frame.encoder().clear_buffer(&plan.words, 4 * first_bits, None);
         }
-        rays::dispatch(frame, &self.trace, &bindings, groups, images);
+        rays::dispatch(frame, &self.kernels(scene).trace, &bindings, groups, images);
         frame.encoder().copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
         visibility
     }
@@ -278,10 +282,12 @@ fn counts_rays(settings: &Settings) -> bool {
     matches!(settings.debug_view, Some(DebugView::RayCount | DebugView::Visibility))
 }
 
-/// Features of the shaders `plan` and `trace`; an error where the tracer cannot do what is asked of it.
-pub(crate) fn features(settings: &Settings, tracer: Tracer) -> Result<[Vec<Feature>; 2], RenderError> {
-    let culling = LightCulling::feature(settings.culling);
-    let plan: Vec<_> = [culling].into_iter().chain(settings.casts_soft_shadows().then_some(SOFT)).collect();
+/// Features of the shaders `plan` and `trace`, for scenes with or without area lights; an error where the tracer cannot do what is asked
+/// of it.
+pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> Result<[Vec<Feature>; 2], RenderError> {
+    let mut plan = vec![LightCulling::feature(settings.culling)];
+    plan.extend(settings.casts_soft_shadows().then_some(SOFT));
+    plan.extend(has_areas.then_some(AREA_LIGHTS));
     let mut trace = plan.clone();
     trace.push(VISIBILITY_WRITTEN);
     // Segments ask no triangles.

@@ -10,6 +10,7 @@ pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 
 /// Extensions that are read; of some, only a part, and what is left out is noted where it is found.
 const SUPPORTED: &[&str] = &[
+    "EXT_lights_area",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",

@@ -1,4 +1,4 @@
-//! `KHR_lights_punctual`.
+//! `KHR_lights_punctual`, and `EXT_lights_area` (a draft: KhronosGroup/glTF, pull request 2525).
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -19,10 +19,7 @@ pub(super) fn read(root: &Root, index: usize, at: &Placed, notes: &mut Notes) ->
         notes.add("lights of an unknown kind");
         return Ok(None);
     };
-    let intensity = light.intensity.unwrap_or(1.0) * light.color.map_or(Vec3::ONE, Vec3::from);
-    if !intensity.is_finite() || intensity.min_element() < 0.0 {
-        return Err(invalid(format!("lights[{index}]: intensity times color is {intensity}")));
-    }
+    let intensity = colored(light.intensity.unwrap_or(1.0), light.color).place(|| format!("lights[{index}]"))?;
     if light.range.is_some_and(|range| !(range > 0.0 && range.is_finite())) {
         return Err(invalid(format!("lights[{index}]: range {:?} is not above 0", light.range)));
     }
@@ -57,4 +54,46 @@ fn read_kind(light: &schema::Light) -> Result<Option<LightKind>> {
         }
         _ => None,
     })
+}
+
+/// The area light at a node. `None`, with a note, for a shape that is unknown, or that has no extent.
+pub(super) fn read_area(root: &Root, index: usize, at: &Placed, notes: &mut Notes) -> Result<Option<Light>> {
+    let lights = root.extensions.area_lights.as_ref().map_or(&[][..], |extension| &extension.lights);
+    let light = item(lights, index, "EXT_lights_area: lights")?;
+    let place = || format!("EXT_lights_area: lights[{index}]");
+    let radiance = colored(light.intensity.unwrap_or(1000.0), light.color).place(place)?;
+    let size = light.size.unwrap_or(1.0);
+    let aspect = light.rect.as_ref().and_then(|rect| rect.aspect).unwrap_or(1.0);
+    if !(size > 0.0 && size.is_finite() && aspect > 0.0 && aspect.is_finite()) {
+        return Err(invalid(format!("size {size}, aspect {aspect}: not above 0"))).place(place);
+    }
+    let world_from_node = &at.world_from_node;
+    // "The largest component of the absolute value of the node's scale", whichever way that goes.
+    let scale = world_from_node.matrix3.to_cols_array_2d().map(|axis| Vec3::from(axis).length());
+    let size = size * scale.into_iter().fold(0.0, f32::max);
+    let [forward, right] = [Vec3::NEG_Z, Vec3::X].map(|axis| direction(world_from_node.transform_vector3(axis)));
+    let right = forward.zip(right).and_then(|(forward, right)| direction(right.reject_from_normalized(forward)));
+    let (Some(forward), Some(right), true) = (forward, right, size > 0.0) else {
+        notes.add("area lights without extent");
+        return Ok(None);
+    };
+    let position = world_from_node.translation.into();
+    let placed = match light.kind.as_str() {
+        "disk" => Light::disk(position, forward, 0.5 * size, radiance),
+        "rect" => Light::rectangle(position, forward, right, [size * aspect, size], radiance),
+        _ => {
+            notes.add("area lights of an unknown shape");
+            return Ok(None);
+        }
+    };
+    let name = if at.node.name.is_empty() { light.name.clone() } else { at.node.name.clone() };
+    Ok(Some(Light { name, ..placed }))
+}
+
+fn colored(intensity: f32, color: Option<[f32; 3]>) -> Result<Vec3> {
+    let intensity = intensity * color.map_or(Vec3::ONE, Vec3::from);
+    if !intensity.is_finite() || intensity.min_element() < 0.0 {
+        return Err(invalid(format!("intensity times color is {intensity}")));
+    }
+    Ok(intensity)
 }

@@ -201,6 +201,9 @@ fn place(
     if let Some(light) = &node.extensions.light {
         scene.lights.extend(lights::read(root, light.light, placed, notes)?);
     }
+    if let Some(light) = &node.extensions.area_light {
+        scene.lights.extend(lights::read_area(root, light.light, placed, notes)?);
+    }
     if let Some(camera) = node.camera {
         scene.cameras.push(cameras::read(root, camera, placed)?);
     }

@@ -67,6 +67,8 @@ pub(super) struct Asset {
 pub(super) struct RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub lights: Option<Lights>,
+    #[serde(rename = "EXT_lights_area")]
+    pub area_lights: Option<AreaLights>,
 }
 
 #[derive(Deserialize)]
@@ -258,6 +260,8 @@ pub(super) struct Node {
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<NodeLight>,
+    #[serde(rename = "EXT_lights_area")]
+    pub area_light: Option<NodeLight>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<Instancing>,
 }
@@ -333,4 +337,31 @@ pub(super) struct TextureExtensions {
 #[derive(Deserialize)]
 pub(super) struct TextureSource {
     pub source: Option<usize>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct AreaLights {
+    #[serde(default)]
+    pub lights: Vec<AreaLight>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct AreaLight {
+    #[serde(default)]
+    pub name: String,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub color: Option<[f32; 3]>,
+    /// Nits.
+    pub intensity: Option<f32>,
+    /// Height of a rectangle, diameter of a disk; m before the node's scale.
+    pub size: Option<f32>,
+    pub rect: Option<Rect>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Rect {
+    /// Width over height.
+    pub aspect: Option<f32>,
 }

@@ -23,13 +23,24 @@ pub fn light() -> impl Strategy<Value = Light> {
     let direction = prop::array::uniform3(-1.0f32..1.0).prop_map(|d| (Vec3::from(d) + Vec3::splat(1e-3)).normalize());
     // From a centimetre to thirty metres, or where the threshold says.
     let range = prop::option::weighted(0.8, (-2.0f32..1.5).prop_map(|exponent| 10f32.powf(exponent)));
+    // From a point, nearly, to what is larger than the view.
+    let half = || (-2.0f32..1.0).prop_map(|exponent| 10f32.powf(exponent));
     let angles = (0.01f32..std::f32::consts::FRAC_PI_2, 0.0f32..0.99);
     let kind = prop_oneof![
         4 => Just(LightKind::Point),
         4 => angles.prop_map(|(outer, share)| LightKind::Spot { inner_angle: outer * share, outer_angle: outer }),
         1 => Just(LightKind::Directional),
+        2 => half().prop_map(|radius| LightKind::Disk { radius }),
+        2 => (half(), half()).prop_map(|(half_width, half_height)| LightKind::Rectangle {
+            half_width,
+            half_height,
+            right: Vec3::X,
+        }),
     ];
-    (position, direction, range, kind, 0.001f32..100.0).prop_map(|(position, direction, range, kind, intensity)| {
+    (position, direction, range, kind, 0.001f32..100.0).prop_map(|(position, direction, range, mut kind, intensity)| {
+        if let LightKind::Rectangle { right, .. } = &mut kind {
+            *right = direction.any_orthonormal_vector();
+        }
         Light { kind, direction, range, ..Light::point(position, Vec3::splat(intensity)) }
     })
 }
@@ -58,7 +69,12 @@ pub fn special(camera: &Camera) -> Vec<Light> {
         direction,
         ..light
     };
+    let disk = |light: Light, direction| Light { kind: LightKind::Disk { radius: 0.5 }, direction, ..light };
     vec![
+        disk(light(at(Vec3::ZERO), 8.0), forward),
+        disk(light(at(Vec3::new(0.0, 0.0, -4.0)), 8.0), -forward),
+        disk(light(at(Vec3::new(0.0, 0.0, 1.0)), 8.0), forward),
+        disk(light(at(Vec3::new(2.0, 1.0, -3.0)), 4.0), forward.any_orthonormal_vector()),
         light(at(Vec3::ZERO), 3.0),
         light(at(Vec3::new(0.0, 0.0, 2.0)), 6.0),
         light(at(Vec3::new(0.0, 0.0, 2.0)), 1.9),

@@ -77,8 +77,12 @@ fn gpu_lights_beyond_the_devices_count_are_in_no_list() {
             // What is no light of the set reaches everything.
             let range = if i < COUNT { random.between(0.3, 2.0) } else { 1e4 };
             let angles = LightKind::Spot { inner_angle: 0.1, outer_angle: random.between(0.2, 1.5) };
-            let kind =
-                [LightKind::Point, angles, LightKind::Directional][usize::from(i % 3 == 1) + usize::from(i == 7)];
+            let kind = match i {
+                7 => LightKind::Directional,
+                _ if i % 5 == 2 => LightKind::Disk { radius: 0.3 },
+                _ if i % 3 == 1 => angles,
+                _ => LightKind::Point,
+            };
             let light = Light::point(position, Vec3::ONE);
             lights::Light::new(&Light { range: Some(range), kind, direction: random.direction(), ..light }, &settings)
         })

@@ -4,13 +4,14 @@ use lanternfish_scene::{Light, light_tree::Receiver};
 use super::*;
 use crate::testing::{Random, ask_module};
 
-/// Points, spots and suns, some of them dark.
+/// Points, spots, disks and suns, some of them dark.
 fn scene(random: &mut Random) -> Scene {
     let light = |i: usize| {
         let (place, direction) = (5.0 * random.point(), random.direction());
         let kind = match i % 4 {
             0 => LightKind::Spot { inner_angle: 0.1, outer_angle: random.between(0.2, 1.5) },
             1 if i % 40 == 1 => LightKind::Directional,
+            2 => LightKind::Disk { radius: random.between(0.1, 1.0) },
             _ => LightKind::Point,
         };
         let power = if i % 17 == 3 { Vec3::ZERO } else { random.point() + 1.5 };

@@ -139,6 +139,50 @@ fn lights_without_sense_are_refused_and_unknown_ones_left_out() {
     assert!(light(json!({ "type": "area" })).scene().lights.is_empty());
 }
 
+/// One node that is moved, turned and scaled, with this area light.
+fn area_light(scale: [f32; 3], light: Value) -> File {
+    let mut file = nodes(json!([{
+        "name": "panel", "translation": [1, 2, 3], "rotation": QUARTER_TURN_Y, "scale": scale,
+        "extensions": { "EXT_lights_area": { "light": 0 } },
+    }]));
+    file.json["extensionsRequired"] = json!(["EXT_lights_area"]);
+    file.json["extensions"] = json!({ "EXT_lights_area": { "lights": [light] } });
+    file
+}
+
+#[test]
+fn area_lights_are_placed_and_scaled_by_the_largest_axis() {
+    let one = |light| area_light([2.0, -3.0, 1.0], light).scene().lights.remove(0);
+    let disk = one(json!({ "type": "disk", "color": [1, 0.5, 0], "intensity": 8, "size": 0.5 }));
+    assert_eq!((disk.kind, disk.name.as_str()), (LightKind::Disk { radius: 0.75 }, "panel"));
+    assert_eq!((disk.position, disk.intensity), (Vec3::new(1.0, 2.0, 3.0), Vec3::new(8.0, 4.0, 0.0)));
+    assert!(disk.direction.abs_diff_eq(Vec3::NEG_X, 1e-6) && disk.range.is_none(), "{disk:?}");
+
+    let panel = one(json!({ "type": "rect", "size": 2, "rect": { "aspect": 0.25 } }));
+    let LightKind::Rectangle { half_width, half_height, right } = panel.kind else { panic!("{panel:?}") };
+    assert_eq!((half_width, half_height, panel.intensity), (0.75, 3.0, Vec3::splat(1000.0)));
+    // The node's x: turned about +y, +x becomes -z.
+    assert!(right.abs_diff_eq(Vec3::NEG_Z, 1e-6) && panel.direction.abs_diff_eq(Vec3::NEG_X, 1e-6), "{panel:?}");
+
+    // What is not said: a metre, a square.
+    let square = one(json!({ "type": "rect" }));
+    let LightKind::Rectangle { half_width, half_height, .. } = square.kind else { panic!("{square:?}") };
+    assert_eq!((half_width, half_height), (1.5, 1.5));
+}
+
+#[test]
+fn area_lights_without_sense_are_refused_and_unknown_ones_left_out() {
+    let fault = |light| area_light([1.0; 3], light).fault();
+    assert_contains(&fault(json!({ "type": "rect", "size": 0 })), "lights[0]: size 0");
+    assert_contains(&fault(json!({ "type": "rect", "rect": { "aspect": -1 } })), "aspect -1");
+    assert_contains(&fault(json!({ "type": "disk", "intensity": -1 })), "intensity");
+    assert!(area_light([1.0; 3], json!({ "type": "sphere" })).scene().lights.is_empty());
+    assert!(area_light([0.0; 3], json!({ "type": "disk" })).scene().lights.is_empty());
+    let mut file = area_light([1.0; 3], json!({ "type": "disk" }));
+    file.json["nodes"][0]["extensions"]["EXT_lights_area"]["light"] = json!(1);
+    assert_contains(&file.fault(), "nodes[0]: EXT_lights_area: lights[1]");
+}
+
 fn camera(camera: Value) -> File {
     let mut file = nodes(json!([{
         "name": "eye", "camera": 0, "translation": [1, 2, 3], "rotation": QUARTER_TURN_Y, "scale": [-2, 3, 4],

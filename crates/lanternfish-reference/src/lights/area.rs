@@ -1,0 +1,55 @@
+//! Disks and rectangles that shine: `lights/area.wesl` as plain Rust.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec3, Vec3, Vec3A};
+use lanternfish_scene::{
+    Light, LightKind,
+    shading::{Attenuation, NEAR_RADIUS},
+};
+
+use super::Incidence;
+
+/// A point of a disk or rectangle, even over its area for an even `u` in 0..1; world space, m. The position of a light without an area.
+pub fn point_of_area(light: &Light, [u, v]: [f64; 2]) -> DVec3 {
+    let direction = light.direction.as_dvec3();
+    let aside = match light.kind {
+        LightKind::Disk { radius } => {
+            let (right, up) = direction.any_orthonormal_pair();
+            let (sin, cos) = (TAU * v).sin_cos();
+            f64::from(radius) * u.sqrt() * (cos * right + sin * up)
+        }
+        LightKind::Rectangle { half_width, half_height, right } => {
+            let right = right.as_dvec3();
+            let up = right.cross(direction);
+            f64::from(half_width) * (2.0 * u - 1.0) * right + f64::from(half_height) * (2.0 * v - 1.0) * up
+        }
+        LightKind::Point | LightKind::Spot { .. } | LightKind::Directional => DVec3::ZERO,
+    };
+    light.position.as_dvec3() + aside
+}
+
+/// What reaches the point `p` from a disk or rectangle, shadows aside, as if all of it shone from `place`, one of its points; both world
+/// space, m. The mean over its points is what reaches `p` of all.
+///
+/// Radiance times area times the cosine at the light over the squared distance, times the attenuation's window at the light's middle: so
+/// all of it ends at its range from there.
+pub fn incidence_from(
+    light: &Light,
+    place: DVec3,
+    p: Vec3A,
+    attenuation: Attenuation,
+    range_threshold: f32,
+) -> Incidence {
+    let p = p.as_dvec3();
+    let (to_middle, to_place) = (light.position.as_dvec3() - p, place - p);
+    let distance = to_place.length();
+    let wi = to_place / distance.max(1e-20);
+    // In front of the light's plane, m.
+    let height = -to_middle.dot(light.direction.as_dvec3());
+    let window = attenuation.window(to_middle.length() as f32, light.effective_range(attenuation, range_threshold));
+    let nearest = distance.max(f64::from(NEAR_RADIUS));
+    let factor = (height / nearest).max(0.0) / (nearest * nearest);
+    let irradiance: Vec3 = factor as f32 * window * light.greatest_intensity();
+    Incidence { wi, distance: distance as f32, irradiance }
+}

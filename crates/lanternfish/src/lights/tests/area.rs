@@ -1,0 +1,112 @@
+//! Disks and rectangles: `area.wesl` against the path tracer's own.
+
+use glam::{DVec3, Vec3, Vec4};
+use lanternfish_gpu::{Bindings, Gpu, storage_buffer_of, testing};
+use lanternfish_scene::{Light, LightKind, shading::Attenuation};
+
+use crate::{
+    Settings, lights,
+    testing::{Random, ask_about},
+};
+
+/// A disk or a rectangle, by turns.
+pub(super) fn area_light(i: usize, random: &mut Random) -> Light {
+    let (position, direction) = (5.0 * random.point(), random.direction());
+    let radiance = 10.0 * (random.point() + 1.0);
+    let mut half = || random.between(0.1, 2.0);
+    match i % 2 {
+        0 => Light::disk(position, direction, half(), radiance),
+        _ => {
+            let size = [2.0 * half(), 2.0 * half()];
+            Light::rectangle(position, direction, random.direction(), size, radiance)
+        }
+    }
+}
+
+/// What the shader finds for each light, a place, and numbers that choose a point of the light: irradiance and distance, and the point.
+fn sampled(gpu: &Gpu, lights: &[Light], settings: &Settings, queries: &[Vec4]) -> Vec<(Vec4, Vec3)> {
+    let packed: Vec<_> = lights.iter().map(|light| lights::Light::new(light, settings)).collect();
+    let buffer = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
+    let bindings = Bindings::new().buffer("lights", &buffer);
+    let found = ask_about(gpu, "area_incidences", &bindings, queries, 2);
+    let points = ask_about(gpu, "area_points", &bindings, queries, 2);
+    found.into_iter().zip(points.iter().map(|point| point.truncate())).collect()
+}
+
+#[test]
+fn gpu_points_of_areas_shine_as_the_path_tracers() {
+    let Some(gpu) = testing::gpu("gpu_points_of_areas_shine_as_the_path_tracers") else { return };
+    let mut random = Random::new(8);
+    let (mut lit, mut dark) = (0, 0);
+    for attenuation in Attenuation::ALL.iter().copied() {
+        let settings = Settings { attenuation, range_threshold: 0.1, ..Settings::direct_light() };
+        let (mut lights, mut queries) = (Vec::new(), Vec::new());
+        for i in 0..512 {
+            let range = (i % 4 < 2).then(|| random.between(1.0, 9.0));
+            lights.push(Light { range, ..area_light(i, &mut random) });
+            queries.push((5.0 * random.point()).extend(0.0));
+            queries.push(Vec4::new(random.between(0.0, 1.0), random.between(0.0, 1.0), 0.0, 0.0));
+        }
+        for (i, (found, point)) in sampled(gpu, &lights, &settings, &queries).into_iter().enumerate() {
+            let (light, p) = (&lights[i], queries[2 * i].truncate());
+            assert!(is_on(light, point), "{point} of {light:?}");
+            let expected = lanternfish_reference::incidence_from(light, point.as_dvec3(), p.into(), attenuation, 0.1);
+            assert!((found.w / expected.distance - 1.0).abs() < 1e-5, "{found}, not {expected:?}");
+            // As of lights without an area: windows that are nearly closed, and planes seen nearly edge on.
+            let open = light.greatest_intensity().max_element() * (expected.distance.powi(-2) + 1.0);
+            let error = (found.truncate() - expected.irradiance).abs().max_element();
+            assert!(error <= 1e-5 * expected.irradiance.max_element() + 1e-5 * open, "{found}, not {expected:?}");
+            lit += usize::from(expected.irradiance.max_element() > 1e-3 * open);
+            dark += usize::from(expected.irradiance == Vec3::ZERO);
+        }
+    }
+    assert!(lit > 800 && dark > 800, "{lit} lit, {dark} dark");
+}
+
+/// Whether a point lies on a disk or rectangle.
+fn is_on(light: &Light, point: Vec3) -> bool {
+    let aside = point - light.position;
+    let is_within = match light.kind {
+        LightKind::Disk { radius } => aside.length() < 1.0001 * radius + 1e-5,
+        LightKind::Rectangle { half_width, half_height, right } => {
+            let up = right.cross(light.direction);
+            let [x, y] = [right, up].map(|axis| aside.dot(axis).abs());
+            x < 1.0001 * half_width + 1e-5 && y < 1.0001 * half_height + 1e-5
+        }
+        _ => false,
+    };
+    is_within && aside.dot(light.direction).abs() < 1e-5
+}
+
+/// Mean and mean squares along the width, the height and the normal say where the points are.
+#[test]
+fn gpu_points_are_even_over_areas() {
+    let Some(gpu) = testing::gpu("gpu_points_are_even_over_areas") else { return };
+    let mut random = Random::new(9);
+    let direction = random.direction();
+    let right = direction.any_orthonormal_vector();
+    let up = right.cross(direction);
+    let disk = Light::disk(Vec3::ZERO, direction, 2.0, Vec3::ONE);
+    let rectangle = Light::rectangle(Vec3::ZERO, direction, right, [3.0, 1.0], Vec3::ONE);
+    // Mean squares: of a disk r² / 4 along each axis, of a side s² / 12.
+    for (light, squares) in [(disk, [1.0, 1.0]), (rectangle, [0.75, 1.0 / 12.0])] {
+        const COUNT: usize = 1 << 14;
+        let u = |_| [Vec4::ONE, Vec4::new(random.between(0.0, 1.0), random.between(0.0, 1.0), 0.0, 0.0)];
+        let queries: Vec<Vec4> = (0..COUNT).flat_map(u).collect();
+        let lights = vec![light.clone(); COUNT];
+        let (mut mean, mut found) = (DVec3::ZERO, [0.0; 2]);
+        for (_, point) in sampled(gpu, &lights, &Settings::direct_light(), &queries) {
+            mean += point.as_dvec3() / COUNT as f64;
+            let of = |axis: Vec3| f64::from(point.dot(axis)).powi(2) / COUNT as f64;
+            found = [found[0] + of(right), found[1] + of(up)];
+        }
+        // Five standard errors: those of a mean are √(mean square / n), those of its square less than twice of it.
+        assert!(mean.length() < 5.0 * (squares[0] / COUNT as f64).sqrt() * 1.5, "{light:?}: {mean}");
+        for (found, expected) in found.iter().zip(squares) {
+            assert!(
+                (found / expected - 1.0).abs() < 10.0 / (COUNT as f64).sqrt(),
+                "{light:?}: {found}, not {expected}"
+            );
+        }
+    }
+}

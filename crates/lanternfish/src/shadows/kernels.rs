@@ -1,0 +1,44 @@
+//! The compute passes of shadows, in the variants that scenes ask for.
+
+use lanternfish_gpu::ComputeKernel;
+
+use super::{MOST_RAYS, SOFT_LIGHT_BITS, features};
+use crate::{error::RenderError, rays::Tracer, settings::Settings, shaders::SHADERS};
+
+/// The passes for scenes with area lights, or for those without.
+#[derive(Debug)]
+pub(super) struct Kernels {
+    pub plan: ComputeKernel,
+    pub trace: ComputeKernel,
+    /// Listed lights that share a word.
+    pub lights_a_word: u32,
+    /// Words of a band whose rays can be counted.
+    pub most_words: u64,
+}
+
+impl Kernels {
+    /// Compiles them.
+    pub fn new(
+        device: &wgpu::Device,
+        settings: &Settings,
+        tracer: Tracer,
+        has_areas: bool,
+    ) -> Result<Self, RenderError> {
+        let [plan, trace] = features(settings, tracer, has_areas)?;
+        let plan = SHADERS.link("shadows/plan", &plan)?;
+        let trace = SHADERS.link("shadows/trace", &trace)?;
+        let is_soft = settings.casts_soft_shadows();
+        let lights_a_word = match (has_areas, is_soft) {
+            (true, _) => 1,
+            (false, true) => 32 / SOFT_LIGHT_BITS,
+            (false, false) => 32,
+        };
+        let rays = if is_soft || has_areas { settings.shadow_rays } else { 1 };
+        Ok(Self {
+            plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
+            trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
+            lights_a_word,
+            most_words: MOST_RAYS / u64::from(rays * lights_a_word),
+        })
+    }
+}
