@@ -52,7 +52,10 @@ use self::{
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
     error::RenderError,
-    lights::{Light, LightSet, tree::SceneLightTrees},
+    lights::{
+        Light, LightSet,
+        tree::{EmissiveTriangle, SceneLightTrees},
+    },
     settings::{DebugView, Settings},
     shaders::Shaders,
 };
@@ -226,6 +229,11 @@ impl GpuScene {
     }
 
     /// Whether any triangle that rays are traced through shines, where hits are shaded.
+    pub(crate) fn emissive_triangles(&self) -> &[EmissiveTriangle] {
+        self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
+    }
+
+    /// Whether there are any.
     pub(crate) fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }

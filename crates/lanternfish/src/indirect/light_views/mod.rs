@@ -1,15 +1,19 @@
 //! Square views of what lights see, whose texels are rays that carry their light: for rooms that follow light from where it starts.
 //!
-//! Lights share the texels by flux. A point light has the six faces of a cube, a wide spot five of them, others one view. A view that would
+//! Lights, and triangles that shine, share the texels by flux. A point light has the six faces of a cube, a wide spot five of them, others one view. A view that would
 //! get less than a texel gets one by chance, which then counts for more: in the mean over frames it has what it should.
 
 use std::f32::consts::PI;
 
-use glam::{Mat3, UVec2, Vec3};
+use glam::{Mat3, Vec3};
 use lanternfish_gpu::{Bindings, BufferPart, Frame, GpuError, SharedStruct, gpu_struct};
 use lanternfish_scene::Bounds;
 
-use crate::{gpu_scene::GpuScene, lights::Light, shaders::Shaders};
+use crate::{
+    gpu_scene::GpuScene,
+    lights::{Light, tree::EmissiveTriangle},
+    shaders::Shaders,
+};
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
@@ -34,7 +38,7 @@ gpu_struct! {
     pub struct LightView {
         /// Axis across, world space, as long as half the view is wide at distance 1, or in metres where its rays are parallel.
         right: Vec3,
-        /// Index of the light.
+        /// Index of the light; or of the triangle, in the order of the BVH's leaves.
         light: u32,
         /// The other axis across.
         up: Vec3,
@@ -52,9 +56,24 @@ gpu_struct! {
         near: f32,
         /// Distance of the far plane, m: of parallel rays alone, else 0.
         far: f32,
+        /// [`Source`].
+        source: u32,
         /// Unused.
-        _pad: UVec2,
+        _pad: u32,
     }
+}
+
+/// Where a view's rays start: the constants of `rays.wesl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// At one point.
+    Cone,
+    /// On a plane, parallel.
+    Parallel,
+    /// On a disk or rectangle.
+    Area,
+    /// On an emissive triangle.
+    Triangle,
 }
 
 /// The views of all lights, the largest first.
@@ -80,7 +99,8 @@ impl KeptLightViews {
     pub fn renew(&mut self, scene: &GpuScene, texels: u32, frame_index: u32) {
         let made_of = (scene.revision(), texels, if self.views.is_by_chance { frame_index } else { 0 });
         if self.made_of != Some(made_of) {
-            self.views = LightViews::new(&scene.lights.on_host, &scene.bounds, texels, frame_index);
+            self.views =
+                LightViews::new(&scene.lights.on_host, scene.emissive_triangles(), &scene.bounds, texels, frame_index);
             self.made_of = Some((made_of.0, made_of.1, if self.views.is_by_chance { frame_index } else { 0 }));
         }
     }
@@ -110,7 +130,14 @@ const WIDE_SPOT: f32 = 2.0;
 
 impl LightViews {
     /// Shares out `texels` texels, a square of a power of two. Views that would get less than one have their chance in every frame anew.
-    pub fn new(lights: &[Light], bounds: &Bounds, texels: u32, frame_index: u32) -> Self {
+    /// `triangles`: those that shine.
+    pub fn new(
+        lights: &[Light],
+        triangles: &[EmissiveTriangle],
+        bounds: &Bounds,
+        texels: u32,
+        frame_index: u32,
+    ) -> Self {
         let mut views = Vec::new();
         let mut powers = Vec::new();
         for (index, light) in lights.iter().enumerate() {
@@ -118,6 +145,16 @@ impl LightViews {
             let power = flux_of(light, bounds) / of_light.len() as f32;
             powers.extend(of_light.iter().map(|_| power));
             views.extend(of_light);
+        }
+        for EmissiveTriangle { triangle, emitter } in triangles {
+            let sides = if emitter.cone.cos_spread < 0.0 { 2.0 } else { 1.0 };
+            powers.push(sides * PI * emitter.power);
+            views.push(LightView {
+                light: *triangle,
+                source: Source::Triangle as u32,
+                weight: 1.0,
+                ..Default::default()
+            });
         }
         let flux: f32 = powers.iter().sum();
         if flux <= 0.0 || !flux.is_finite() {
@@ -209,7 +246,9 @@ fn flux_of(light: &Light, bounds: &Bounds) -> f32 {
             // The square of a ramp is 1/3 in the mean.
             2.0 * PI * ((1.0 - cos_inner).max(0.0) + (cos_inner - light.cos_outer) / 3.0)
         }
-        _ => PI * radius_of(bounds).powi(2),
+        2 => PI * radius_of(bounds).powi(2),
+        3 => PI * PI * light.radius * light.radius,
+        _ => PI * 4.0 * light.radius * light.tan_outer,
     };
     extent * luminance(light.intensity).max(0.0)
 }
@@ -232,7 +271,12 @@ fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<LightView> {
         weight: 1.0,
         near,
         far,
-        _pad: UVec2::ZERO,
+        source: match light.kind {
+            0 | 1 => Source::Cone as u32,
+            2 => Source::Parallel as u32,
+            _ => Source::Area as u32,
+        },
+        _pad: 0,
     };
     let along = |forward: Vec3| {
         let right = forward.any_orthonormal_vector();
@@ -246,7 +290,8 @@ fn views_of(light: &Light, index: u32, bounds: &Bounds) -> Vec<LightView> {
             faces[..5].iter().map(|axes| view(*axes, 1.0, light.position)).collect()
         }
         1 => vec![view(along(light.direction), light.tan_outer, light.position)],
-        _ => vec![view(along(light.direction), radius_of(bounds), bounds.center())],
+        2 => vec![view(along(light.direction), radius_of(bounds), bounds.center())],
+        _ => vec![view(along(light.direction), 1.0, light.position)],
     }
 }
 
@@ -281,7 +326,7 @@ mod tests {
         for (lights, texels) in
             [(vec![sun], 4096), (vec![bright, dim], 65536), (vec![dim; 3], 4096), (vec![dim; 5000], 4096)]
         {
-            let map = LightViews::new(&lights, &bounds(), texels, 0);
+            let map = LightViews::new(&lights, &[], &bounds(), texels, 0);
             let used: u32 = map.views.iter().map(|view| view.side * view.side).sum();
             assert!(used <= texels && used * 2 >= texels, "{used} of {texels}");
             for view in &map.views {
@@ -295,11 +340,11 @@ mod tests {
             let counted: f32 = map.views.iter().map(of_view).sum();
             assert!((counted / map.flux - 1.0).abs() < 0.01, "{counted} of {}", map.flux);
         }
-        let map = LightViews::new(&[bright, dim], &bounds(), 65536, 0);
+        let map = LightViews::new(&[bright, dim], &[], &bounds(), 65536, 0);
         let texels_of = |light| map.views.iter().filter(|v| v.light == light).map(|v| v.side * v.side).sum::<u32>();
         // Powers of two are coarse.
         assert!(texels_of(0) > texels_of(1), "{} {}", texels_of(0), texels_of(1));
-        assert!(LightViews::new(&[], &bounds(), 4096, 0).views.is_empty());
+        assert!(LightViews::new(&[], &[], &bounds(), 4096, 0).views.is_empty());
     }
 
     /// A view that has less than a texel has it in as many of the frames as it should.
@@ -309,7 +354,7 @@ mod tests {
         let lights = vec![dim; 2000];
         let mut seen = vec![0; lights.len()];
         for frame in 0..100 {
-            let map = LightViews::new(&lights, &bounds(), 4096, frame);
+            let map = LightViews::new(&lights, &[], &bounds(), 4096, frame);
             assert!(map.is_by_chance);
             map.views.iter().for_each(|view| seen[view.light as usize] += 1);
         }

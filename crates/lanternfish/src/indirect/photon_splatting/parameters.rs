@@ -70,17 +70,27 @@ gpu_struct! {
         direction_v: Vec3,
         /// Differential of the direction.
         direction_u_z: f32,
+        /// Luminous flux that came straight from an emissive triangle, lm; else zero.
+        arrived: Vec3,
+        /// Unused.
+        _pad: f32,
     }
 }
 
 gpu_struct! {
     /// Where a photon has come to.
     pub struct PhotonHit {
+        /// Where it starts, world space, m.
+        start: Vec3,
         /// Index of the triangle, in the order of the BVH's leaves; else a constant of the shaders.
         triangle: u32,
-        /// m.
-        distance: f32,
+        /// Normal of the triangle where it starts, octahedral, two snorms of 16 bits.
+        normal: u32,
         /// The way it came, octahedral, two snorms of 16 bits.
         direction: u32,
+        /// m.
+        distance: f32,
+        /// Unused.
+        _pad: u32,
     }
 }

@@ -48,9 +48,6 @@ pub(super) const COUNTERS: &[&str] = &[
 pub(super) const FLUX_UNITS: f32 = 268_435_456.0;
 /// Edge of a tile that photons are looked for in: `tiles.wesl`.
 pub(super) const TILE: u32 = 16;
-/// Photons of a chunk at most: 64 MiB.
-const MOST_SLOTS: u32 = 1 << 20;
-
 /// The passes.
 #[derive(Debug)]
 pub struct PhotonPasses {
@@ -131,7 +128,7 @@ impl PhotonPasses {
             },
             smoothing: Smoothing::new(device)?,
             count: uniform_buffer_of(device, "indirect/photon_splatting/count", &[0u32; 4]),
-            most_slots: u64::from(MOST_SLOTS).min(limit) as u32,
+            most_slots: u64::from(room.chunk).min(limit) as u32,
         })
     }
 
@@ -264,8 +261,9 @@ impl PhotonPasses {
             .buffer("photon_directions", photons.directions)
             .buffer("photon_counters", photons.counters.buffer());
         frame.dispatch(&self.prepare, &preparing, workgroups(count));
-        // And the mirror direction.
-        let directions = parameters.direction_count + 1;
+        // And the mirror direction; and, of light from emissive triangles, where it arrived.
+        let has_arrivals = parameters.bounce == 0 && photons.lit.scene.has_emissive_triangles();
+        let directions = parameters.direction_count + 1 + u32::from(has_arrivals);
         let step = (self.most_slots / count.max(1)).clamp(1, directions);
         for first in (0..directions).step_by(step as usize) {
             parameters.first_direction = first;
@@ -345,7 +343,7 @@ impl PhotonPasses {
         frame.encoder().copy_buffer_to_buffer(&total, 0, &self.count, 0, 4);
         if let Some(land) = &self.land {
             let landing = photons.scene.clone().part("photons", uniform).buffer("landed_photons", &lights);
-            let landing = landing.buffer("landed_count", &total);
+            let landing = landing.buffer("light_count", &self.count);
             rays::dispatch(frame, land, &landing, workgroups(slots), photons.images);
         }
         let set = LightSet {
@@ -376,10 +374,13 @@ impl PhotonPasses {
 }
 
 /// An error where a number is out of range, or deep images lack the triangles that are needed.
-fn check(room: &PhotonSplatting, images: &DeepImageSettings) -> Result<(), RenderError> {
+pub(super) fn check(room: &PhotonSplatting, images: &DeepImageSettings) -> Result<(), RenderError> {
     let wrong = |needed| Err(RenderError::Together { setting: "`indirect photon-splatting`", needed });
     if !(1..=262_144).contains(&room.count) || !(1..=16).contains(&room.bounces) {
         return wrong("1 to 262144 photons, and 1 to 16 bounces");
+    }
+    if !(1024..=4_194_304).contains(&room.chunk) {
+        return wrong("1024 to 4194304 photons in hand at a time");
     }
     // What is no number is not above 0 either.
     if room.filter_radius > MOST_RADIUS || room.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {

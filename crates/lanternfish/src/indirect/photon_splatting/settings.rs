@@ -43,6 +43,8 @@ pub struct PhotonSplatting {
     pub conserved: bool,
     /// How photons come to pixels.
     pub splat: Splat,
+    /// Photons in hand at a time, 1024 to 4,194,304. The light is the same; fewer take less memory, 100 bytes each.
+    pub chunk: u32,
     /// Which pixels are lit.
     pub resolution: IndirectResolution,
     /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none.
@@ -61,6 +63,7 @@ impl Default for PhotonSplatting {
             widened: true,
             conserved: false,
             splat: Splat::Gather,
+            chunk: 1 << 20,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::Off,
@@ -120,6 +123,14 @@ impl Room for PhotonSplatting {
         Knob::new("photon-splat", "NAME", Range::Names, "How photons come to pixels", |room: &mut Self| {
             &mut room.splat
         })
+        .with_default(),
+        Knob::new(
+            "photon-chunk",
+            "N",
+            Range::Count(1024, 4_194_304),
+            "Photons in hand at a time. The light is the same; fewer take less memory",
+            |room: &mut Self| &mut room.chunk,
+        )
         .with_default(),
         Knob { words: RESOLUTION, of: |room| &mut room.resolution },
         Knob { words: FILTER, of: |room| &mut room.filter_radius },

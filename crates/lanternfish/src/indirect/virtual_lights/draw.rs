@@ -8,7 +8,7 @@ use crate::{
     deep_images::workgroups,
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster},
-    indirect::light_views::{LightView, radius_of},
+    indirect::light_views::{LightView, Source, radius_of},
     prepass::DEPTH_FORMAT,
     shaders::SHADERS,
     texture::frame_target,
@@ -104,7 +104,9 @@ impl MapRaster {
 
 /// The views that are drawn: the largest.
 fn drawn(views: &[LightView]) -> &[LightView] {
-    let count = views.iter().take(MOST_DRAWN).take_while(|view| view.side >= LEAST_SIDE).count();
+    // What has an area has no one point to be seen from.
+    let is_drawn = |view: &&LightView| view.side >= LEAST_SIDE && view.source < Source::Area as u32;
+    let count = views.iter().take(MOST_DRAWN).take_while(is_drawn).count();
     &views[..count]
 }
 

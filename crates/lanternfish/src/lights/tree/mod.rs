@@ -100,6 +100,11 @@ impl SceneLightTrees {
     }
 
     /// Emissive triangles.
+    pub fn triangles(&self) -> &[EmissiveTriangle] {
+        &self.triangles
+    }
+
+    /// How many there are.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
