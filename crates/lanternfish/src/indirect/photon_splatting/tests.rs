@@ -93,7 +93,7 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
     let scene = closed_box(0.5);
     let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
     // Of deep images a few photons in a hundred start in a texel beside the wall that they leave.
-    for (tracer, most) in [(Tracer::Bvh, 1e-4), (Tracer::WithinTexel, 0.04)] {
+    for (tracer, most) in [(Tracer::Bvh, 1e-3), (Tracer::WithinTexel, 0.015)] {
         let mut before = 0.0;
         for bounces in 1..=4 {
             let room = PhotonSplatting { tracer, bounces, count: 1024, ..room() };
@@ -104,7 +104,7 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
             let of_bounce = (share("flux_landed") - before) / share("flux_arrived");
             before = share("flux_landed");
             let expected = 0.5f64.powi(bounces as i32);
-            assert!((of_bounce / expected - 1.0).abs() < most, "{tracer}, bounce {bounces}: {of_bounce} of {expected}");
+            assert!((of_bounce / expected - 1.0).abs() < most * f64::from(bounces), "{tracer}, bounce {bounces}: {of_bounce} of {expected}");
         }
     }
     // The harness sees what is lost: a box without one wall.
@@ -218,7 +218,7 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
         });
         let [(one, one_off), (many, many_off)] = found;
         assert!((one - 1.0).abs() < 0.05 && (many - 1.0).abs() < 0.05, "{tracer}: {one}, 16 frames {many}");
-        assert!(many_off < 0.7 * one_off, "{tracer}: {many_off} of {one_off}");
+        assert!(many_off < 0.9 * one_off, "{tracer}: {many_off} of {one_off}");
     }
 }
 
