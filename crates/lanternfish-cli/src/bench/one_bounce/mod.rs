@@ -121,12 +121,13 @@ pub struct Bench {
     pub gpu: Gpu,
     pub folder: PathBuf,
     /// The scene, without light but that of its lights.
-    scene: Scene,
+    pub scene: Scene,
     cameras: Vec<Camera>,
     /// Direct light as it is asked for.
     pub look: Settings,
     pub heading: Heading,
-    size: Size,
+    pub size: Size,
+    spp: u64,
     /// The path tracer's picture with one bounce, and the energy of the bounce alone.
     truth: RgbImage,
     truth_energy: f64,
@@ -182,8 +183,19 @@ impl Bench {
             truth_noise: one_bounce.figures.noise_energy * energy_of(&one_bounce.mean) / truth_energy,
         };
         let (size, truth) = (args.size, one_bounce.mean);
-        let mut bench =
-            Self { gpu, folder, scene, cameras, look, heading, size, truth, truth_energy, direct_energy: 0.0 };
+        let mut bench = Self {
+            gpu,
+            folder,
+            scene,
+            cameras,
+            look,
+            heading,
+            size,
+            spp: args.spp,
+            truth,
+            truth_energy,
+            direct_energy: 0.0,
+        };
         bench.direct_energy = energy(&bench.render(&bench.without(), size)?.picture);
         Ok(bench)
     }
@@ -197,10 +209,22 @@ impl Bench {
         &self.cameras[self.cameras.len() / 2]
     }
 
+    /// The path tracer's picture of another scene from the same place, traced or found.
+    pub fn truth_of(&self, truth: Truth, scene: &Scene) -> Result<RgbImage, CliError> {
+        let (name, settings, spp) = (scene.name.as_str(), &self.look, self.spp);
+        let subject = truths::Subject { name, scene, camera: self.camera(), size: self.size, settings, spp };
+        Ok(truths::obtain(&self.folder, truth, &subject)?.mean)
+    }
+
     /// Renders some frames, of which the first is not timed.
     pub fn render(&self, settings: &Settings, size: Size) -> Result<Run, CliError> {
+        self.render_scene(&self.scene, settings, size)
+    }
+
+    /// The same of another scene.
+    pub fn render_scene(&self, scene: &Scene, settings: &Settings, size: Size) -> Result<Run, CliError> {
         let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings.clone())?;
-        let uploaded = renderer.upload(&self.scene)?;
+        let uploaded = renderer.upload(scene)?;
         let mut frame = || renderer.render(&uploaded, self.camera(), size.width, size.height);
         // Deep images are built in the first frame alone.
         let first = frame()?.report.passes;
@@ -224,9 +248,14 @@ impl Bench {
     pub fn keep(&self, name: &str, picture: &Picture) -> Result<Errors, CliError> {
         let file = format!("{}.png", name.replace([' ', ',', '.'], "-").replace("--", "-"));
         write_png(&self.folder.join(file), picture.width, picture.height, ColorType::Rgb, &rgb(picture))?;
-        let pair = Pair::new(linear(picture)?, self.truth.clone())?;
-        let flip = pair.mean_of(&pair.flip_hdr(&HdrFlip::default())?.map);
+        let (flip, _) = self.against(picture, &self.truth)?;
         Ok(Errors { indirect_energy: (energy(picture) - self.direct_energy) / self.truth_energy, flip })
+    }
+
+    /// Mean HDR-FLIP of a picture to a truth, and its sum over the truth's.
+    pub fn against(&self, picture: &Picture, truth: &RgbImage) -> Result<(f64, f64), CliError> {
+        let pair = Pair::new(linear(picture)?, truth.clone())?;
+        Ok((pair.mean_of(&pair.flip_hdr(&HdrFlip::default())?.map), energy(picture) / energy_of(truth)))
     }
 
     /// The mean of so many frames.

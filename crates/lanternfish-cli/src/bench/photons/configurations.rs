@@ -40,6 +40,11 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     let rooms = [
         ("photon-count 1024, photon-radius 0.5", PhotonSplatting { count: 1024, radius: 0.5, ..usual }),
         ("photon-count 1024, photon-radius 2", PhotonSplatting { count: 1024, radius: 2.0, ..usual }),
+        ("photon-count 256, photon-radius 0.5", PhotonSplatting { count: 256, radius: 0.5, ..usual }),
+        (
+            "photon-count 256, photon-radius 0.5, photon-splat raster",
+            PhotonSplatting { count: 256, radius: 0.5, splat: Splat::Raster, ..usual },
+        ),
         ("photon-count 16384, photon-radius 0.125", PhotonSplatting { count: 16384, radius: 0.125, ..usual }),
         ("photon-radius 0.125", PhotonSplatting { radius: 0.125, ..usual }),
         ("photon-radius 0.5", PhotonSplatting { radius: 0.5, ..usual }),
@@ -48,25 +53,17 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("photon-tracer across-texels", PhotonSplatting { tracer: Tracer::AcrossTexels, ..usual }),
         ("photon-widened off", PhotonSplatting { widened: false, ..usual }),
         ("photon-conserve on", PhotonSplatting { conserved: true, ..usual }),
-        ("photon-splat raster", PhotonSplatting { splat: Splat::Raster, ..usual }),
         ("indirect-filter 0", PhotonSplatting { filter_radius: 0, ..usual }),
     ];
     for (name, room) in rooms {
         add(&format!("photon-splatting, {name}"), with(room));
     }
-    for culling in [Culling::All, Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
+    for culling in [Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
         let name = lanternfish::rooms::Family::name(&culling);
         add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
     }
     let paper = Settings { deep_images: papers_images(200), ..with(papers_photons()) };
-    add("as in the paper", paper.clone());
-    add(
-        "as in the paper, photon-splat raster",
-        Settings {
-            indirect: Indirect::PhotonSplatting(PhotonSplatting { splat: Splat::Raster, ..papers_photons() }),
-            ..paper
-        },
-    );
+    add("as in the paper", paper);
     all
 }
 

@@ -36,6 +36,21 @@ pub fn to_markdown(report: &Report) -> String {
             ));
         }
     }
+    if !report.occlusion.is_empty() {
+        line("\n## Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)\n");
+        line(
+            "White surfaces under a white sky, against the path tracer's open share of the sphere. Deep images without triangles.\n",
+        );
+        line("| | deep images, ms | MB | occlusion, ms | FLIP | energy |");
+        line("|---|---:|---:|---:|---:|---:|");
+        for row in &report.occlusion {
+            let megabytes = row.bytes as f64 / 1e6;
+            line(&format!(
+                "| {} | {:.0} | {megabytes:.1} | {:.1} | {:.4} | {:.3} |",
+                row.name, row.deep_images_ms, row.occlusion_ms, row.flip, row.energy
+            ));
+        }
+    }
     if !report.flicker.is_empty() {
         page += &flicker_table(&report.flicker);
     }

@@ -3,11 +3,15 @@
 
 mod configurations;
 mod markdown;
+mod occlusion;
 
 use lanternfish_gpu::PassTime;
 use serde::Serialize;
 
-use self::configurations::{configurations, converging, walked};
+use self::{
+    configurations::{configurations, converging, walked},
+    occlusion::OcclusionRow,
+};
 use super::one_bounce::{Bench, Configuration, Errors, Flicker, Heading, OneBounceArgs};
 use crate::{
     error::CliError,
@@ -22,6 +26,7 @@ pub struct Report {
     heading: Heading,
     rows: Vec<Row>,
     means: Vec<Mean>,
+    occlusion: Vec<OcclusionRow>,
     flicker: Vec<Flicker>,
 }
 
@@ -108,11 +113,15 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
             means.push(Mean { name: configuration.name.clone(), frames: *frames, errors });
         }
     }
+    let occlusion = match !args.quick && args.asks_for("occlusion") {
+        true => progress.step("occlusion", "Occlusion by 512 deep images", || occlusion::rows(&bench))?,
+        false => Vec::new(),
+    };
     let asked = if args.asks_for("flicker") { walked(&bench.look) } else { Vec::new() };
     let flicker = if asked.is_empty() { Vec::new() } else { bench.flicker(&asked, &mut progress)? };
     progress.finish();
 
-    let report = Report { heading: bench.heading.clone(), rows, means, flicker };
+    let report = Report { heading: bench.heading.clone(), rows, means, occlusion, flicker };
     let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
     write_text(&bench.folder.join("report.json"), &(json + "\n"))?;
     let page = markdown::to_markdown(&report);

@@ -185,6 +185,12 @@ pub fn of_lights_alone(mut scene: Scene) -> Scene {
     scene
 }
 
+/// The scene white and diffuse under a white sky, without other light.
+pub fn white(mut scene: Scene) -> Scene {
+    make_white(&mut scene);
+    scene
+}
+
 /// Makes all surfaces send no light of their own.
 fn darken(scene: &mut Scene) {
     for material in &mut scene.materials {

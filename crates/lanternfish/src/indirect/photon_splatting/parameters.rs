@@ -34,6 +34,8 @@ gpu_struct! {
         columns: u32,
         /// Tiles of the picture down.
         rows: u32,
+        /// Least width of a footprint beside a pixel's, m: that of a texel, where deep images say where photons land.
+        least_width: f32,
         /// 1: nothing was added to the pixels' sums before.
         is_first: u32,
     }

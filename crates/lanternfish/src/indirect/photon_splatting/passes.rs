@@ -213,6 +213,8 @@ impl IndirectPasses for PhotonPasses {
         frame.dispatch(&self.emit, &emitting, workgroups(parameters.primary_count));
 
         let images = images.filter(|_| settings.tracer.uses_deep_images());
+        let texels = images.and_then(|images| images.chunks.first()).map(|chunk| chunk.grid.texels_per_metre);
+        parameters.least_width = texels.map_or(0.0, |texels| 1.0 / texels);
         let photons = Photons {
             images,
             scene,

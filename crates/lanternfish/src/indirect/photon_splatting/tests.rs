@@ -104,7 +104,10 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
             let of_bounce = (share("flux_landed") - before) / share("flux_arrived");
             before = share("flux_landed");
             let expected = 0.5f64.powi(bounces as i32);
-            assert!((of_bounce / expected - 1.0).abs() < most * f64::from(bounces), "{tracer}, bounce {bounces}: {of_bounce} of {expected}");
+            assert!(
+                (of_bounce / expected - 1.0).abs() < most * f64::from(bounces),
+                "{tracer}, bounce {bounces}: {of_bounce} of {expected}"
+            );
         }
     }
     // The harness sees what is lost: a box without one wall.

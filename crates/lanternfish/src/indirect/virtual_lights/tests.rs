@@ -144,6 +144,28 @@ fn gpu_the_flux_of_virtual_lights_is_that_of_the_lights() {
     }
 }
 
+/// Disks, rectangles and emissive triangles are lights of the map: what they send falls on a closed room.
+#[test]
+fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
+    let Some(gpu) = testing::gpu("gpu_virtual_lights_have_the_flux_of_what_has_an_area") else { return };
+    let point = two_rooms().lights.remove(0);
+    let lamp = |kind| Light { kind, direction: Vec3::NEG_Y, ..point.clone() };
+    let disk = lamp(lanternfish_scene::LightKind::Disk { radius: 0.2 });
+    let rectangle = lamp(lanternfish_scene::LightKind::Rectangle { half_width: 0.3, half_height: 0.1, right: Vec3::X });
+    let mut shining = two_rooms();
+    shining.lights.clear();
+    shining.meshes[0].primitives.push(quad(1, Vec3::new(-1.0, 0.3, 0.2), 0.1 * Vec3::X, 0.1 * Vec3::Z));
+    shining.materials.push(Material { emissive: Vec3::splat(10.0), double_sided: false, ..matt(0.0) });
+    let lit = |light: Light| Scene { lights: vec![light], ..two_rooms() };
+    for (what, scene) in [("disk", lit(disk)), ("rectangle", lit(rectangle)), ("triangles", shining)] {
+        for source in [MapSource::Rays, MapSource::Raster] {
+            let room = VirtualLights { map: MapSize::Texels64, source, count: 0, ..room() };
+            let sent = counter(&render_room(&gpu, room, &scene, &lit_view()), "flux_sent") / (256.0 * 64.0 * 64.0);
+            assert!((sent / 0.5 - 1.0).abs() < 0.02, "{what}, {source}: {sent} of 0.5");
+        }
+    }
+}
+
 /// Ranges cut off light, and far lights bring it back; shadows keep it where it belongs. Without ranges and with all rays it is what rays
 /// from every pixel find.
 #[test]
