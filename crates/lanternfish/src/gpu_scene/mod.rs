@@ -228,12 +228,12 @@ impl GpuScene {
         self.environment_light.as_ref().expect("uploaded for a renderer without occlusion")
     }
 
-    /// Whether any triangle that rays are traced through shines, where hits are shaded.
+    /// Triangles that rays are traced through and that shine, where hits are shaded.
     pub(crate) fn emissive_triangles(&self) -> &[EmissiveTriangle] {
         self.light_trees.as_ref().map_or(&[], SceneLightTrees::triangles)
     }
 
-    /// Whether there are any.
+    /// Whether any triangle that rays are traced through shines, where hits are shaded.
     pub(crate) fn has_emissive_triangles(&self) -> bool {
         self.light_trees.as_ref().is_some_and(|trees| trees.triangle_count() > 0)
     }

@@ -55,7 +55,7 @@ pub struct Row {
 pub struct Times {
     /// From the lights to the first surface.
     pub emit: f64,
-    /// Rays alone.
+    /// Rays alone, those that look for edges too.
     pub trace: f64,
     /// Putting those in order that are seen.
     pub keep: f64,
@@ -72,10 +72,10 @@ impl Times {
         let mut has_photons = false;
         for pass in passes {
             let own = pass.name.strip_prefix("indirect/photon_splatting/");
-            has_photons |= own.is_some();
+            has_photons = (has_photons || own.is_some()) && !pass.name.starts_with("shading/");
             let time = match own {
                 Some("emit") => &mut times.emit,
-                Some("trace") => &mut times.trace,
+                Some("trace" | "land") => &mut times.trace,
                 Some("gather" | "splat" | "add") => &mut times.splat,
                 Some(_) => &mut times.keep,
                 None if pass.name.starts_with("light_culling/") && has_photons => &mut times.lists,
@@ -164,6 +164,7 @@ mod tests {
             ("light_culling/clustered/mark", 8.0),
             ("indirect/photon_splatting/gather", 16.0),
             ("shading/forward", 1000.0),
+            ("light_culling/tiled/count", 1000.0),
         ];
         let times = Times::of(&passes.map(pass));
         assert_eq!(times, Times { emit: 1.0, trace: 2.0, keep: 4.0, lists: 8.0, splat: 16.0 });

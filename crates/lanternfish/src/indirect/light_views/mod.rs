@@ -76,6 +76,15 @@ pub(crate) enum Source {
     Triangle,
 }
 
+/// How many texels a view may have along an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Squares {
+    /// A power of two: blocks of texels are stretches.
+    PowersOfTwo,
+    /// Any number: lights share texels more evenly.
+    Any,
+}
+
 /// The views of all lights, the largest first.
 #[derive(Debug, Default)]
 pub(crate) struct LightViews {
@@ -96,11 +105,16 @@ pub(crate) struct KeptLightViews {
 
 impl KeptLightViews {
     /// Makes them those of this frame of a mean.
-    pub fn renew(&mut self, scene: &GpuScene, texels: u32, frame_index: u32) {
+    pub fn renew(&mut self, scene: &GpuScene, texels: u32, squares: Squares, frame_index: u32) {
         let made_of = (scene.revision(), texels, if self.views.is_by_chance { frame_index } else { 0 });
         if self.made_of != Some(made_of) {
-            self.views =
-                LightViews::new(&scene.lights.on_host, scene.emissive_triangles(), &scene.bounds, texels, frame_index);
+            self.views = LightViews::new(
+                &scene.lights.on_host,
+                scene.emissive_triangles(),
+                &scene.bounds,
+                (texels, squares),
+                frame_index,
+            );
             self.made_of = Some((made_of.0, made_of.1, if self.views.is_by_chance { frame_index } else { 0 }));
         }
     }
@@ -129,13 +143,13 @@ impl LightViewBuffers {
 const WIDE_SPOT: f32 = 2.0;
 
 impl LightViews {
-    /// Shares out `texels` texels, a square of a power of two. Views that would get less than one have their chance in every frame anew.
-    /// `triangles`: those that shine.
+    /// Shares out `texels` texels, 2 at least. Views that would get less than one have their chance in every frame anew. `triangles`: those
+    /// that shine, by their brightest channel.
     pub fn new(
         lights: &[Light],
         triangles: &[EmissiveTriangle],
         bounds: &Bounds,
-        texels: u32,
+        (texels, squares): (u32, Squares),
         frame_index: u32,
     ) -> Self {
         let mut views = Vec::new();
@@ -156,6 +170,10 @@ impl LightViews {
                 ..Default::default()
             });
         }
+        // What sends nothing has no view.
+        let mut sends = powers.iter().map(|power| *power > 0.0);
+        views.retain(|_| sends.next() == Some(true));
+        powers.retain(|power| *power > 0.0);
         let flux: f32 = powers.iter().sum();
         if flux <= 0.0 || !flux.is_finite() {
             return Self::default();
@@ -172,7 +190,10 @@ impl LightViews {
         let is_by_chance = expected.iter().any(|expected| *expected < 1.0);
         for (view, expected) in views.iter_mut().zip(&expected) {
             if *expected >= 1.0 {
-                view.side = 1 << (expected.sqrt().log2().floor() as u32);
+                view.side = match squares {
+                    Squares::PowersOfTwo => 1 << (expected.sqrt().log2().floor() as u32),
+                    Squares::Any => expected.sqrt() as u32,
+                };
             } else {
                 let before = chances;
                 chances += f64::from(*expected);
@@ -182,7 +203,8 @@ impl LightViews {
             left -= view.side * view.side;
         }
         // What is left goes to those that have the least of what they should.
-        let mut poorest: Vec<usize> = (0..views.len()).filter(|i| expected[*i] >= 1.0).collect();
+        let may_double = |i: &usize| expected[*i] >= 1.0 && squares == Squares::PowersOfTwo;
+        let mut poorest: Vec<usize> = (0..views.len()).filter(may_double).collect();
         let lack = |views: &[LightView], i: usize| expected[i] / (views[i].side * views[i].side).max(1) as f32;
         poorest.sort_by(|a, b| lack(&views, *b).total_cmp(&lack(&views, *a)).then(a.cmp(b)));
         for i in poorest {
@@ -193,7 +215,7 @@ impl LightViews {
             }
         }
         views.retain(|view| view.side > 0);
-        // Squares of powers of two, the largest first: every block of 4^k texels lies where it is aligned.
+        // The largest first: of squares of powers of two every block of 4^k texels lies where it is aligned.
         views.sort_by_key(|view| std::cmp::Reverse(view.side));
         let mut first = 0;
         for view in &mut views {
@@ -326,7 +348,7 @@ mod tests {
         for (lights, texels) in
             [(vec![sun], 4096), (vec![bright, dim], 65536), (vec![dim; 3], 4096), (vec![dim; 5000], 4096)]
         {
-            let map = LightViews::new(&lights, &[], &bounds(), texels, 0);
+            let map = LightViews::new(&lights, &[], &bounds(), (texels, Squares::PowersOfTwo), 0);
             let used: u32 = map.views.iter().map(|view| view.side * view.side).sum();
             assert!(used <= texels && used * 2 >= texels, "{used} of {texels}");
             for view in &map.views {
@@ -340,11 +362,11 @@ mod tests {
             let counted: f32 = map.views.iter().map(of_view).sum();
             assert!((counted / map.flux - 1.0).abs() < 0.01, "{counted} of {}", map.flux);
         }
-        let map = LightViews::new(&[bright, dim], &[], &bounds(), 65536, 0);
+        let map = LightViews::new(&[bright, dim], &[], &bounds(), (65536, Squares::PowersOfTwo), 0);
         let texels_of = |light| map.views.iter().filter(|v| v.light == light).map(|v| v.side * v.side).sum::<u32>();
         // Powers of two are coarse.
         assert!(texels_of(0) > texels_of(1), "{} {}", texels_of(0), texels_of(1));
-        assert!(LightViews::new(&[], &[], &bounds(), 4096, 0).views.is_empty());
+        assert!(LightViews::new(&[], &[], &bounds(), (4096, Squares::Any), 0).views.is_empty());
     }
 
     /// A view that has less than a texel has it in as many of the frames as it should.
@@ -354,13 +376,28 @@ mod tests {
         let lights = vec![dim; 2000];
         let mut seen = vec![0; lights.len()];
         for frame in 0..100 {
-            let map = LightViews::new(&lights, &[], &bounds(), 4096, frame);
+            let map = LightViews::new(&lights, &[], &bounds(), (4096, Squares::PowersOfTwo), frame);
             assert!(map.is_by_chance);
             map.views.iter().for_each(|view| seen[view.light as usize] += 1);
         }
         // 4,096 texels for 12,000 faces: two of a light's six in each frame.
         let (least, most) = (seen.iter().min().unwrap(), seen.iter().max().unwrap());
         assert!((195..=205).contains(least) && (195..=215).contains(most), "{least} to {most} of 204");
+    }
+
+    /// The faces of one lamp are alike, where sides need not be powers of two; and any number of texels is shared out.
+    #[test]
+    fn faces_of_a_lamp_share_evenly() {
+        let lamp = light(&lanternfish_scene::Light::point(Vec3::ONE, Vec3::splat(30.0)));
+        let dark = light(&lanternfish_scene::Light::point(Vec3::ONE, Vec3::ZERO));
+        for texels in [8, 100, 4096, 5000] {
+            let views = LightViews::new(&[lamp, dark], &[], &bounds(), (texels, Squares::Any), 0);
+            assert!(views.views.iter().all(|view| view.side == views.views[0].side && view.light == 0), "{texels}");
+            assert!(views.views.len() == 6 && !views.is_by_chance);
+            assert!(views.texels() <= texels && 2 * views.texels() > texels, "{} of {texels}", views.texels());
+        }
+        let few = LightViews::new(&[lamp], &[], &bounds(), (2, Squares::Any), 0);
+        assert!(few.is_by_chance && few.texels() >= 1, "{few:?}");
     }
 
     /// Every direction lies in one face of a cube; those of a wide spot hold its half of them.

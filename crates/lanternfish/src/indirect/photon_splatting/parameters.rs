@@ -6,11 +6,9 @@ use lanternfish_gpu::gpu_struct;
 gpu_struct! {
     /// What the passes are told.
     pub struct PhotonParameters {
-        /// Radius of a sphere about the scene's middle that holds everything, m.
-        scene_radius: f32,
         /// Photons that are split: one a texel of the lights' views.
         primary_count: u32,
-        /// Directions that each is split into. Then there is one more, the mirror direction.
+        /// Directions that each is split into. Then there are two more: the mirror direction, and where a photon arrived.
         direction_count: u32,
         /// The first of those that the chunk in hand has.
         first_direction: u32,
@@ -74,8 +72,8 @@ gpu_struct! {
         direction_u_z: f32,
         /// Luminous flux that came straight from an emissive triangle, lm; else zero.
         arrived: Vec3,
-        /// Unused.
-        _pad: f32,
+        /// Luminous flux that came from a light or from what shines, lm; zero after the first bounce.
+        arriving: f32,
     }
 }
 

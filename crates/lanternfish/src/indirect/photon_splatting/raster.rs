@@ -54,13 +54,24 @@ impl SplatRaster {
         })
     }
 
-    /// Draws so many photons at most, and adds them to the pixels' sums. `bindings`: those of the gathering pass but the lists.
-    pub fn record(&self, frame: &mut Frame<'_>, bindings: &Bindings<'_>, slots: u32, sums: &PixelSums) {
-        let names = ["diffuse", "diffuse_grazing", "glossy", "glossy_grazing"];
-        let targets = names.map(|name| {
+    /// What photons are drawn to.
+    pub fn targets(&self, frame: &mut Frame<'_>, sums: &PixelSums) -> [wgpu::TextureView; 4] {
+        ["diffuse", "diffuse_grazing", "glossy", "glossy_grazing"].map(|name| {
             let label = format!("indirect/photon_splatting/{name}");
             frame_target(frame, &label, sums.size, FORMAT, wgpu::TextureUsages::empty(), 1)
-        });
+        })
+    }
+
+    /// Draws so many photons at most, and adds them to the pixels' sums. `bindings`: those of the gathering pass but the lists.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        bindings: &Bindings<'_>,
+        slots: u32,
+        sums: &PixelSums,
+        targets: Option<&[wgpu::TextureView; 4]>,
+    ) {
+        let targets = targets.expect("made for photons that are drawn");
         for (pipeline, targets) in [Some(&self.diffuse), self.glossy.as_ref()].into_iter().zip(targets.chunks(2)) {
             let color = |view| wgpu::RenderPassColorAttachment {
                 view,
@@ -81,7 +92,7 @@ impl SplatRaster {
                 }
             });
         }
-        let [diffuse, diffuse_grazing, glossy, glossy_grazing] = &targets;
+        let [diffuse, diffuse_grazing, glossy, glossy_grazing] = targets;
         let adding = bindings
             .clone()
             .texture("drawn_diffuse", diffuse)

@@ -29,7 +29,7 @@ named_enum! {
 /// Photons from the lights, split where they meet a surface, and splatted where they meet the next one [Aalund2015, §3.4, §4.2].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonSplatting {
-    /// Photons from all lights that are split where they meet a surface, 1 to 262,144. More: finer, slower.
+    /// Photons from all lights that are split where they meet a surface, 16 to 262,144. More: finer, slower.
     pub count: u32,
     /// What split photons are traced through. Deep images: along their axes; others: along the same directions.
     pub tracer: Tracer,
@@ -37,13 +37,14 @@ pub struct PhotonSplatting {
     pub bounces: u32,
     /// Radius of a footprint over that of the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
     pub radius: f32,
-    /// Whether footprints are widened to the cell of the direction, so that they cover what they light.
+    /// Whether footprints are widened to the part of the sphere that their direction stands for: from a radius of 1 on those of one photon that
+    /// was split cover what they light.
     pub widened: bool,
     /// Whether what a footprint has beyond the edges of surfaces is shared out over the rest of it; else it is lost, as in the paper.
     pub conserved: bool,
     /// How photons come to pixels.
     pub splat: Splat,
-    /// Photons in hand at a time, 1024 to 4,194,304. The light is the same; fewer take less memory, 100 bytes each.
+    /// Photons in hand at a time, 1024 to 4,194,304. The light is the same; fewer take less memory, 100 bytes each, and more passes.
     pub chunk: u32,
     /// Which pixels are lit.
     pub resolution: IndirectResolution,
@@ -79,7 +80,7 @@ impl Room for PhotonSplatting {
         Knob::new(
             "photon-count",
             "N",
-            Range::Count(1, 262_144),
+            Range::Count(16, 262_144),
             "Photons from all lights that are split where they meet a surface. More: finer, slower",
             |room: &mut Self| &mut room.count,
         )
@@ -107,7 +108,7 @@ impl Room for PhotonSplatting {
         Knob::new(
             "photon-widened",
             "on|off",
-            Range::Switch("They cover what they light", "As in the paper: they do not"),
+            Range::Switch("By the cell of the direction, too", "As in the paper: by the light's differentials alone"),
             "Whether footprints are widened to the part of the sphere that their direction stands for",
             |room: &mut Self| &mut room.widened,
         )

@@ -1,3 +1,5 @@
+mod emission;
+
 use std::f32::consts::PI;
 
 use glam::{UVec2, Vec3, Vec4};
@@ -221,55 +223,10 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
         });
         let [(one, one_off), (many, many_off)] = found;
         assert!((one - 1.0).abs() < 0.05 && (many - 1.0).abs() < 0.05, "{tracer}: {one}, 16 frames {many}");
-        assert!(many_off < 0.9 * one_off, "{tracer}: {many_off} of {one_off}");
+        // Most of what is left of one frame is not noise: footprints, here of several pixels, shrink by half.
+        let most = 0.95;
+        assert!(many_off < most * one_off, "{tracer}: {many_off} of {one_off}");
     }
-}
-
-/// Disks, rectangles and emissive triangles send out what they have, and no more: into a closed box.
-#[test]
-fn gpu_what_has_an_area_sends_out_its_flux() {
-    let Some(gpu) = testing::gpu("gpu_what_has_an_area_sends_out_its_flux") else { return };
-    let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
-    let disk = LightKind::Disk { radius: 0.3 };
-    let rectangle = LightKind::Rectangle { half_width: 0.4, half_height: 0.1, right: Vec3::X };
-    for (what, kind, area) in [("disk", disk, PI * 0.09), ("rectangle", rectangle, 0.16)] {
-        let mut scene = closed_box(0.5);
-        scene.lights[0] = Light { kind, direction: Vec3::NEG_Y, ..scene.lights[0].clone() };
-        let picture = render_room(&gpu, PhotonSplatting { count: 1024, ..room() }, &scene, &camera);
-        let sent = counter(&picture, "flux_arrived") / f64::from(passes::FLUX_UNITS);
-        assert!((sent - 1.0).abs() < 0.01, "{what}, {area}: {sent}");
-    }
-    // The lamp is a quad of 0.2 by 0.1 m, which shines from one side or from both; its other light is that of a wall.
-    for double_sided in [false, true] {
-        let mut primitives = walls();
-        primitives.push(quad(1, Vec3::new(0.1, 0.2, 0.0), 0.1 * Vec3::X, 0.05 * Vec3::Z));
-        let lamp = Material { emissive: Vec3::splat(10.0), double_sided, ..matt(0.0) };
-        let scene = scene_of(primitives, vec![matt(0.5), lamp]);
-        let room = PhotonSplatting { count: 4096, radius: 0.5, ..room() };
-        let settings = Settings { attenuation: Attenuation::Physical, ..settings(Indirect::PhotonSplatting(room)) };
-        let picture = render(&gpu, settings, &scene, &camera, SIZE);
-        let sent = counter(&picture, "flux_arrived") / f64::from(passes::FLUX_UNITS);
-        assert!((sent - 1.0).abs() < 0.01, "both sides {double_sided}: {sent}");
-        // Direct light is splatted too.
-        assert!(counter(&picture, "landed") > 1000.0 && energy(&picture) > 0.0);
-    }
-}
-
-/// Light from an emissive triangle, direct and by one bounce, is what rays from every pixel find of it.
-#[test]
-fn gpu_an_emissive_triangle_lights_by_photons_alone() {
-    let Some(gpu) = testing::gpu("gpu_an_emissive_triangle_lights_by_photons_alone") else { return };
-    let mut primitives = walls();
-    primitives.push(quad(1, Vec3::new(0.1, 0.6, 0.0), 0.2 * Vec3::X, -0.2 * Vec3::Z));
-    let lamp = Material { emissive: Vec3::splat(10.0), ..matt(0.0) };
-    let scene = scene_of(primitives, vec![matt(0.5), lamp]);
-    let camera = looking([0.7, -0.3, 0.6], [-1.0, -0.4, -0.6]);
-    let of = |indirect| energy(&render(&gpu, settings(indirect), &scene, &camera, SIZE));
-    let sampled = Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
-    let sampled = of(Indirect::Sampled(sampled));
-    let photons = of(Indirect::PhotonSplatting(room()));
-    // The photons' noise: 4,096 from the lamp.
-    assert!((photons / sampled - 1.0).abs() < 0.05, "{photons} of {sampled}");
 }
 
 /// A mirror sends a beam on: the wall that it meets is lit there, and the light is what the mirror reflects.
@@ -306,7 +263,7 @@ fn gpu_a_mirror_throws_light_onto_a_wall() {
     let expected = 3.0 * 5.0 / (2.687 * 2.687) * 0.707 * 0.5 / PI;
     let (middle, aside) = (about(26, 19), about(8, 19));
     assert!((middle / expected - 1.0).abs() < 0.15 && aside < 0.05 * middle, "{middle} of {expected}, beside {aside}");
-    // Nearly all of it is mirrored, so that nearly all lands.
+    // Nearly all of it is mirrored.
     assert!(counter(&picture, "flux_reflected") > 0.9 * counter(&picture, "flux_arrived"));
 }
 
@@ -360,7 +317,7 @@ fn numbers_out_of_range_are_refused() {
     let usual = PhotonSplatting::default();
     assert!(passes::check(&usual, &images).is_ok());
     let wrong = [
-        PhotonSplatting { count: 0, ..usual },
+        PhotonSplatting { count: 15, ..usual },
         PhotonSplatting { count: 300_000, ..usual },
         PhotonSplatting { bounces: 17, ..usual },
         PhotonSplatting { chunk: 10, ..usual },
@@ -398,6 +355,7 @@ fn constants_are_the_shaders() {
         assert_eq!(constant("counters", name) as usize, i);
         assert_eq!(passes::COUNTERS[i], format!("photons/{}", name.to_lowercase()));
     }
+    assert_eq!([constant("counters", "COLUMNS"), constant("counters", "ROWS")], [names.len() as u32, passes::ROWS]);
     assert_eq!(names.len(), passes::COUNTERS.len());
     use crate::indirect::light_views::Source;
     let sources = ["CONE", "PARALLEL", "AREA", "TRIANGLE"];

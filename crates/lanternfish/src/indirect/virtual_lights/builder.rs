@@ -14,7 +14,7 @@ use crate::{
     gpu_scene::GpuScene,
     indirect::{
         Counters,
-        light_views::{KeptLightViews, LightViews, radius_of},
+        light_views::{KeptLightViews, LightViews, Squares, radius_of},
     },
     lights::{Light, LightSet},
     rays::{self, Tracer},
@@ -142,7 +142,7 @@ impl LightBuilder {
     ) -> Result<FrameLights, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view;
         let texels = self.settings.map.texels().pow(2);
-        self.map.renew(scene, texels, view.frame_index);
+        self.map.renew(scene, texels, Squares::PowersOfTwo, view.frame_index);
         let mut parameters = self.parameters(scene, view.frame_index);
         let map = self.map.views();
         let count = parameters.texel_count;

@@ -104,7 +104,7 @@ impl SceneLightTrees {
         &self.triangles
     }
 
-    /// How many there are.
+    /// How many triangles shine.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }

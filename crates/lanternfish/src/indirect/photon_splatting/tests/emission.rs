@@ -1,0 +1,51 @@
+//! Light of what has an area.
+
+use super::*;
+
+/// What rays from every pixel find of a scene, and what photons do, both without direct light of lights.
+fn rays_and_photons(gpu: &Gpu, scene: &Scene, camera: &Camera, room: PhotonSplatting) -> [f64; 2] {
+    let of = |indirect| energy(&render(gpu, settings(indirect), scene, camera, SIZE));
+    let direct = of(Indirect::None);
+    let sampled = Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+    [Indirect::Sampled(sampled), Indirect::PhotonSplatting(room)].map(|indirect| of(indirect) - direct)
+}
+
+/// Disks and rectangles send out pi times their area and radiance, and their bounce is what rays from every pixel find.
+#[test]
+fn gpu_disks_and_rectangles_send_out_their_flux() {
+    let Some(gpu) = testing::gpu("gpu_disks_and_rectangles_send_out_their_flux") else { return };
+    let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
+    let disk = LightKind::Disk { radius: 0.3 };
+    let rectangle = LightKind::Rectangle { half_width: 0.4, half_height: 0.1, right: Vec3::X };
+    for (what, kind) in [("disk", disk), ("rectangle", rectangle)] {
+        let mut scene = closed_box(0.5);
+        // On the ceiling, where it must not light the ceiling.
+        let position = Vec3::new(0.2, 1.0, -0.1);
+        scene.lights[0] = Light { kind, position, direction: Vec3::NEG_Y, ..scene.lights[0].clone() };
+        let picture = render_room(&gpu, room(), &scene, &camera);
+        let sent = counter(&picture, "flux_arrived") / f64::from(passes::FLUX_UNITS);
+        assert!((sent - 1.0).abs() < 0.01, "{what}: {sent}");
+        let [rays, photons] = rays_and_photons(&gpu, &scene, &camera, room());
+        assert!((photons / rays - 1.0).abs() < 0.05, "{what}: {photons} of {rays}");
+    }
+}
+
+/// Light from emissive triangles, direct and by one bounce, is what rays from every pixel find of it: of one side and of both, with and
+/// without what lies beyond edges.
+#[test]
+fn gpu_emissive_triangles_light_by_photons() {
+    let Some(gpu) = testing::gpu("gpu_emissive_triangles_light_by_photons") else { return };
+    let camera = looking([0.7, -0.3, 0.6], [-1.0, -0.4, -0.6]);
+    for (double_sided, conserved) in [(false, false), (true, false), (true, true)] {
+        let mut primitives = walls();
+        primitives.push(quad(1, Vec3::new(0.1, 0.6, 0.0), 0.2 * Vec3::X, 0.2 * Vec3::Z));
+        let lamp = Material { emissive: Vec3::splat(10.0), double_sided, ..matt(0.0) };
+        let scene = scene_of(primitives, vec![matt(0.5), lamp]);
+        let room = PhotonSplatting { conserved, ..room() };
+        let picture = render_room(&gpu, room, &scene, &camera);
+        let sent = counter(&picture, "flux_arrived") / f64::from(passes::FLUX_UNITS);
+        assert!((sent - 1.0).abs() < 0.01, "both sides {double_sided}: {sent}");
+        let [rays, photons] = rays_and_photons(&gpu, &scene, &camera, room);
+        assert!((photons / rays - 1.0).abs() < 0.06, "both sides {double_sided}, {conserved}: {photons} of {rays}");
+    }
+}
