@@ -104,7 +104,8 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
         rows.push(progress.step("render", &configuration.name, || row(&bench, configuration))?);
     }
     let mut means = Vec::new();
-    for configuration in converging(&bench.look).iter().filter(|_| args.asks_for("frames")) {
+    let asks_for = |c: &Configuration, table: &str| args.asks_for(&format!("{}, {table}", c.name));
+    for configuration in converging(&bench.look).iter().filter(|c| asks_for(c, "frames")) {
         let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
         for frames in counts {
             let name = format!("{}, {frames} frames", configuration.name);
@@ -117,7 +118,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
         true => progress.step("occlusion", "Occlusion by 512 deep images", || occlusion::rows(&bench))?,
         false => Vec::new(),
     };
-    let asked = if args.asks_for("flicker") { walked(&bench.look) } else { Vec::new() };
+    let asked: Vec<_> = walked(&bench.look).into_iter().filter(|c| asks_for(c, "flicker")).collect();
     let flicker = if asked.is_empty() { Vec::new() } else { bench.flicker(&asked, &mut progress)? };
     progress.finish();
 

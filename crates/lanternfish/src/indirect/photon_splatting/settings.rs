@@ -60,7 +60,7 @@ impl Default for PhotonSplatting {
             count: 4096,
             tracer: Tracer::Bvh,
             bounces: 1,
-            radius: 0.25,
+            radius: 0.125,
             widened: true,
             conserved: false,
             splat: Splat::Gather,
