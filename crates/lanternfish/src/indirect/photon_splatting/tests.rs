@@ -222,7 +222,9 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
             ((energy(&photons) - energy(direct)) / one_bounce, distance)
         });
         let [(one, one_off), (many, many_off)] = found;
-        assert!((one - 1.0).abs() < 0.05 && (many - 1.0).abs() < 0.05, "{tracer}: {one}, 16 frames {many}");
+        // Beyond the blocks' edges 4 % are lost, where a pixel is 5 cm wide; deep images lose another 1 % beside walls.
+        let lost = if tracer == Tracer::Bvh { 0.05 } else { 0.07 };
+        assert!((one - 1.0).abs() < lost && (many - 1.0).abs() < lost, "{tracer}: {one}, 16 frames {many}");
         // Most of what is left of one frame is not noise: footprints, here of several pixels, shrink by half.
         let most = 0.95;
         assert!(many_off < most * one_off, "{tracer}: {many_off} of {one_off}");
