@@ -99,7 +99,7 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
         let mut before = 0.0;
         for bounces in 1..=4 {
             let room = PhotonSplatting { tracer, bounces, count: 1024, ..room() };
-            let picture = render_room(&gpu, room, &scene, &camera);
+            let picture = render_room(gpu, room, &scene, &camera);
             let share = |name| counter(&picture, name) / f64::from(passes::FLUX_UNITS);
             // A texel's share of the sphere is taken at one of its points.
             assert!((share("flux_arrived") - 1.0).abs() < 0.01, "{tracer}: {}", share("flux_arrived"));
@@ -116,7 +116,7 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
     let mut open = walls();
     open.pop();
     let open = Scene { lights: scene.lights.clone(), ..scene_of(open, vec![matt(0.5)]) };
-    let picture = render_room(&gpu, room(), &open, &camera);
+    let picture = render_room(gpu, room(), &open, &camera);
     assert!(
         counter(&picture, "escaped") > 0.0
             && counter(&picture, "flux_landed") < 0.9 * counter(&picture, "flux_reflected")
@@ -139,8 +139,8 @@ fn gpu_all_of_the_light_that_lands_is_seen() {
             let mut camera = Camera::look_at(Vec3::ZERO, way, projection);
             let axes = glam::Mat3::from_cols(way.cross(up), up, -way);
             camera.world_from_camera = glam::Affine3A::from_mat3(axes);
-            let direct = energy(&render(&gpu, settings(Indirect::None), &scene, &camera, size));
-            let picture = render(&gpu, settings(Indirect::PhotonSplatting(room)), &scene, &camera, size);
+            let direct = energy(&render(gpu, settings(Indirect::None), &scene, &camera, size));
+            let picture = render(gpu, settings(Indirect::PhotonSplatting(room)), &scene, &camera, size);
             // Each pixel shows as much of a wall: 4 m² in all.
             flux += (energy(&picture) - direct) / 3.0 * f64::from(PI / albedo) * 4.0 / f64::from(size.x * size.y);
             reflected = counter(&picture, "flux_reflected") / f64::from(passes::FLUX_UNITS);
@@ -174,7 +174,7 @@ fn gpu_photons_are_the_same_however_they_come_to_pixels() {
     let (scene, camera) = cornell();
     let room = PhotonSplatting { count: 200, radius: 0.5, bounces: 2, ..room() };
     let of = |room, culling| {
-        render(&gpu, Settings { culling, ..settings(Indirect::PhotonSplatting(room)) }, &scene, &camera, SIZE)
+        render(gpu, Settings { culling, ..settings(Indirect::PhotonSplatting(room)) }, &scene, &camera, SIZE)
     };
     let all = of(room, Culling::All);
     assert!(counter(&all, "splatted") > 10_000.0);
@@ -206,7 +206,7 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
     let (scene, camera) = cornell();
     // Frames of a mean look through other places of their pixels: all three are means of as many.
     let picture =
-        |indirect, accumulate| render(&gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
+        |indirect, accumulate| render(gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
     let of_frames = |frames: u32| {
         let rays =
             Sampled { diffuse_rays: 1024 / frames, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
@@ -253,7 +253,7 @@ fn gpu_a_mirror_throws_light_onto_a_wall() {
     let camera = looking([-0.9, 0.0, 0.0], [1.0, 0.0, 0.0]);
     let of = |room| {
         let settings = Settings { materials: Materials::File, ..settings(Indirect::PhotonSplatting(room)) };
-        render(&gpu, settings, &scene, &camera, SIZE)
+        render(gpu, settings, &scene, &camera, SIZE)
     };
     let picture = of(PhotonSplatting { radius: 1.0, ..room() });
     // The beam goes on to the right wall, 1 m above the floor where it is reflected from the middle of it: (1, 0, 0).
@@ -278,7 +278,7 @@ fn gpu_no_lights_are_no_photons() {
     for splat in [Splat::Gather, Splat::Raster] {
         for tracer in [Tracer::Bvh, Tracer::WithinTexel] {
             let room = PhotonSplatting { splat, tracer, bounces: 2, conserved: true, ..PhotonSplatting::default() };
-            let picture = render_room(&gpu, room, &scene, &camera);
+            let picture = render_room(gpu, room, &scene, &camera);
             assert_eq!((energy(&picture), counter(&picture, "landed")), (0.0, 0.0), "{splat}, {tracer}");
         }
     }
@@ -291,7 +291,7 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
     let scene = closed_box(0.5);
     let room = PhotonSplatting { count: 512, radius: 0.5, ..room() };
     let far = looking([0.0, 0.0, 0.9], [0.0, 0.0, -1.0]);
-    let picture = render_room(&gpu, room, &scene, &far);
+    let picture = render_room(gpu, room, &scene, &far);
     let [landed, off, hidden, splatted] =
         ["landed", "off_screen", "hidden", "splatted"].map(|name| counter(&picture, name));
     assert!(off > 0.2 * landed && off + hidden + splatted == landed, "{off}, {hidden}, {splatted} of {landed}");
@@ -302,7 +302,7 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
         Projection::Perspective { fov_y: 2.0 * (3.0 * 0.45f32.tan()).atan(), near: 0.02 },
     );
     let settings = settings(Indirect::PhotonSplatting(room));
-    let whole = render(&gpu, settings, &scene, &wide, 3 * SIZE);
+    let whole = render(gpu, settings, &scene, &wide, 3 * SIZE);
     let at =
         |picture: &Picture, p: UVec2| Vec4::from(picture.radiance[(p.y * picture.width + p.x) as usize]).truncate();
     for y in 0..SIZE.y {

@@ -160,13 +160,13 @@ fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
     for (what, scene) in [("disk", lit(disk)), ("rectangle", lit(rectangle)), ("triangles", shining)] {
         for source in [MapSource::Rays, MapSource::Raster] {
             let room = VirtualLights { map: MapSize::Texels64, source, count: 0, ..room() };
-            let sent = counter(&render_room(&gpu, room, &scene, &lit_view()), "flux_sent") / (256.0 * 64.0 * 64.0);
+            let sent = counter(&render_room(gpu, room, &scene, &lit_view()), "flux_sent") / (256.0 * 64.0 * 64.0);
             // Of triangles their own light is there too.
             let expected = if what == "triangles" { 1.5 } else { 0.5 };
             assert!((sent / expected - 1.0).abs() < 0.02, "{what}, {source}: {sent} of {expected}");
         }
         let room = VirtualLights { map: MapSize::Texels64, count: 2048, far_lights: 512, ..room() };
-        let of = |indirect| energy(&render(&gpu, settings(indirect), &scene, &lit_view()));
+        let of = |indirect| energy(&render(gpu, settings(indirect), &scene, &lit_view()));
         let sampled = Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
         let direct = of(Indirect::None);
         let (found, rays) = (of(Indirect::VirtualLights(room)) - direct, of(Indirect::Sampled(sampled)) - direct);
