@@ -29,6 +29,7 @@ use super::{
 use crate::{
     args::{LightArgs, PartArgs, ViewArgs, adapter},
     error::CliError,
+    output::{print, write_text},
     parse::{self, Size},
     progress::Progress,
     scene::SceneName,
@@ -264,6 +265,15 @@ impl Bench {
         let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
         let uploaded = renderer.upload(&self.scene)?;
         Ok(renderer.render(&uploaded, self.camera(), self.size.width, self.size.height)?)
+    }
+
+    /// Writes the report to the folder, as JSON and as a page, which is printed too.
+    pub fn write(&self, report: &impl Serialize, page: &str) -> Result<(), CliError> {
+        let json = serde_json::to_string_pretty(report).expect("plain numbers and strings");
+        write_text(&self.folder.join("report.json"), &(json + "\n"))?;
+        let file = self.folder.join("report.md");
+        write_text(&file, page)?;
+        print(&format!("{page}\n{}\n", file.display()))
     }
 
     /// How much each flickers along the track; nothing where there is none.

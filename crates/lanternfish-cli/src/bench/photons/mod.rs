@@ -13,11 +13,7 @@ use self::{
     occlusion::OcclusionRow,
 };
 use super::one_bounce::{Bench, Configuration, Errors, Flicker, Heading, OneBounceArgs};
-use crate::{
-    error::CliError,
-    output::{print, write_text},
-    progress::Progress,
-};
+use crate::{error::CliError, progress::Progress};
 
 /// Everything the bench found.
 #[derive(Debug, Serialize)]
@@ -123,12 +119,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     progress.finish();
 
     let report = Report { heading: bench.heading.clone(), rows, means, occlusion, flicker };
-    let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
-    write_text(&bench.folder.join("report.json"), &(json + "\n"))?;
-    let page = markdown::to_markdown(&report);
-    let file = bench.folder.join("report.md");
-    write_text(&file, &page)?;
-    print(&format!("{page}\n{}\n", file.display()))
+    bench.write(&report, &markdown::to_markdown(&report))
 }
 
 fn row(bench: &Bench, configuration: &Configuration) -> Result<Row, CliError> {

@@ -14,11 +14,7 @@ use self::{
     measure::{RangeRow, Row},
 };
 use super::one_bounce::{Bench, Flicker, Heading, OneBounceArgs};
-use crate::{
-    error::CliError,
-    output::{print, write_text},
-    progress::Progress,
-};
+use crate::{error::CliError, progress::Progress};
 
 /// Everything the bench found.
 #[derive(Debug, Serialize)]
@@ -47,10 +43,5 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     progress.finish();
 
     let report = Report { heading: bench.heading.clone(), rows, ranges, flicker };
-    let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
-    write_text(&bench.folder.join("report.json"), &(json + "\n"))?;
-    let page = markdown::to_markdown(&report);
-    let file = bench.folder.join("report.md");
-    write_text(&file, &page)?;
-    print(&format!("{page}\n{}\n", file.display()))
+    bench.write(&report, &markdown::to_markdown(&report))
 }
