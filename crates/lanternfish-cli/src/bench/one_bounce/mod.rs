@@ -115,6 +115,8 @@ pub struct Heading {
     pub truth_samples: u64,
     /// Standard deviation of the energy of the truth's bounce by its noise, over that energy, at most.
     pub truth_noise: f64,
+    /// Mean HDR-FLIP between the two halves of the truth's samples: an exact picture is about half as far from the truth.
+    pub truth_halves_flip: f64,
 }
 
 /// What every configuration shares.
@@ -132,6 +134,8 @@ pub struct Bench {
     /// The path tracer's picture with one bounce, and the energy of the bounce alone.
     truth: RgbImage,
     truth_energy: f64,
+    /// The path tracer's picture without indirect light.
+    direct_truth: RgbImage,
     /// Energy of the renderer's own picture without indirect light.
     direct_energy: f64,
 }
@@ -182,6 +186,7 @@ impl Bench {
             runs: args.runs,
             truth_samples: one_bounce.figures.spp,
             truth_noise: one_bounce.figures.noise_energy * energy_of(&one_bounce.mean) / truth_energy,
+            truth_halves_flip: one_bounce.figures.noise_hdr_flip,
         };
         let (size, truth) = (args.size, one_bounce.mean);
         let mut bench = Self {
@@ -195,6 +200,7 @@ impl Bench {
             spp: args.spp,
             truth,
             truth_energy,
+            direct_truth: direct.mean,
             direct_energy: 0.0,
         };
         bench.direct_energy = energy(&bench.render(&bench.without(), size)?.picture);
@@ -250,7 +256,28 @@ impl Bench {
         let file = format!("{}.png", name.replace([' ', ',', '.'], "-").replace("--", "-"));
         write_png(&self.folder.join(file), picture.width, picture.height, ColorType::Rgb, &rgb(picture))?;
         let (flip, _) = self.against(picture, &self.truth)?;
-        Ok(Errors { indirect_energy: (energy(picture) - self.direct_energy) / self.truth_energy, flip })
+        Ok(self.errors(picture, self.direct_energy, flip))
+    }
+
+    /// Errors of a picture, of whose energy so much is direct light.
+    fn errors(&self, picture: &Picture, direct_energy: f64, flip: f64) -> Errors {
+        Errors { indirect_energy: (energy(picture) - direct_energy) / self.truth_energy, flip }
+    }
+
+    /// Compares the mean of so many frames, which goes to the folder. Of its light that is indirect which is not in the mean of as many
+    /// frames without: edges and highlights of a mean are not those of one frame.
+    pub fn mean_row(&self, configuration: &Configuration, frames: u32, direct: &Picture) -> Result<Errors, CliError> {
+        let mean = self.mean(&configuration.settings, frames)?;
+        let flip = self.keep(&format!("{}, {frames} frames", configuration.name), &mean)?.flip;
+        Ok(self.errors(&mean, energy(direct), flip))
+    }
+
+    /// The mean of so many frames without indirect light, and its HDR-FLIP to the path tracer's direct light: what remains of the error
+    /// of such a mean where indirect light is right.
+    pub fn direct_mean(&self, frames: u32) -> Result<(Picture, f64), CliError> {
+        let mean = self.mean(&self.without(), frames)?;
+        let (flip, _) = self.against(&mean, &self.direct_truth)?;
+        Ok((mean, flip))
     }
 
     /// Mean HDR-FLIP of a picture to a truth, and its sum over the truth's.
@@ -319,7 +346,8 @@ fn frame_ms(passes: &[PassTime]) -> f64 {
 pub fn heading(heading: &Heading) -> String {
     format!(
         "{} x {}, {} triangles, {} lights; {} on {}, Lanternfish {}. Times: the least of {} runs, device ms, to be compared within this \
-         page only. Counts and errors are exact. Truth: {} samples a pixel, energy of its bounce ± {:.1} %.\n",
+         page only. Counts and errors are exact. Truth: {} samples a pixel, energy of its bounce ± {:.1} %, FLIP of its halves \
+         {:.4}: an exact picture would have about half of it.\n",
         heading.width,
         heading.height,
         crate::report::grouped(heading.triangles as u64),
@@ -329,7 +357,8 @@ pub fn heading(heading: &Heading) -> String {
         heading.version,
         heading.runs,
         heading.truth_samples,
-        100.0 * heading.truth_noise
+        100.0 * heading.truth_noise,
+        heading.truth_halves_flip
     )
 }
 

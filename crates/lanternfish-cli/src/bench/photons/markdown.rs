@@ -27,12 +27,13 @@ pub fn to_markdown(report: &Report) -> String {
     report.rows.iter().for_each(|row| line(&table_row(row)));
     if !report.means.is_empty() {
         line("\n## Means of frames\n");
-        line("| | frames | energy | FLIP |");
-        line("|---|---:|---:|---:|");
+        line("*Direct light*: FLIP of as many frames without indirect light to the path tracer's direct light.\n");
+        line("| | frames | energy | FLIP | direct light |");
+        line("|---|---:|---:|---:|---:|");
         for mean in &report.means {
             line(&format!(
-                "| {} | {} | {:.3} | {:.4} |",
-                mean.name, mean.frames, mean.errors.indirect_energy, mean.errors.flip
+                "| {} | {} | {:.3} | {:.4} | {:.4} |",
+                mean.name, mean.frames, mean.errors.indirect_energy, mean.errors.flip, mean.direct_flip
             ));
         }
     }

@@ -90,6 +90,8 @@ pub struct Mean {
     pub frames: u32,
     #[serde(flatten)]
     pub errors: Errors,
+    /// Mean HDR-FLIP of the mean of as many frames without indirect light to the path tracer's direct light.
+    pub direct_flip: f64,
 }
 
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
@@ -101,13 +103,14 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     }
     let mut means = Vec::new();
     let asks_for = |c: &Configuration, table: &str| args.asks_for(&format!("{}, {table}", c.name));
-    for configuration in converging(&bench.look).iter().filter(|c| asks_for(c, "frames")) {
-        let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
-        for frames in counts {
-            let name = format!("{}, {frames} frames", configuration.name);
-            let mean = progress.step("mean", &name, || bench.mean(&configuration.settings, *frames))?;
-            let errors = bench.keep(&name, &mean)?;
-            means.push(Mean { name: configuration.name.clone(), frames: *frames, errors });
+    let converging: Vec<_> = converging(&bench.look).into_iter().filter(|c| asks_for(c, "frames")).collect();
+    let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
+    for frames in counts.iter().copied().filter(|_| !converging.is_empty()) {
+        let (direct, direct_flip) = progress.step("mean", "direct light", || bench.direct_mean(frames))?;
+        for configuration in &converging {
+            let name = configuration.name.clone();
+            let errors = progress.step("mean", &name, || bench.mean_row(configuration, frames, &direct))?;
+            means.push(Mean { name, frames, errors, direct_flip });
         }
     }
     let occlusion = match !args.quick && args.asks_for("occlusion") {

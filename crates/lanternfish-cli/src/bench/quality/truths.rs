@@ -5,8 +5,8 @@ use std::{fs, path::Path, time::Instant};
 use glam::Vec3;
 use lanternfish::settings::{Exposure, Materials, Settings, ToneMap};
 use lanternfish_metrics::{
-    MetricsError, PIXELS_PER_DEGREE, RELATIVE_EPSILON, RgbImage, flip_ldr, read_exr_attributes, read_exr_layer,
-    write_exr_layers,
+    HdrFlip, MetricsError, PIXELS_PER_DEGREE, Pair, RELATIVE_EPSILON, RgbImage, flip_ldr, read_exr_attributes,
+    read_exr_layer, write_exr_layers,
 };
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer,
@@ -255,6 +255,8 @@ pub struct TruthFigures {
     pub noise_energy: f64,
     /// Mean LDR-FLIP between the pictures of its first and its second half of samples, each twice as noisy in variance.
     pub noise_flip: f64,
+    /// Mean HDR-FLIP between its two halves. An exact picture is about half as far from the truth as they are from one another.
+    pub noise_hdr_flip: f64,
 }
 
 /// The view of a scene that truths are traced of.
@@ -294,6 +296,7 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
             (layers, started.elapsed().as_secs_f64(), false)
         }
     };
+    let second_half = layers.second_half(spp);
     let figures = TruthFigures {
         name: truth.name(),
         meaning: truth.meaning(),
@@ -306,7 +309,11 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
         noise: layers.noise(spp)?,
         noise_relative_mse: layers.relative_mse(),
         noise_energy: layers.energy_deviation(),
-        noise_flip: layers.flip_of_halves(spp, settings.exposure, settings.tone_map)?,
+        noise_flip: layers.flip_of_halves(&second_half, settings.exposure, settings.tone_map)?,
+        noise_hdr_flip: {
+            let halves = Pair::new(layers.first_half.clone(), second_half)?;
+            halves.mean_of(&halves.flip_hdr(&HdrFlip::default())?.map)
+        },
     };
     Ok(Traced { mean: layers.mean, figures })
 }
@@ -378,15 +385,19 @@ impl Layers {
         variance.sqrt() / energy
     }
 
-    fn flip_of_halves(&self, spp: u64, exposure: Exposure, tone_map: ToneMap) -> Result<f64, CliError> {
+    /// Mean of the samples that `first_half` leaves out.
+    fn second_half(&self, spp: u64) -> RgbImage {
         let (all, first) = (spp as f32, (spp / 2) as f32);
         let rest = |(mean, half): (&[f32; 3], &[f32; 3])| {
             // Rounding may leave a little less than nothing.
             std::array::from_fn(|c| ((all * mean[c] - first * half[c]) / (all - first)).max(0.0))
         };
         let pixels = self.mean.pixels.iter().zip(&self.first_half.pixels).map(rest).collect();
-        let second_half = RgbImage { pixels, ..self.mean };
-        let [a, b] = [&self.first_half, &second_half].map(|half| shown(half, exposure, tone_map).1);
+        RgbImage { pixels, ..self.mean }
+    }
+
+    fn flip_of_halves(&self, second: &RgbImage, exposure: Exposure, tone_map: ToneMap) -> Result<f64, CliError> {
+        let [a, b] = [&self.first_half, second].map(|half| shown(half, exposure, tone_map).1);
         Ok(f64::from(flip_ldr(&a, &b, PIXELS_PER_DEGREE)?.mean()))
     }
 }
