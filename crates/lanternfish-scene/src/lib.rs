@@ -17,6 +17,7 @@ mod light;
 pub mod light_tree;
 mod material;
 mod mesh;
+pub mod motion;
 mod named_enum;
 pub mod rig;
 mod scene;

@@ -2,6 +2,8 @@
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 
+use crate::motion::Deformation;
+
 /// A list of primitives that are placed together.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
@@ -31,6 +33,8 @@ pub struct Primitive {
     pub colors: Vec<Vec4>,
     /// Three a triangle, counter-clockwise seen from the front; each below `positions.len()`.
     pub indices: Vec<u32>,
+    /// How its vertices move, where they do.
+    pub deformation: Option<Box<Deformation>>,
 }
 
 impl Primitive {

@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, Vec3};
 
-use crate::{Bounds, Camera, Environment, Image, Light, Material, Mesh, Primitive, Sampler, Texture};
+use crate::{Bounds, Camera, Environment, Image, Light, Material, Mesh, Primitive, Sampler, Texture, motion::Motion};
 
 /// Everything a frame needs. Indices refer into the lists of the same scene.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +30,8 @@ pub struct Scene {
     pub sky: Vec3,
     /// The same as an image; replaces [`Scene::sky`].
     pub environment: Option<Environment>,
+    /// What of it moves, and how.
+    pub motion: Motion,
 }
 
 /// A mesh placed in the world.

@@ -65,6 +65,7 @@ impl Scene {
         self.validate_textures()?;
         self.validate_lights()?;
         self.validate_cameras()?;
+        self.motion.validate(self)?;
         self.check_reach()?;
         if !self.sky.is_finite() || self.sky.min_element() < 0.0 {
             return Err(format!("sky: {} is not a radiance", self.sky));

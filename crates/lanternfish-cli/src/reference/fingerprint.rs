@@ -26,10 +26,14 @@ pub fn of(scene: &Scene, camera: &Camera, size: Size, settings: &Settings) -> St
         cameras: _,
         sky,
         environment,
+        // Everything is where it brought it.
+        motion: _,
     } = scene;
     for Mesh { name: _, primitives } in meshes {
         hash.text(&primitives.len());
-        for Primitive { material, positions, normals, tangents, uv0, uv1, colors, indices } in primitives {
+        for Primitive { material, positions, normals, tangents, uv0, uv1, colors, indices, deformation: _ } in
+            primitives
+        {
             hash.text(material);
             hash.list(positions);
             hash.list(normals);

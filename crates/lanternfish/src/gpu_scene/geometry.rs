@@ -160,7 +160,7 @@ impl Geometry {
         }
         let (draws, instances) = place(&templates, scene);
 
-        let vertex = wgpu::BufferUsages::VERTEX;
+        let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST;
         Ok(Self {
             positions: buffer(device, "scene/positions", &positions, vertex)?,
             attributes: buffer(device, "scene/attributes", &attributes, vertex)?,
@@ -176,6 +176,26 @@ impl Geometry {
         let (draws, instances) = place(&self.templates, scene);
         self.draws = draws;
         queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&instances));
+    }
+
+    /// Writes the vertices of these meshes: as many, otherwise as they were uploaded.
+    pub(super) fn update_vertices(&mut self, queue: &wgpu::Queue, scene: &Scene, meshes: &[usize]) {
+        let mut places = self.templates.iter_mut();
+        for (i, mesh) in scene.meshes.iter().enumerate() {
+            for (primitive, template) in mesh.primitives.iter().zip(&mut places) {
+                if meshes.binary_search(&i).is_err() {
+                    continue;
+                }
+                let first = template.draw.base_vertex as u64;
+                let attributes: Vec<VertexAttributes> =
+                    (0..primitive.positions.len()).into_par_iter().map(|i| vertex_attributes(primitive, i)).collect();
+                let bytes = bytemuck::cast_slice(&primitive.positions);
+                queue.write_buffer(&self.positions, first * size_of::<Vec3>() as u64, bytes);
+                let offset = first * size_of::<VertexAttributes>() as u64;
+                queue.write_buffer(&self.attributes, offset, bytemuck::cast_slice(&attributes));
+                template.bounds = primitive.bounds();
+            }
+        }
     }
 
     /// World-space box of everything.

@@ -176,9 +176,12 @@ fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec
     for (triangle, indices) in primitive.indices.as_chunks::<3>().0.iter().enumerate() {
         let corners = corners(instance, primitive, triangle);
         let degenerate = corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0];
-        if degenerate || !corners.iter().all(|c| c.is_finite()) {
+        let is_finite = corners.iter().all(|c| c.is_finite());
+        // What is a line now may be a triangle when it moves.
+        if scene.motion.nodes.is_empty() && (degenerate || !is_finite) {
             continue;
         }
+        let corners = if is_finite { corners } else { [Vec3::ZERO; 3] };
         let mut record = 0;
         if mask_cutoff(material).is_some() {
             records.push(mask_record(primitive, material, *indices));

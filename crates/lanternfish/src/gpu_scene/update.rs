@@ -2,8 +2,8 @@
 //!
 //! 1. What must be the same is compared with what was uploaded: `outline.rs`.
 //! 2. Lights, the sky and materials are written; where other triangles shine, or otherwise, the tree over them.
-//! 3. Unless all instances stand where they did: draw instances are written; the traced triangles are posed anew, in the order
-//!    of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
+//! 3. Unless all instances and vertices are where they were: draw instances are written, and the vertices of meshes that have bent; the
+//!    traced triangles are posed anew, in the order of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
 
 mod outline;
 #[cfg(test)]
@@ -29,6 +29,8 @@ pub(super) struct Placed {
     outline: Outline,
     /// World from object, of each instance.
     transforms: Vec<Affine3A>,
+    /// A hash of each mesh's vertices.
+    vertices: Vec<u64>,
     /// What traced triangles are: the scene's parts, and for each triangle, in leaf order, its source.
     parts: Vec<Part>,
     sources: Vec<Source>,
@@ -46,6 +48,7 @@ impl Placed {
         Self {
             outline: Outline::of(scene),
             transforms: transforms(scene).collect(),
+            vertices: outline::vertices(scene),
             shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
             parts: tracing.parts,
@@ -87,7 +90,10 @@ impl GpuScene {
         }
         let shining = emissive::shining(scene);
         let shines_as_before = self.light_trees.is_none() || shining == self.placed.shining;
-        let stands_still = transforms(scene).eq(self.placed.transforms.iter().copied());
+        let vertices = outline::vertices(scene);
+        let bent: Vec<usize> =
+            (0..vertices.len()).filter(|mesh| vertices[*mesh] != self.placed.vertices[*mesh]).collect();
+        let stands_still = bent.is_empty() && transforms(scene).eq(self.placed.transforms.iter().copied());
         if shines_as_before && stands_still {
             if let Some(trees) = &mut self.light_trees {
                 trees.update_lights(device, scene, settings)?;
@@ -105,6 +111,7 @@ impl GpuScene {
             self.bvh.iter().for_each(|bvh| bvh.update_light_leaves(queue, &triangles, &leaves));
             return Ok(());
         }
+        self.geometry.update_vertices(queue, scene, &bent);
         self.geometry.update(queue, scene);
         self.bounds = self.geometry.bounds();
         if let Some(bvh) = &mut self.bvh {
@@ -117,6 +124,7 @@ impl GpuScene {
             *tlas = Tlas::new(device, queue, &triangles)?;
         }
         self.placed.transforms = transforms(scene).collect();
+        self.placed.vertices = vertices;
         self.placed.generation = next_number();
         Ok(())
     }

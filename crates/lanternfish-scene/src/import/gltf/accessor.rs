@@ -115,7 +115,10 @@ impl<'a> Accessors<'a> {
         zero: T,
         copy: impl Fn(&Elements, &mut [T]),
     ) -> Result<Vec<T>> {
-        let shape = ["SCALAR", "VEC2", "VEC3", "VEC4"][size - 1];
+        let shape = match size {
+            16 => "MAT4",
+            _ => ["SCALAR", "VEC2", "VEC3", "VEC4"][size - 1],
+        };
         if accessor.shape != shape {
             return Err(invalid(format!("type {} where {shape} is expected", accessor.shape)));
         }

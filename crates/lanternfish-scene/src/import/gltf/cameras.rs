@@ -1,11 +1,11 @@
 //! Cameras.
 
-use glam::{Affine3A, Mat3, Vec3};
+use glam::Affine3A;
 
 use super::fault::{Place, Result, invalid, item};
 use super::hierarchy::Placed;
-use super::normals::direction;
 use super::schema::{self, Root};
+use crate::motion::place_camera;
 use crate::{Camera, Projection};
 
 /// The camera at a node. A finite far plane and the aspect ratio of a perspective are not kept.
@@ -13,7 +13,8 @@ pub(super) fn read(root: &Root, index: usize, at: &Placed) -> Result<Camera> {
     let camera = item(&root.cameras, index, "cameras")?;
     let projection = read_projection(camera).place(|| format!("cameras[{index}]"))?;
     let name = if at.node.name.is_empty() { camera.name.clone() } else { at.node.name.clone() };
-    Ok(Camera { name, world_from_camera: without_scale(&at.world_from_node), projection })
+    let camera = Camera { name, world_from_camera: Affine3A::IDENTITY, projection };
+    Ok(place_camera(&camera, &at.world_from_node))
 }
 
 fn read_projection(camera: &schema::Camera) -> Result<Projection> {
@@ -34,13 +35,4 @@ fn read_projection(camera: &schema::Camera) -> Result<Projection> {
         }
         _ => Err(invalid("not one of perspective and orthographic")),
     }
-}
-
-/// Rotation and translation only: keeps the viewing direction, and the up direction as far as it is perpendicular.
-fn without_scale(world_from_node: &Affine3A) -> Affine3A {
-    let back = direction(world_from_node.transform_vector3(Vec3::Z)).unwrap_or(Vec3::Z);
-    let up = world_from_node.transform_vector3(Vec3::Y).reject_from_normalized(back);
-    let up = direction(up).unwrap_or_else(|| back.any_orthonormal_vector());
-    let rotation = Mat3::from_cols(up.cross(back), up, back);
-    Affine3A::from_mat3_translation(rotation, world_from_node.translation.into())
 }

@@ -4,6 +4,7 @@ use glam::{Affine3A, Mat4, Quat, Vec3};
 
 use super::fault::{Result, invalid, item};
 use super::schema::{Node, Root};
+use crate::motion::Transform;
 
 /// A node of the scene that is shown.
 pub(super) struct Placed<'a> {
@@ -37,7 +38,7 @@ pub(super) fn resolve<'a>(root: &'a Root, scene: Option<usize>) -> Result<Vec<Pl
     let mut open: Vec<_> = roots.iter().rev().map(|root| (*root, Affine3A::IDENTITY)).collect();
     while let Some((index, world_from_parent)) = open.pop() {
         let node = &root.nodes[index];
-        let world_from_node = world_from_parent * parent_from_node(node);
+        let world_from_node = world_from_parent * transform_of(node).to_affine();
         if !world_from_node.is_finite() {
             return Err(invalid(format!("nodes[{index}]: its transform is not finite")));
         }
@@ -71,16 +72,16 @@ fn check_trees(root: &Root) -> Result<Vec<bool>> {
     }
 }
 
-/// The node's own transform. A matrix goes before translation, rotation and scale; its last row is taken as 0 0 0 1.
-fn parent_from_node(node: &Node) -> Affine3A {
+/// The node's own transform: parent from node. A matrix goes before translation, rotation and scale; its last row is taken as 0 0 0 1.
+pub(super) fn transform_of(node: &Node) -> Transform {
     if let Some(matrix) = &node.matrix {
-        return Affine3A::from_mat4(Mat4::from_cols_array(matrix));
+        return Transform::Matrix(Affine3A::from_mat4(Mat4::from_cols_array(matrix)));
     }
     let rotation = node.rotation.map_or(Quat::IDENTITY, Quat::from_array);
     let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { Quat::IDENTITY };
-    Affine3A::from_scale_rotation_translation(
-        node.scale.map_or(Vec3::ONE, Vec3::from),
+    Transform::Parts {
+        translation: node.translation.map_or(Vec3::ZERO, Vec3::from),
         rotation,
-        node.translation.map_or(Vec3::ZERO, Vec3::from),
-    )
+        scale: node.scale.map_or(Vec3::ONE, Vec3::from),
+    }
 }

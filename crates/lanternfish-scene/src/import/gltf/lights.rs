@@ -6,12 +6,11 @@ use glam::Vec3;
 
 use super::fault::{Place, Result, invalid, item};
 use super::hierarchy::Placed;
-use super::normals::direction;
 use super::notes::Notes;
 use super::schema::{self, Root};
 use crate::{Light, LightKind};
 
-/// The light at a node. `None`, with a note, for a kind that is unknown.
+/// The light at a node, in the node's space. `None`, with a note, for a kind that is unknown.
 pub(super) fn read(root: &Root, index: usize, at: &Placed, notes: &mut Notes) -> Result<Option<Light>> {
     let lights = root.extensions.lights.as_ref().map_or(&[][..], |extension| &extension.lights);
     let light = item(lights, index, "lights")?;
@@ -23,16 +22,13 @@ pub(super) fn read(root: &Root, index: usize, at: &Placed, notes: &mut Notes) ->
     if light.range.is_some_and(|range| !(range > 0.0 && range.is_finite())) {
         return Err(invalid(format!("lights[{index}]: range {:?} is not above 0", light.range)));
     }
-    let is_directional = kind == LightKind::Directional;
-    let world_from_node = &at.world_from_node;
     Ok(Some(Light {
         name: if at.node.name.is_empty() { light.name.clone() } else { at.node.name.clone() },
         kind,
-        position: if is_directional { Vec3::ZERO } else { world_from_node.translation.into() },
-        // A node that is scaled to nothing has no direction; any will do.
-        direction: direction(world_from_node.transform_vector3(Vec3::NEG_Z)).unwrap_or(Vec3::NEG_Z),
+        position: Vec3::ZERO,
+        direction: Vec3::NEG_Z,
         intensity,
-        range: light.range.filter(|_| !is_directional),
+        range: light.range.filter(|_| kind != LightKind::Directional),
     }))
 }
 
@@ -56,7 +52,7 @@ fn read_kind(light: &schema::Light) -> Result<Option<LightKind>> {
     })
 }
 
-/// The area light at a node. `None`, with a note, for a shape that is unknown, or that has no extent.
+/// The area light at a node, in the node's space. `None`, with a note, for a shape that is unknown.
 pub(super) fn read_area(root: &Root, index: usize, at: &Placed, notes: &mut Notes) -> Result<Option<Light>> {
     let lights = root.extensions.area_lights.as_ref().map_or(&[][..], |extension| &extension.lights);
     let light = item(lights, index, "EXT_lights_area: lights")?;
@@ -67,27 +63,16 @@ pub(super) fn read_area(root: &Root, index: usize, at: &Placed, notes: &mut Note
     if !(size > 0.0 && size.is_finite() && aspect > 0.0 && aspect.is_finite()) {
         return Err(invalid(format!("size {size}, aspect {aspect}: not above 0"))).place(place);
     }
-    let world_from_node = &at.world_from_node;
-    // "The largest component of the absolute value of the node's scale", whichever way that goes.
-    let scale = world_from_node.matrix3.to_cols_array_2d().map(|axis| Vec3::from(axis).length());
-    let size = size * scale.into_iter().fold(0.0, f32::max);
-    let [forward, right] = [Vec3::NEG_Z, Vec3::X].map(|axis| direction(world_from_node.transform_vector3(axis)));
-    let right = forward.zip(right).and_then(|(forward, right)| direction(right.reject_from_normalized(forward)));
-    let (Some(forward), Some(right), true) = (forward, right, size > 0.0) else {
-        notes.add("area lights without extent");
-        return Ok(None);
-    };
-    let position = world_from_node.translation.into();
-    let placed = match light.kind.as_str() {
-        "disk" => Light::disk(position, forward, 0.5 * size, radiance),
-        "rect" => Light::rectangle(position, forward, right, [size * aspect, size], radiance),
+    let area = match light.kind.as_str() {
+        "disk" => Light::disk(Vec3::ZERO, Vec3::NEG_Z, 0.5 * size, radiance),
+        "rect" => Light::rectangle(Vec3::ZERO, Vec3::NEG_Z, Vec3::X, [size * aspect, size], radiance),
         _ => {
             notes.add("area lights of an unknown shape");
             return Ok(None);
         }
     };
     let name = if at.node.name.is_empty() { light.name.clone() } else { at.node.name.clone() };
-    Ok(Some(Light { name, ..placed }))
+    Ok(Some(Light { name, ..area }))
 }
 
 fn colored(intensity: f32, color: Option<[f32; 3]>) -> Result<Vec3> {

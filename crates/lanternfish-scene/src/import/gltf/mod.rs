@@ -5,7 +5,7 @@
 //! 3. `scenes`: the one asked for; `hierarchy`: its nodes in world space; `meshes::Used`: what they use
 //! 4. `materials` (`surface`: their extensions), `textures`
 //! 5. `images` are decoded while `meshes` are read: `primitive` (`accessor`, `topology`, `normals`, `tangents`)
-//! 6. `lights`, `cameras` and instances (`instancing`) are placed
+//! 6. `lights`, `cameras` and instances (`instancing`) are placed; `motion`: what moves, with `deformation`s of vertices
 //!
 //! The JSON is parsed with types of our own: other readers refuse accessors without data or `KHR_mesh_quantization`,
 //! or trust indices.
@@ -14,6 +14,7 @@ mod accessor;
 mod buffers;
 mod cameras;
 mod container;
+mod deformation;
 mod extensions;
 mod fault;
 mod hierarchy;
@@ -23,6 +24,7 @@ mod lights;
 mod materials;
 mod meshes;
 mod meshopt;
+mod motion;
 mod normals;
 mod notes;
 mod objects;
@@ -38,7 +40,7 @@ mod topology;
 mod uri;
 mod vertices;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 use std::path::Path;
 
 use accessor::Accessors;
@@ -49,6 +51,7 @@ use hierarchy::Placed;
 use instancing::MAX_INSTANCES;
 use lanternfish_limits::memory::Budget;
 use meshes::Used;
+use motion::Collected;
 use notes::Notes;
 use objects::Objects;
 use schema::Root;
@@ -57,7 +60,8 @@ use textures::Textures;
 
 use super::LoadOptions;
 use super::files::Files;
-use crate::{Instance, Material, Mesh, Scene, SceneError};
+use crate::motion::place_light;
+use crate::{Instance, Light, Material, Mesh, Scene, SceneError};
 
 /// What drawing a primitive that is placed takes: nothing here, but who places many asks for more than can be looked through.
 const BYTES_PER_PLACED: u64 = 256;
@@ -103,26 +107,27 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
         samplers: textures.samplers,
         ..Default::default()
     };
-    for placed in &nodes {
-        place(&mut scene, &accessors, &used, placed, files.budget, &mut notes)
-            .place(|| format!("nodes[{}]", placed.index))?;
+    let mut collected = Collected::new(&root, &nodes);
+    for (place, at) in nodes.iter().enumerate() {
+        let mut placing = Placing {
+            scene: &mut scene,
+            accessors: &accessors,
+            used: &used,
+            nodes: &nodes,
+            collected: &mut collected,
+            budget: files.budget,
+            notes: &mut notes,
+        };
+        placing.place(place, at).place(|| format!("nodes[{}]", at.index))?;
     }
-    drop_copies(&mut scene, &mut notes);
+    if !collected.is_kept() {
+        drop_copies(&mut scene, &mut notes);
+    }
+    collected.finish(&mut scene, &accessors, &nodes, files.budget, &mut notes)?;
     let placed: u64 = scene.instances.iter().map(|i| scene.meshes[i.mesh].primitives.len() as u64).sum();
     files.budget.check(placed.saturating_mul(BYTES_PER_PLACED), || format!("{placed} placed primitives need"))?;
-    note_what_moves(&root, &nodes, &used, &mut notes);
     notes.log(path);
     Ok(scene)
-}
-
-/// Notes what would bend or move what is shown. Surfaces stay as they are stored.
-fn note_what_moves(root: &Root, nodes: &[Placed], used: &Used, notes: &mut Notes) {
-    let skins: BTreeSet<_> = nodes.iter().filter(|at| at.node.mesh.is_some()).filter_map(|at| at.node.skin).collect();
-    notes.add_all("skins: what they bend is drawn as it is stored", skins.len());
-    let targets = |mesh: &usize| root.meshes[*mesh].primitives.iter().map(|primitive| primitive.targets.len()).max();
-    let targets = used.meshes.keys().filter_map(targets).sum();
-    notes.add_all("morph targets: what they bend is drawn as it is stored", targets);
-    notes.add_all("animations: what they move stays where it is", root.animations.len());
 }
 
 /// Bytes that parsing takes of an object, at most: the largest of a list, which doubles as it grows.
@@ -172,18 +177,48 @@ fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
     });
 }
 
-/// Adds what is at a node: an instance, a light, a camera.
-fn place(
-    scene: &mut Scene,
-    accessors: &Accessors,
-    used: &Used,
-    placed: &Placed,
-    budget: &Budget,
-    notes: &mut Notes,
-) -> Result<()> {
-    let (root, node) = (accessors.root, placed.node);
-    if let Some(mesh) = node.mesh {
+/// What nodes are placed with.
+struct Placing<'p, 'a> {
+    scene: &'p mut Scene,
+    accessors: &'p Accessors<'a>,
+    used: &'p Used,
+    nodes: &'p [Placed<'a>],
+    collected: &'p mut Collected,
+    budget: &'p Budget,
+    notes: &'p mut Notes,
+}
+
+impl Placing<'_, '_> {
+    /// Adds what is at a node: instances, lights, a camera. `place`: of the node among those that are placed.
+    fn place(&mut self, place: usize, at: &Placed) -> Result<()> {
+        let (root, node) = (self.accessors.root, at.node);
+        if let Some(mesh) = node.mesh {
+            self.instances(place, at, self.used.meshes[&mesh])?;
+        }
+        if let Some(light) = &node.extensions.light
+            && let Some(light) = lights::read(root, light.light, at, self.notes)?
+        {
+            self.light(place, at, light);
+        }
+        if let Some(light) = &node.extensions.area_light
+            && let Some(light) = lights::read_area(root, light.light, at, self.notes)?
+        {
+            self.light(place, at, light);
+        }
+        if let Some(camera) = node.camera {
+            self.collected.camera(self.scene.cameras.len(), place);
+            self.scene.cameras.push(cameras::read(root, camera, at)?);
+        }
+        Ok(())
+    }
+
+    fn instances(&mut self, place: usize, at: &Placed, mesh: usize) -> Result<()> {
+        let Self { scene, accessors, nodes, collected, budget, notes, .. } = self;
+        let (mesh, is_skinned) = collected.mesh(scene, accessors, (place, at), nodes, mesh, budget, notes)?;
+        let node = at.node;
         let nodes_from_objects = match &node.extensions.instancing {
+            // Skinned vertices are where their joints are, wherever their node is.
+            _ if is_skinned => vec![Affine3A::IDENTITY],
             Some(instancing) => instancing::read(accessors, instancing, node.name.len(), budget)?,
             None => vec![Affine3A::IDENTITY],
         };
@@ -191,21 +226,27 @@ fn place(
             return Err(invalid(format!("with it there are more than {MAX_INSTANCES} instances")));
         }
         for node_from_object in nodes_from_objects {
-            let world_from_object = placed.world_from_node * node_from_object;
+            let world_from_node = if is_skinned { Affine3A::IDENTITY } else { at.world_from_node };
+            let world_from_object = world_from_node * node_from_object;
             if !world_from_object.is_finite() {
                 return Err(invalid("EXT_mesh_gpu_instancing: a transform is not finite"));
             }
-            scene.instances.push(Instance { name: node.name.clone(), mesh: used.meshes[&mesh], world_from_object });
+            if !is_skinned {
+                collected.instance(scene.instances.len(), place, node_from_object);
+            }
+            scene.instances.push(Instance { name: node.name.clone(), mesh, world_from_object });
+        }
+        Ok(())
+    }
+
+    /// Adds a light that is given in its node's space.
+    fn light(&mut self, place: usize, at: &Placed, light: Light) {
+        match place_light(&light, &at.world_from_node) {
+            Some(placed) => {
+                self.collected.light(self.scene.lights.len(), place, light);
+                self.scene.lights.push(placed);
+            }
+            None => self.notes.add("area lights without extent"),
         }
     }
-    if let Some(light) = &node.extensions.light {
-        scene.lights.extend(lights::read(root, light.light, placed, notes)?);
-    }
-    if let Some(light) = &node.extensions.area_light {
-        scene.lights.extend(lights::read_area(root, light.light, placed, notes)?);
-    }
-    if let Some(camera) = node.camera {
-        scene.cameras.push(cameras::read(root, camera, placed)?);
-    }
-    Ok(())
 }

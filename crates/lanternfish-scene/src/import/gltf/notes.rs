@@ -12,13 +12,6 @@ impl Notes {
         *self.0.entry(what).or_default() += 1;
     }
 
-    /// Counts `count` more of `what`, if there are any.
-    pub fn add_all(&mut self, what: &'static str, count: usize) {
-        if count > 0 {
-            *self.0.entry(what).or_default() += count;
-        }
-    }
-
     /// One warning for each kind.
     pub fn log(&self, file: &std::path::Path) {
         for (what, count) in &self.0 {

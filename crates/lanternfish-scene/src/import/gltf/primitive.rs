@@ -1,12 +1,14 @@
 //! The geometry of one primitive: attributes, topology, normals, tangents.
 
+use std::collections::BTreeMap;
+
 use glam::{Vec2, Vec3, Vec4};
 
 use super::accessor::{Accessors, MAX_ZERO_COUNT};
 use super::fault::{Fault, Place, Result, invalid};
 use super::schema::Root;
 use super::topology::Topology;
-use super::{extensions, normals, schema, tangents, vertices};
+use super::{deformation, extensions, normals, schema, tangents, vertices};
 use crate::Primitive;
 
 /// What came of a primitive of the file.
@@ -43,13 +45,15 @@ pub(super) fn read(
         return Err(invalid(format!("{} indices; at most 2^32 - 1 are read", primitive.indices.len())));
     }
     read_attributes(accessors, source, &mut primitive, normal_map_uv_set.is_some())?;
+    primitive.deformation = deformation::read(accessors, source, vertex_count)?;
     vertices::drop_unused(&mut primitive);
     if primitive.indices.is_empty() {
         return Ok(Outcome::LeftOut("primitives without triangles"));
     }
 
     // Tangents without normals are to be ignored: flat normals have others.
-    if primitive.normals.is_empty() {
+    let has_flat_normals = primitive.normals.is_empty();
+    if has_flat_normals {
         primitive.tangents.clear();
         normals::make_flat(&mut primitive);
     } else {
@@ -62,6 +66,7 @@ pub(super) fn read(
             tangents::repair(&mut primitive);
         }
     }
+    deformation::keep_rest(&mut primitive, has_flat_normals);
     Ok(Outcome::Read(primitive))
 }
 
@@ -98,6 +103,7 @@ pub(super) fn need(root: &Root, source: &schema::Primitive, has_normal_map: bool
     let attributes =
         [(true, 24), (has_normal_map, 16), (has("TEXCOORD_0"), 8), (has("TEXCOORD_1"), 8), (has("COLOR_0"), 16)];
     let vertex: u64 = attributes.iter().filter(|(has, _)| *has).map(|(_, bytes)| bytes).sum();
+    let vertex = vertex + deformation::bytes_per_vertex(source, has_normal_map);
     // Flat normals and tangents of their own divide vertices; what is not used is dropped.
     let divided = !has("NORMAL") || has_normal_map;
     let kept_vertices = if divided { corners } else { vertices.min(corners) };
@@ -148,13 +154,14 @@ fn read_attributes(
     with_tangents: bool,
 ) -> Result<()> {
     let vertex_count = primitive.positions.len();
-    primitive.normals = read_attribute(source, "NORMAL", vertex_count, |index| accessors.vectors(index))?;
+    primitive.normals = read_attribute(&source.attributes, "NORMAL", vertex_count, |index| accessors.vectors(index))?;
     if with_tangents {
-        primitive.tangents = read_attribute(source, "TANGENT", vertex_count, |index| accessors.vectors(index))?;
+        primitive.tangents =
+            read_attribute(&source.attributes, "TANGENT", vertex_count, |index| accessors.vectors(index))?;
     }
-    primitive.uv0 = read_attribute(source, "TEXCOORD_0", vertex_count, |index| accessors.vectors(index))?;
-    primitive.uv1 = read_attribute(source, "TEXCOORD_1", vertex_count, |index| accessors.vectors(index))?;
-    primitive.colors = read_attribute(source, "COLOR_0", vertex_count, |index| accessors.colors(index))?;
+    primitive.uv0 = read_attribute(&source.attributes, "TEXCOORD_0", vertex_count, |index| accessors.vectors(index))?;
+    primitive.uv1 = read_attribute(&source.attributes, "TEXCOORD_1", vertex_count, |index| accessors.vectors(index))?;
+    primitive.colors = read_attribute(&source.attributes, "COLOR_0", vertex_count, |index| accessors.colors(index))?;
     for uv in primitive.uv0.iter_mut().chain(&mut primitive.uv1) {
         if !uv.is_finite() {
             *uv = Vec2::ZERO;
@@ -168,13 +175,13 @@ fn read_attributes(
 }
 
 /// An attribute as long as there are vertices; empty where the primitive lacks it.
-fn read_attribute<T: From<[f32; N]>, const N: usize>(
-    source: &schema::Primitive,
+pub(super) fn read_attribute<T: From<[f32; N]>, const N: usize>(
+    attributes: &BTreeMap<String, usize>,
     name: &str,
     vertex_count: usize,
     read: impl Fn(usize) -> Result<Vec<[f32; N]>>,
 ) -> Result<Vec<T>> {
-    let Some(accessor) = source.attributes.get(name) else { return Ok(Vec::new()) };
+    let Some(accessor) = attributes.get(name) else { return Ok(Vec::new()) };
     let elements = read(*accessor).place(|| name.to_owned())?;
     if elements.len() != vertex_count {
         return Err(invalid(format!("{name}: {} elements, but there are {vertex_count} vertices", elements.len())));

@@ -3,16 +3,17 @@
 //! Indices are as the file has them: unchecked.
 
 mod material;
+mod motion;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 pub(super) use self::material::{
     Empty, Material, MaterialExtensions, MetallicRoughness, SpecularGlossiness, TextureInfo, TextureTransform,
 };
+pub(super) use self::motion::{Animation, AnimationSampler, Skin};
 
 /// Text that is borrowed from the JSON where it holds no escapes: data URIs are long.
 #[derive(Deserialize)]
@@ -22,9 +23,8 @@ pub(super) struct Text<'a>(#[serde(borrow)] pub Cow<'a, str>);
 #[serde(rename_all = "camelCase")]
 pub(super) struct Root<'a> {
     pub asset: Asset,
-    /// Which are counted alone.
     #[serde(default)]
-    pub animations: Vec<IgnoredAny>,
+    pub animations: Vec<Animation>,
     #[serde(default)]
     pub extensions_used: Vec<String>,
     #[serde(default)]
@@ -50,6 +50,8 @@ pub(super) struct Root<'a> {
     #[serde(default)]
     pub scenes: Vec<Scene>,
     pub scene: Option<usize>,
+    #[serde(default)]
+    pub skins: Vec<Skin>,
     #[serde(default)]
     pub textures: Vec<Texture>,
     #[serde(default)]
@@ -217,6 +219,9 @@ pub(super) struct Mesh {
     #[serde(default)]
     pub name: String,
     pub primitives: Vec<Primitive>,
+    /// Of morph targets.
+    #[serde(default)]
+    pub weights: Vec<f32>,
 }
 
 #[derive(Deserialize)]
@@ -225,9 +230,9 @@ pub(super) struct Primitive {
     pub indices: Option<usize>,
     pub material: Option<usize>,
     pub mode: Option<u32>,
-    /// Morph targets, which are counted alone.
+    /// Morph targets: accessors by attribute.
     #[serde(default)]
-    pub targets: Vec<IgnoredAny>,
+    pub targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
@@ -249,8 +254,8 @@ pub(super) struct Node {
     pub rotation: Option<[f32; 4]>,
     pub scale: Option<[f32; 3]>,
     pub mesh: Option<usize>,
-    /// Which is counted alone.
     pub skin: Option<usize>,
+    pub weights: Vec<f32>,
     pub camera: Option<usize>,
     pub extensions: NodeExtensions,
 }

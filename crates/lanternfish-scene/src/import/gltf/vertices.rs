@@ -16,6 +16,17 @@ pub(super) fn select(primitive: &mut Primitive, sources: &[u32]) {
     select_list(&mut primitive.uv0, sources);
     select_list(&mut primitive.uv1, sources);
     select_list(&mut primitive.colors, sources);
+    if let Some(deformation) = &mut primitive.deformation {
+        for set in &mut deformation.influences {
+            select_list(&mut set.joints, sources);
+            select_list(&mut set.weights, sources);
+        }
+        for target in &mut deformation.targets {
+            select_list(&mut target.positions, sources);
+            select_list(&mut target.normals, sources);
+            select_list(&mut target.tangents, sources);
+        }
+    }
 }
 
 /// Gives every corner of every triangle a vertex of its own.

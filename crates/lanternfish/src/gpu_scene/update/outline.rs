@@ -34,7 +34,7 @@ type MeshOutline = Vec<PrimitiveOutline>;
 struct PrimitiveOutline {
     /// Index of the material; numbers of vertices and of indices.
     counts: [usize; 3],
-    /// A hash of all vertices and indices.
+    /// A hash of all that an update does not bring of vertices, and of indices.
     content: u64,
 }
 
@@ -71,7 +71,11 @@ impl Outline {
         if let Some(i) = first_other(&self.meshes, &now.meshes) {
             let counts = |mesh: &MeshOutline| mesh.iter().map(|primitive| primitive.counts).collect::<Vec<_>>();
             let same_counts = counts(&self.meshes[i]) == counts(&now.meshes[i]);
-            let what = if same_counts { "other vertices or indices" } else { "other triangles or materials" };
+            let what = if same_counts {
+                "other texture coordinates, colours or indices"
+            } else {
+                "other triangles or materials"
+            };
             return changed(format!("mesh {i} ({}) has {what}", scene.meshes[i].name));
         }
         if let Some(i) = first_other(&self.instances, &now.instances) {
@@ -105,19 +109,31 @@ fn first_other<T: PartialEq>(was: &[T], is: &[T]) -> Option<usize> {
 
 fn mesh(mesh: &Mesh) -> MeshOutline {
     let primitive = |primitive: &Primitive| {
-        let Primitive { material, positions, normals, tangents, uv0, uv1, colors, indices } = primitive;
-        let lists: [&[u8]; 7] = [
-            bytemuck::cast_slice(positions),
-            bytemuck::cast_slice(normals),
-            bytemuck::cast_slice(tangents),
+        let Primitive { material, positions, normals: _, tangents, uv0, uv1, colors, indices, deformation: _ } =
+            primitive;
+        let lists: [&[u8]; 4] = [
             bytemuck::cast_slice(uv0),
             bytemuck::cast_slice(uv1),
             bytemuck::cast_slice(colors),
             bytemuck::cast_slice(indices),
         ];
-        PrimitiveOutline { counts: [*material, positions.len(), indices.len()], content: hash(lists) }
+        let content = hash(lists) ^ tangents.len() as u64;
+        PrimitiveOutline { counts: [*material, positions.len(), indices.len()], content }
     };
     mesh.primitives.par_iter().map(primitive).collect()
+}
+
+/// A hash of each mesh's vertices: where they are, and which way they face.
+pub fn vertices(scene: &Scene) -> Vec<u64> {
+    let primitive = |primitive: &Primitive| {
+        let Primitive { positions, normals, tangents, .. } = primitive;
+        hash([bytemuck::cast_slice(positions), bytemuck::cast_slice(normals), bytemuck::cast_slice(tangents)])
+    };
+    let mesh = |mesh: &Mesh| {
+        let hashes: Vec<u64> = mesh.primitives.par_iter().map(primitive).collect();
+        hash([bytemuck::cast_slice(&hashes)])
+    };
+    scene.meshes.iter().map(mesh).collect()
 }
 
 /// A material less what an update brings: its factors. The alpha of a mask is in what rays are traced through, and stays.

@@ -1,0 +1,300 @@
+//! What moves: the node tree, skins, animations, and what hangs on nodes.
+//!
+//! A mesh that is deformed is of one node alone: a second node that places it gets a copy of its own.
+
+use std::collections::HashMap;
+
+use glam::{Affine3A, Mat4};
+use lanternfish_limits::memory::Budget;
+
+use super::accessor::Accessors;
+use super::fault::{Place, Result, invalid, item};
+use super::hierarchy::{Placed, transform_of};
+use super::notes::Notes;
+use super::schema::{self, Root};
+use crate::motion::{
+    Animation, Bound, BoundLight, Channel, DeformedMesh, Interpolation, Motion, Node, Property, Sampler, Skin,
+};
+use crate::{Light, Mesh, Scene};
+
+/// Collects what moves while a scene's nodes are placed.
+pub(super) struct Collected {
+    /// Whether anything of the file moves: else nothing is kept.
+    is_kept: bool,
+    motion: Motion,
+    /// The scene's skin of each skin of the file that is used.
+    skins: HashMap<usize, Option<usize>>,
+    /// How each mesh is used so far.
+    uses: HashMap<usize, Use>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Use {
+    AsStored,
+    Deformed,
+}
+
+impl Collected {
+    /// Takes the node tree, where anything of the file moves. `nodes`: as they are placed, parents before their children.
+    pub fn new(root: &Root, nodes: &[Placed]) -> Self {
+        let has_targets = |mesh: usize| root.meshes[mesh].primitives.iter().any(|p| !p.targets.is_empty());
+        let deforms = |at: &Placed| at.node.mesh.is_some_and(|mesh| at.node.skin.is_some() || has_targets(mesh));
+        let is_kept = !root.animations.is_empty() || nodes.iter().any(deforms);
+        let mut motion = Motion::default();
+        if is_kept {
+            let place = places(nodes);
+            let mut parents = vec![None; nodes.len()];
+            for (parent, at) in nodes.iter().enumerate() {
+                at.node.children.iter().for_each(|child| parents[place[child]] = Some(parent));
+            }
+            let node = |(at, parent): (&Placed, Option<usize>)| Node {
+                name: at.node.name.clone(),
+                parent,
+                rest: transform_of(at.node),
+                weights: weights_at_rest(root, at.node),
+            };
+            motion.nodes = nodes.iter().zip(parents).map(node).collect();
+        }
+        Self { is_kept, motion, skins: HashMap::new(), uses: HashMap::new() }
+    }
+
+    /// Whether anything moves.
+    pub fn is_kept(&self) -> bool {
+        self.is_kept
+    }
+
+    /// Notes that an instance stands in a node.
+    pub fn instance(&mut self, index: usize, node: usize, node_from_object: Affine3A) {
+        if self.is_kept {
+            self.motion.instances.push(Bound { index, node, node_from_object });
+        }
+    }
+
+    /// Notes that a camera stands at a node.
+    pub fn camera(&mut self, index: usize, node: usize) {
+        if self.is_kept {
+            self.motion.cameras.push(Bound { index, node, node_from_object: Affine3A::IDENTITY });
+        }
+    }
+
+    /// Notes that a light, which is given in the node's space, goes with a node.
+    pub fn light(&mut self, index: usize, node: usize, light: Light) {
+        if self.is_kept {
+            self.motion.lights.push(BoundLight { index, node, light });
+        }
+    }
+
+    /// The mesh that a node places, of the scene's `mesh`: a copy where it is deformed otherwise elsewhere. And whether it is skinned.
+    pub fn mesh(
+        &mut self,
+        scene: &mut Scene,
+        accessors: &Accessors,
+        at: (usize, &Placed),
+        nodes: &[Placed],
+        mesh: usize,
+        budget: &Budget,
+        notes: &mut Notes,
+    ) -> Result<(usize, bool)> {
+        if !self.is_kept {
+            return Ok((mesh, false));
+        }
+        let deformations = || scene.meshes[mesh].primitives.iter().filter_map(|p| p.deformation.as_deref());
+        let has_targets = deformations().any(|deformation| !deformation.targets.is_empty());
+        let greatest_joint = deformations().filter_map(|deformation| deformation.greatest_joint()).max();
+        let skin = match (at.1.node.skin, greatest_joint) {
+            (Some(skin), Some(joint)) => {
+                let own = self.skin(accessors, skin, nodes, budget, notes).place(|| format!("skins[{skin}]"))?;
+                if let Some(own) = own
+                    && usize::from(joint) >= self.motion.skins[own].joints.len()
+                {
+                    let count = self.motion.skins[own].joints.len();
+                    return Err(invalid(format!("joint {joint} of skins[{skin}], which has {count}")));
+                }
+                own
+            }
+            _ => None,
+        };
+        let kind = if has_targets || skin.is_some() { Use::Deformed } else { Use::AsStored };
+        let used = self.uses.insert(mesh, kind);
+        let mut own = mesh;
+        if used.is_some_and(|used| used != Use::AsStored || kind != Use::AsStored) {
+            self.uses.insert(mesh, used.unwrap_or(kind));
+            budget.take(bytes_of(&scene.meshes[mesh]), || format!("a copy of mesh {mesh} needs"))?;
+            scene.meshes.push(scene.meshes[mesh].clone());
+            own = scene.meshes.len() - 1;
+        }
+        if kind == Use::Deformed {
+            self.motion.meshes.push(DeformedMesh { mesh: own, node: at.0, skin });
+        }
+        Ok((own, skin.is_some()))
+    }
+
+    /// The scene's skin of a skin of the file. `None`, with a note, where a joint is not in the scene.
+    fn skin(
+        &mut self,
+        accessors: &Accessors,
+        index: usize,
+        nodes: &[Placed],
+        budget: &Budget,
+        notes: &mut Notes,
+    ) -> Result<Option<usize>> {
+        if let Some(known) = self.skins.get(&index) {
+            return Ok(*known);
+        }
+        let source = item(&accessors.root.skins, index, "skins")?;
+        let place = places(nodes);
+        let joints: Option<Vec<usize>> = source.joints.iter().map(|joint| place.get(joint).copied()).collect();
+        let skin = match joints {
+            Some(joints) => {
+                budget.take(128 * joints.len() as u64, || format!("{} joints need", joints.len()))?;
+                let joint_from_object = bind_matrices(accessors, source, joints.len())?;
+                self.motion.skins.push(Skin { joints, joint_from_object });
+                Some(self.motion.skins.len() - 1)
+            }
+            None => {
+                notes.add("skins with joints that are not in the scene: what they bend is drawn as it is stored");
+                None
+            }
+        };
+        self.skins.insert(index, skin);
+        Ok(skin)
+    }
+
+    /// Gives the scene all that moves, with the file's animations, and poses it at rest.
+    pub fn finish(
+        mut self,
+        scene: &mut Scene,
+        accessors: &Accessors,
+        nodes: &[Placed],
+        budget: &Budget,
+        notes: &mut Notes,
+    ) -> Result<()> {
+        // What no node deforms needs nothing to be deformed by.
+        let deformed: Vec<usize> = self.motion.meshes.iter().map(|deformed| deformed.mesh).collect();
+        for (_, mesh) in scene.meshes.iter_mut().enumerate().filter(|(i, _)| !deformed.contains(i)) {
+            mesh.primitives.iter_mut().for_each(|primitive| primitive.deformation = None);
+        }
+        if self.is_kept {
+            self.motion.animations = animations(accessors, nodes, budget, notes)?;
+            scene.motion = self.motion;
+            scene.pose_at_rest();
+        }
+        Ok(())
+    }
+}
+
+/// The place of each of the file's nodes among those that are placed.
+fn places(nodes: &[Placed]) -> HashMap<usize, usize> {
+    nodes.iter().enumerate().map(|(place, at)| (at.index, place)).collect()
+}
+
+/// Of the node, else of its mesh, else zero.
+fn weights_at_rest(root: &Root, node: &schema::Node) -> Vec<f32> {
+    let Some(mesh) = node.mesh.and_then(|mesh| root.meshes.get(mesh)) else { return Vec::new() };
+    let stated = if node.weights.is_empty() { &mesh.weights } else { &node.weights };
+    let finite = |weight: f32| if weight.is_finite() { weight } else { 0.0 };
+    let mut weights: Vec<f32> = stated.iter().map(|weight| finite(*weight)).collect();
+    weights.resize(mesh.primitives.iter().map(|primitive| primitive.targets.len()).max().unwrap_or(0), 0.0);
+    weights
+}
+
+fn bind_matrices(accessors: &Accessors, skin: &schema::Skin, count: usize) -> Result<Vec<Affine3A>> {
+    let Some(accessor) = skin.inverse_bind_matrices else { return Ok(vec![Affine3A::IDENTITY; count]) };
+    let matrices = accessors.vectors::<16>(accessor).place(|| "inverseBindMatrices".into())?;
+    if matrices.len() < count {
+        return Err(invalid(format!("{} inverse bind matrices, but there are {count} joints", matrices.len())));
+    }
+    let affine = |columns: &[f32; 16]| Affine3A::from_mat4(Mat4::from_cols_array(columns));
+    let matrices: Vec<_> = matrices[..count].iter().map(affine).collect();
+    match matrices.iter().position(|matrix| !matrix.is_finite()) {
+        Some(at) => Err(invalid(format!("inverse bind matrix {at} is not finite"))),
+        None => Ok(matrices),
+    }
+}
+
+fn animations(accessors: &Accessors, nodes: &[Placed], budget: &Budget, notes: &mut Notes) -> Result<Vec<Animation>> {
+    let place = places(nodes);
+    let mut animations = Vec::new();
+    for (i, source) in accessors.root.animations.iter().enumerate() {
+        let mut channels = Vec::new();
+        for (c, channel) in source.channels.iter().enumerate() {
+            let at = || format!("animations[{i}].channels[{c}]");
+            let property = match (channel.target.node, channel.target.path.as_str()) {
+                (Some(_), "translation") => Property::Translation,
+                (Some(_), "rotation") => Property::Rotation,
+                (Some(_), "scale") => Property::Scale,
+                (Some(_), "weights") => Property::Weights,
+                _ => {
+                    notes.add("animations of things that are no nodes");
+                    continue;
+                }
+            };
+            let file_node = channel.target.node.unwrap_or_default();
+            item(&accessors.root.nodes, file_node, "nodes").place(at)?;
+            // Of a node that is in another scene nothing is shown.
+            let Some(node) = place.get(&file_node).copied() else { continue };
+            let width = match property {
+                Property::Translation | Property::Scale => 3,
+                Property::Rotation => 4,
+                Property::Weights => weights_at_rest(accessors.root, nodes[node].node).len(),
+            };
+            if width == 0 {
+                notes.add("animated weights of nodes without morph targets");
+                continue;
+            }
+            let sampler = item(&source.samplers, channel.sampler, "samplers").place(at)?;
+            channels.push(Channel {
+                node,
+                property,
+                sampler: sampler_of(accessors, sampler, width, budget).place(at)?,
+            });
+        }
+        animations.push(Animation { name: source.name.clone(), channels });
+    }
+    Ok(animations)
+}
+
+fn sampler_of(
+    accessors: &Accessors,
+    source: &schema::AnimationSampler,
+    width: usize,
+    budget: &Budget,
+) -> Result<Sampler> {
+    let interpolation = match source.interpolation.as_str() {
+        "STEP" => Interpolation::Step,
+        "LINEAR" => Interpolation::Linear,
+        "CUBICSPLINE" => Interpolation::CubicSpline,
+        other => return Err(invalid(format!("interpolation {other:?} is not one of the format's"))),
+    };
+    // Any number of channels may share one sampler.
+    for accessor in [source.input, source.output] {
+        let count = item(&accessors.root.accessors, accessor, "accessors")?.count as u64;
+        budget.take(count.saturating_mul(16), || format!("{count} keyframes need"))?;
+    }
+    let times: Vec<f32> = accessors.vectors::<1>(source.input).place(|| "input".into())?.concat();
+    let values = match item(&accessors.root.accessors, source.output, "accessors")?.shape.as_str() {
+        "SCALAR" => accessors.vectors::<1>(source.output).map(|list| list.concat()),
+        "VEC3" => accessors.vectors::<3>(source.output).map(|list| list.concat()),
+        _ => accessors.vectors::<4>(source.output).map(|list| list.concat()),
+    };
+    let values = values.place(|| "output".into())?;
+    if times.is_empty() || !times.iter().all(|time| time.is_finite()) || !times.is_sorted() {
+        return Err(invalid("input: times are to be finite and to rise, and there is to be one"));
+    }
+    let parts = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+    let needed = times.len().saturating_mul(parts * width);
+    if values.len() != needed || !values.iter().all(|value| value.is_finite()) {
+        let count = values.len();
+        return Err(invalid(format!("output: {count} numbers where {needed} are needed, or one is not finite")));
+    }
+    Ok(Sampler { interpolation, times, values })
+}
+
+/// What a copy of a mesh takes, at most.
+fn bytes_of(mesh: &Mesh) -> u64 {
+    let vertex = |primitive: &crate::Primitive| {
+        let deformation = primitive.deformation.as_deref();
+        72 + deformation.map_or(0, |d| 40 + 24 * d.influences.len() + 36 * d.targets.len())
+    };
+    mesh.primitives.iter().map(|p| (p.positions.len() * vertex(p) + 4 * p.indices.len()) as u64).sum()
+}

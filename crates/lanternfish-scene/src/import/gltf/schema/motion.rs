@@ -1,0 +1,46 @@
+//! Animations and skins.
+
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+pub(in super::super) struct Animation {
+    #[serde(default)]
+    pub name: String,
+    #[serde(default)]
+    pub channels: Vec<AnimationChannel>,
+    #[serde(default)]
+    pub samplers: Vec<AnimationSampler>,
+}
+
+#[derive(Deserialize)]
+pub(in super::super) struct AnimationChannel {
+    pub sampler: usize,
+    pub target: AnimationTarget,
+}
+
+#[derive(Deserialize)]
+pub(in super::super) struct AnimationTarget {
+    /// Without it the channel changes what an extension says.
+    pub node: Option<usize>,
+    pub path: String,
+}
+
+#[derive(Deserialize)]
+pub(in super::super) struct AnimationSampler {
+    pub input: usize,
+    pub output: usize,
+    #[serde(default = "linear")]
+    pub interpolation: String,
+}
+
+fn linear() -> String {
+    "LINEAR".to_owned()
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(in super::super) struct Skin {
+    pub inverse_bind_matrices: Option<usize>,
+    #[serde(default)]
+    pub joints: Vec<usize>,
+}

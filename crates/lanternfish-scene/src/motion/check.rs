@@ -1,0 +1,84 @@
+//! Whether motion is as its types promise: posing a scene that is does not panic.
+
+use super::{Animation, Motion, Property};
+use crate::{Primitive, Scene};
+
+impl Motion {
+    /// Whether every index is in range and every list as long as it must be; if not, the first fault and where it is.
+    pub(crate) fn validate(&self, scene: &Scene) -> Result<(), String> {
+        let node_count = self.nodes.len();
+        for (i, node) in self.nodes.iter().enumerate() {
+            if node.parent.is_some_and(|parent| parent >= i) {
+                return Err(format!("node {i} ({}): its parent is not before it", node.name));
+            }
+        }
+        for (i, skin) in self.skins.iter().enumerate() {
+            if skin.joints.len() != skin.joint_from_object.len() || skin.joints.iter().any(|joint| *joint >= node_count)
+            {
+                return Err(format!("skin {i}: a joint is no node, or has no matrix"));
+            }
+        }
+        let bounds =
+            [(&self.instances, scene.instances.len(), "instance"), (&self.cameras, scene.cameras.len(), "camera")];
+        for (list, count, what) in bounds {
+            if let Some(bound) = list.iter().find(|bound| bound.index >= count || bound.node >= node_count) {
+                return Err(format!("motion of {what} {} by node {}: not there", bound.index, bound.node));
+            }
+        }
+        if let Some(bound) = self.lights.iter().find(|b| b.index >= scene.lights.len() || b.node >= node_count) {
+            return Err(format!("motion of light {} by node {}: not there", bound.index, bound.node));
+        }
+        for deformed in &self.meshes {
+            let joint_count = deformed.skin.map_or(Some(0), |skin| self.skins.get(skin).map(|skin| skin.joints.len()));
+            let (Some(mesh), Some(joint_count)) = (scene.meshes.get(deformed.mesh), joint_count) else {
+                return Err(format!("a deformed mesh {} or its skin: not there", deformed.mesh));
+            };
+            let sound = mesh.primitives.iter().all(|primitive| is_sound(primitive, deformed.skin.map(|_| joint_count)));
+            if !sound || deformed.node >= node_count {
+                return Err(format!(
+                    "the deformation of mesh {} ({}): lists or joints are missing",
+                    deformed.mesh, mesh.name
+                ));
+            }
+        }
+        match self.animations.iter().position(|animation| !animation.is_sound(node_count)) {
+            Some(i) => Err(format!("animation {i} ({}): a node or keyframes are missing", self.animations[i].name)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// `joint_count`: none: there is no skin.
+fn is_sound(primitive: &Primitive, joint_count: Option<usize>) -> bool {
+    let Some(deformation) = &primitive.deformation else { return true };
+    let count = primitive.positions.len();
+    let fits = |length: usize| length == count;
+    let fits_or_empty = |length: usize| length == count || length == 0;
+    let joint = deformation.greatest_joint().map_or(0, |joint| usize::from(joint) + 1);
+    fits(deformation.positions.len())
+        && fits(deformation.normals.len())
+        && fits_or_empty(deformation.tangents.len())
+        && deformation.influences.iter().all(|set| fits(set.joints.len()) && fits(set.weights.len()))
+        && deformation.targets.iter().all(|target| {
+            fits_or_empty(target.positions.len())
+                && fits_or_empty(target.normals.len())
+                && fits_or_empty(target.tangents.len())
+        })
+        && joint_count.is_none_or(|joints| joint <= joints)
+}
+
+impl Animation {
+    fn is_sound(&self, node_count: usize) -> bool {
+        self.channels.iter().all(|channel| {
+            let width = match channel.property {
+                Property::Translation | Property::Scale => Some(3),
+                Property::Rotation => Some(4),
+                Property::Weights => None,
+            };
+            let sampler = &channel.sampler;
+            let is_whole = sampler.values.len() == sampler.times.len() * sampler.parts() * sampler.width();
+            let has_width = width.is_none_or(|width| width == sampler.width());
+            channel.node < node_count && !sampler.times.is_empty() && is_whole && has_width
+        })
+    }
+}

@@ -1,0 +1,101 @@
+//! Bringing a scene to a moment.
+
+use glam::{Affine3A, Quat, Vec3};
+
+use super::{Animation, Motion, Property, Transform, place_camera, place_light};
+use crate::Scene;
+
+/// Where nodes stand at a moment.
+#[derive(Clone, Debug, Default)]
+pub struct Pose {
+    /// World from node, of each node.
+    pub world_from_node: Vec<Affine3A>,
+    /// Weights of morph targets, of each node.
+    pub weights: Vec<Vec<f32>>,
+}
+
+impl Motion {
+    /// Where nodes stand at a moment of an animation, seconds; `None`: where the file puts them.
+    pub fn pose(&self, moment: Option<(&Animation, f32)>) -> Pose {
+        let mut transforms: Vec<Transform> = self.nodes.iter().map(|node| node.rest).collect();
+        let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();
+        if let Some((animation, time)) = moment {
+            for channel in &animation.channels {
+                let value = channel.sampler.at(time, channel.property == Property::Rotation);
+                if channel.property == Property::Weights {
+                    weights[channel.node] = value;
+                    continue;
+                }
+                let transform = &mut transforms[channel.node];
+                if matches!(transform, Transform::Matrix(_)) {
+                    *transform = Transform::IDENTITY;
+                }
+                let Transform::Parts { translation, rotation, scale } = transform else { unreachable!() };
+                match channel.property {
+                    Property::Translation => *translation = Vec3::from_slice(&value),
+                    Property::Rotation => *rotation = Quat::from_slice(&value),
+                    Property::Scale => *scale = Vec3::from_slice(&value),
+                    Property::Weights => unreachable!("above"),
+                }
+            }
+        }
+        let mut world_from_node: Vec<Affine3A> = Vec::with_capacity(transforms.len());
+        for (node, transform) in self.nodes.iter().zip(transforms) {
+            let parent = node.parent.map_or(Affine3A::IDENTITY, |parent| world_from_node[parent]);
+            world_from_node.push(parent * transform.to_affine());
+        }
+        Pose { world_from_node, weights }
+    }
+
+    /// World from object at rest, of each joint of a skin.
+    pub fn joints(&self, skin: usize, pose: &Pose) -> Vec<Affine3A> {
+        let skin = &self.skins[skin];
+        let joints = skin.joints.iter().zip(&skin.joint_from_object);
+        joints.map(|(node, joint_from_object)| pose.world_from_node[*node] * *joint_from_object).collect()
+    }
+}
+
+impl Scene {
+    /// Brings all that moves to where it is at `time`, seconds, of an animation of [`Motion::animations`], by its index: instances,
+    /// lights, cameras, and the vertices of deformed meshes. After its end an animation starts again.
+    ///
+    /// What it does not change goes where the file puts it, whatever was posed before. Lights and instances that were added to the
+    /// scene's lists stay. Panics where there is no such animation.
+    pub fn pose(&mut self, animation: usize, time: f32) {
+        let animation = &self.motion.animations[animation];
+        let pose = self.motion.pose(Some((animation, animation.moment(time))));
+        self.apply(&pose);
+    }
+
+    /// Brings all that moves to where the file puts it.
+    pub fn pose_at_rest(&mut self) {
+        self.apply(&self.motion.pose(None));
+    }
+
+    fn apply(&mut self, pose: &Pose) {
+        let motion = &self.motion;
+        let world_from_node = |node: usize| pose.world_from_node[node];
+        for bound in &motion.instances {
+            self.instances[bound.index].world_from_object = world_from_node(bound.node) * bound.node_from_object;
+        }
+        for bound in &motion.cameras {
+            let camera = &mut self.cameras[bound.index];
+            *camera = place_camera(camera, &world_from_node(bound.node));
+        }
+        for bound in &motion.lights {
+            // An area that has shrunk to nothing sends nothing.
+            let placed = place_light(&bound.light, &world_from_node(bound.node));
+            let light = &mut self.lights[bound.index];
+            *light = placed.unwrap_or_else(|| crate::Light { intensity: Vec3::ZERO, ..light.clone() });
+        }
+        for deformed in &motion.meshes {
+            let joints = deformed.skin.map_or(Vec::new(), |skin| motion.joints(skin, pose));
+            for primitive in &mut self.meshes[deformed.mesh].primitives {
+                if let Some(deformation) = primitive.deformation.take() {
+                    deformation.apply(primitive, &pose.weights[deformed.node], &joints);
+                    primitive.deformation = Some(deformation);
+                }
+            }
+        }
+    }
+}
