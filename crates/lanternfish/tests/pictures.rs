@@ -2,6 +2,8 @@
 //!
 //! Every test that needs an adapter is called `gpu_…`.
 
+#[path = "pictures/animation.rs"]
+mod animation;
 #[path = "pictures/area_lights.rs"]
 mod area_lights;
 #[path = "pictures/conformance.rs"]
