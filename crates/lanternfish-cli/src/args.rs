@@ -7,6 +7,7 @@ mod rooms;
 mod technique;
 #[cfg(test)]
 mod tests;
+mod track;
 
 use std::path::PathBuf;
 
@@ -17,7 +18,7 @@ use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Viewpoint, generate::DEMOS};
 
 use self::indirect::IndirectArgs;
-pub use self::{light::LightArgs, look::LookArgs, technique::TechniqueArgs};
+pub use self::{light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
 use crate::{
     bench::BenchArgs,
     choices::choice,
@@ -25,6 +26,7 @@ use crate::{
     deep_images::{self, DeepImagesArgs},
     help::{self, HelpArgs},
     parse::{self, Size},
+    progress::ToldTo,
     reference::{self, ReferenceArgs},
     scene::SceneName,
     shot,
@@ -159,7 +161,7 @@ pub struct RenderArgs {
     pub view: ViewArgs,
     #[command(flatten, next_help_heading = "View")]
     pub stereo: StereoArgs,
-    #[command(flatten, next_help_heading = "Track (of a shot)")]
+    #[command(flatten, next_help_heading = "Track (and what moves)")]
     pub track: TrackArgs,
     #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
     pub lights: LightArgs,
@@ -221,7 +223,7 @@ pub struct PartArgs {
     pub scene_of_file: Option<String>,
 }
 
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct ViewArgs {
     /// Where the camera is, world space, m.
     ///
@@ -265,18 +267,6 @@ pub struct StereoArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct TrackArgs {
-    /// The moment of the camera track that is rendered, seconds. Without it: the first keyframe's.
-    #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
-    #[arg(hide_short_help = true)]
-    pub time: Option<f32>,
-    /// Renders the whole track as N pictures: name.0001.png and so on.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99_999))]
-    #[arg(allow_hyphen_values = true, hide_short_help = true)]
-    pub frames: Option<u32>,
-}
-
-#[derive(Debug, Args)]
 pub struct RunArgs {
     /// Where to render: a part of an adapter's name, or cpu.
     ///
@@ -296,6 +286,9 @@ pub struct RunArgs {
     /// Says nothing but errors and the picture's path.
     #[arg(short, long)]
     pub quiet: bool,
+    /// Tells a farm how far a sequence is, on standard output, frame by frame.
+    #[arg(long, value_name = "NAME", value_enum, hide_short_help = true)]
+    pub progress: Option<ToldTo>,
 }
 
 /// The built-in scenes as they are named on the command line.

@@ -12,6 +12,7 @@ mod help;
 mod info;
 mod legend;
 mod light_rig;
+mod motion;
 mod output;
 mod parse;
 mod progress;

@@ -139,7 +139,7 @@ pub struct SharedArgs;
 /// Headings of which every flag is shared.
 const HEADINGS: [&str; 2] = ["View", "Lights (beside those of the file)"];
 /// More flags that are, by id.
-const MORE: [&str; 8] = ["size", "time", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
+const MORE: [&str; 9] = ["size", "time", "animation", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
 
 /// Whether a flag of `render` is one of `reference` as well.
 fn is_shared(flag: &Arg) -> bool {
@@ -255,8 +255,19 @@ mod tests {
             command.get_arguments().filter_map(|flag| flag.get_long().map(str::to_owned)).collect()
         };
         let (render, reference) = (flags("render"), flags("reference"));
-        for flag in ["eye", "camera", "scene", "point", "environment", "lights", "attenuation", "size", "time", "quiet"]
-        {
+        for flag in [
+            "eye",
+            "camera",
+            "scene",
+            "point",
+            "environment",
+            "lights",
+            "attenuation",
+            "size",
+            "time",
+            "animation",
+            "quiet",
+        ] {
             assert!(render.contains(&flag.to_owned()) && reference.contains(&flag.to_owned()), "{flag}");
         }
         for flag in ["shadows", "culling", "frames", "debug-view", "adapter", "report"] {

@@ -11,7 +11,7 @@ mod file;
 pub mod fingerprint;
 mod trace;
 
-use std::{fmt::Write as _, time::Instant};
+use std::{fmt::Write as _, slice, time::Instant};
 
 use lanternfish::settings::Exposure;
 use lanternfish_reference::{
@@ -30,6 +30,7 @@ use crate::{
     camera,
     error::{CliError, say},
     light_rig::{self, Lighting},
+    motion::Motion,
     output,
     parse::Size,
     progress::Progress,
@@ -42,7 +43,7 @@ use crate::{
 pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let mut shot = shot::resolve(&args.scene)?;
     let is_track = shot.args.track.frames.take().is_some();
-    let view = shot.views().swap_remove(0);
+    let frame = shot.first();
     let (flags, size) = (&shot.args, shot.args.output.size);
     let settings = args.settings(flags, args.samples.seed.unwrap_or(0))?;
     let path = args.output.output.clone();
@@ -67,19 +68,28 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     }
 
     let part = flags.part.scene_of_file.as_deref();
-    let mut scene = progress.step("load", &format!("Loading {}", flags.scene), || {
+    let (mut scene, rain) = progress.step("load", &format!("Loading {}", flags.scene), || {
         let mut scene = scene::load_part(&flags.scene, part)?;
-        apply_lights(&mut scene, &flags.lights, flags.run.seed)?;
-        Ok::<_, CliError>(scene)
+        let rain = apply_lights(&mut scene, &flags.lights, flags.run.seed)?;
+        Ok::<_, CliError>((scene, rain))
     })?;
+    let motion = Motion::of(&scene, &flags.track, rain)?;
     let aspect = size.width as f32 / size.height as f32;
-    let (cameras, is_inside) = camera::choose_each(&scene, &[view], aspect)?;
-    let camera = &cameras[0];
+    let (cameras, is_inside) = camera::choose_each(&scene, slice::from_ref(&frame.view), aspect)?;
+    let mut camera = cameras[0].clone();
     if is_inside {
         progress.note(camera::INSIDE);
     }
     let lights = Lighting { is_seen: settings.integrator == Integrator::Path, reaches_surfaces: true };
-    light_rig::light(&mut scene, &flags.lights, camera, lights, |note| progress.note(note))?;
+    light_rig::light(&mut scene, &flags.lights, &camera, lights, |note| progress.note(note))?;
+    // As `render` does: cameras and light are chosen as things are at 0 s, and then all that moves is moved.
+    if let (Some(motion), Some(time)) = (motion, frame.time) {
+        let bounds = scene.bounds();
+        if motion.at_time(&mut scene, time) {
+            camera = camera::follow(&scene, &bounds, &frame.view, aspect, &camera)?;
+        }
+    }
+    let camera = &camera;
 
     let making = Making {
         fingerprint: fingerprint::of(&scene, camera, size, &settings),

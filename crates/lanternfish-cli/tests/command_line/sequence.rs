@@ -1,0 +1,129 @@
+//! Sequences in pieces, on the software adapter: the same frames wherever and in whatever order they are rendered.
+
+use std::{collections::BTreeMap, fs, path::Path, process::Output};
+
+use crate::support::{lanternfish, names};
+
+fn output(folder: &Path, words: &str) -> Output {
+    lanternfish(folder).args(words.split_whitespace()).output().unwrap()
+}
+
+/// Standard output and standard error of a run that succeeds.
+#[track_caller]
+fn run(folder: &Path, words: &str) -> (String, String) {
+    let output = output(folder, words);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{words}: {stderr}");
+    (String::from_utf8(output.stdout).unwrap(), stderr)
+}
+
+/// A camera that moves through rain for a second; metered, so that each picture by itself would be shown otherwise.
+const WALK: &str = "scene = \"demo:cornell\"
+[output]
+output = \"out/walk.png\"
+size = [64, 36]
+[lights]
+lights = \"rain:30\"
+[track]
+interpolation = \"catmull-rom\"
+keyframes = [
+    { time = 0, eye = [0, 1, 3], target = [0, 1, 0], fov-y = 40 },
+    { time = 0.4, eye = [0.6, 1.1, 2.5], target = [0, 1, 0], fov-y = 50 },
+    { time = 1, eye = [0.2, 0.5, 0.9], target = [0, 0.4, 0], fov-y = 60 },
+]
+[run]
+adapter = \"cpu\"
+";
+
+/// A folder with the shot, and its folder of pictures.
+fn walk() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("walk.toml"), WALK).unwrap();
+    fs::create_dir(folder.path().join("out")).unwrap();
+    folder
+}
+
+/// The pictures of a folder by name.
+fn pictures(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let folder = folder.join("out");
+    names(&folder).into_iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect()
+}
+
+#[test]
+fn gpu_frames_do_not_depend_on_what_else_is_rendered() {
+    let (whole, parts) = (walk(), walk());
+    let (stdout, stderr) = run(whole.path(), "render walk.toml --frames 1-24");
+    assert!(stderr.contains("metered at 0 s"), "{stderr}");
+    let names: Vec<_> = (1..=24).map(|number| format!("out/walk.{number:04}.png")).collect();
+    assert_eq!(stdout.lines().collect::<Vec<_>>(), names);
+    // In chunks, the later first.
+    for chunk in ["17-24", "9-16", "1-7", "8-8"] {
+        run(parts.path(), &format!("render walk.toml --frames {chunk}"));
+    }
+    let (whole, parts) = (pictures(whole.path()), pictures(parts.path()));
+    assert_eq!(whole.len(), 24);
+    for (name, bytes) in &whole {
+        assert!(parts.get(name) == Some(bytes), "{name}");
+    }
+    assert_eq!(parts.len(), 24);
+    // It can fail: frames differ.
+    let differing = whole.values().collect::<Vec<_>>().windows(2).filter(|pair| pair[0] != pair[1]).count();
+    assert_eq!(differing, 23);
+}
+
+#[test]
+fn gpu_a_still_is_the_frame_of_its_time() {
+    let folder = walk();
+    // With light that is found by other means, whose parts are kept from frame to frame.
+    for technique in ["", "--indirect virtual-lights", "--indirect photon-splatting", "--accumulate 2 --occlusion deep"]
+    {
+        run(folder.path(), &format!("render walk.toml {technique} --frames 5-8 --fps 12 --exposure 1 -o out/a.exr"));
+        run(folder.path(), &format!("render walk.toml {technique} --time 0.6666667 --exposure 1 -o out/b.exr"));
+        let read = |name: &str| fs::read(folder.path().join("out").join(name)).unwrap();
+        assert!(read("a.0008.exr") == read("b.exr"), "{technique}");
+        assert!(read("a.0007.exr") != read("b.exr"), "{technique}: blind to a twelfth of a second");
+    }
+}
+
+#[test]
+fn gpu_what_is_there_and_whole_is_left_out() {
+    let folder = walk();
+    let path = |number: u32| folder.path().join(format!("out/walk.{number:04}.png"));
+    let render = |words: &str| run(folder.path(), &format!("render walk.toml --frames 1-4 --skip-existing {words}"));
+    let (stdout, stderr) = render("");
+    assert!(stdout.lines().count() == 4 && !stderr.contains("are there"), "{stderr}");
+    let whole = pictures(folder.path());
+    // One is missing, one is cut off, one is of another size; the fourth is not touched.
+    let marked = fs::metadata(path(4)).unwrap().modified().unwrap();
+    fs::remove_file(path(1)).unwrap();
+    fs::write(path(2), &fs::read(path(2)).unwrap()[..900]).unwrap();
+    run(folder.path(), "render walk.toml --size 32x18 --frames 3-3");
+    let (again, stderr) = render("");
+    assert!(stderr.contains("1 of 4 pictures are there and whole"), "{stderr}");
+    assert_eq!(again, stdout, "all paths are told");
+    assert!(pictures(folder.path()) == whole);
+    assert_eq!(fs::metadata(path(4)).unwrap().modified().unwrap(), marked);
+    // Nothing is left to do, and nothing is done: not even this scene is read.
+    fs::write(folder.path().join("walk.toml"), WALK.replace("demo:cornell", "gone.glb")).unwrap();
+    assert_eq!(render("").0, stdout);
+    let (farm, _) = render("--progress openjd");
+    let lines: Vec<_> = farm.lines().collect();
+    let last = ["openjd_progress: 100.0", "openjd_status: 4 of 4 frames", "out/walk.0004.png"];
+    assert_eq!((lines.len(), &lines[9..]), (12, &last[..]));
+}
+
+#[test]
+fn gpu_scenes_without_a_track_have_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |words: &str| run(folder.path(), &format!("render demo:cornell --adapter cpu --size 32x18 {words}"));
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    // Nothing moves: the same picture, twice.
+    render("--frames 3-4 -o still.png");
+    assert!(read("still.0003.png") == read("still.0004.png"));
+    render("--frames 0-1 --lights rain:20 -o rain.exr");
+    assert!(read("rain.0000.exr") != read("rain.0001.exr"));
+    render("--lights rain:20 -o now.exr");
+    assert!(read("rain.0000.exr") == read("now.exr"), "frame 0 is at 0 s, as a picture without a time is");
+    render("--lights rain:20 --time 0.041666668 -o then.exr");
+    assert!(read("rain.0001.exr") == read("then.exr"));
+}
