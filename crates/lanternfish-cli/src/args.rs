@@ -24,6 +24,8 @@ use crate::{
     choices::choice,
     compare::{self, CompareArgs},
     deep_images::{self, DeepImagesArgs},
+    farm::{self, FarmArgs},
+    frames::{self, FramesArgs},
     help::{self, HelpArgs},
     parse::{self, Size},
     progress::ToldTo,
@@ -111,6 +113,16 @@ pub enum Command {
     #[command(after_help = shot::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish shot [OPTIONS OF render] <SCENE>")]
     Shot(Box<ShotArgs>),
+    /// Says which frames of a sequence are there and whole, and names the others.
+    ///
+    /// Every pixel is decoded, and sizes are compared with what is asked for. Exits with 0 if all are whole, else with 1.
+    #[command(after_help = frames::HELP, args_override_self = true)]
+    Frames(Box<FramesArgs>),
+    /// Writes a job that renders a sequence on many machines, for Open Job Description.
+    ///
+    /// The job renders chunks of frames, in any order and at once, and verifies them with `lanternfish frames`.
+    #[command(after_help = farm::HELP)]
+    Farm(FarmArgs),
     /// Traces every path light takes, on the processor: the ground truth of a picture.
     ///
     /// Takes what `render` takes. What a shot says of culling, shadows and the like has no meaning here and is left aside, as

@@ -7,7 +7,9 @@ mod choices;
 mod compare;
 mod deep_images;
 mod error;
+mod farm;
 mod flags;
+mod frames;
 mod help;
 mod info;
 mod legend;
@@ -47,6 +49,8 @@ fn main() -> ExitCode {
     told(match cli.command {
         Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)).map(|()| 0),
         Command::Shot(args) => shot::write(&args.0.scene).map(|()| 0),
+        Command::Frames(args) => frames::run(&args),
+        Command::Farm(args) => farm::run(&args).map(|()| 0),
         Command::Reference(args) => reference::run(&args, started),
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::DeepImages(args) => deep_images::run(&args).map(|()| 0),

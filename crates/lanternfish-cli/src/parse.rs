@@ -14,7 +14,7 @@ use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{
     area_light::{disk, rectangle},
-    range::{Frames, fps, frames},
+    range::{Frames, Span, fps, frames, span},
 };
 
 /// Widths and heights of pictures that are accepted, pixels.

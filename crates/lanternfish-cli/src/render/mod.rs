@@ -144,9 +144,10 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
 fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let args = &shot.args;
     let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
-    let of = |frame: &ShotFrame| frame.number.map_or_else(|| Ok(output.clone()), |number| output.numbered(number));
+    let of = |frame: &ShotFrame| frame.number.map_or_else(|| output.clone(), |number| output.numbered(number));
     let frames = shot.frames();
-    let outputs = frames.iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let outputs: Vec<_> = frames.iter().map(of).collect();
+    outputs.iter().try_for_each(|output| output::check_writable(&output.path))?;
     let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
     let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).collect();
     let pictures: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the picture")).collect();

@@ -1,6 +1,14 @@
 //! Sequences in pieces, on the software adapter: the same frames wherever and in whatever order they are rendered.
 
-use std::{collections::BTreeMap, fs, path::Path, process::Output};
+use std::{
+    collections::BTreeMap,
+    fs,
+    io::{BufRead as _, BufReader},
+    path::Path,
+    process::{Command, Output, Stdio},
+};
+
+use lanternfish_metrics::{ColorType, RgbImage, write_exr, write_png};
 
 use crate::support::{lanternfish, names};
 
@@ -126,4 +134,117 @@ fn gpu_scenes_without_a_track_have_frames() {
     assert!(read("rain.0000.exr") == read("now.exr"), "frame 0 is at 0 s, as a picture without a time is");
     render("--lights rain:20 --time 0.041666668 -o then.exr");
     assert!(read("rain.0001.exr") == read("then.exr"));
+}
+
+#[test]
+fn gpu_a_killed_chunk_is_gone_on_with() {
+    let (whole, parts) = (walk(), walk());
+    for folder in [&whole, &parts] {
+        // Frames that take a little.
+        fs::write(folder.path().join("walk.toml"), format!("{WALK}[technique]\naccumulate = 4\n")).unwrap();
+    }
+    run(whole.path(), "render walk.toml --frames 1-24");
+    assert_eq!(run(whole.path(), "frames walk.toml 1-24").0, "24 of 24 frames are whole\n");
+
+    run(parts.path(), "render walk.toml --frames 1-8");
+    let words = "render walk.toml --frames 9-24 --skip-existing";
+    let mut chunk = lanternfish(parts.path()).args(words.split(' ')).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(chunk.stdout.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().ends_with("walk.0010.png")), "a frame is told when it is there");
+    // At once, with no time to tidy up.
+    chunk.kill().unwrap();
+    chunk.wait().unwrap();
+    let path = |number: u32| parts.path().join(format!("out/walk.{number:04}.png"));
+    fs::write(path(2), &fs::read(path(2)).unwrap()[..500]).unwrap();
+
+    let verified = output(parts.path(), "frames walk.toml 1-24");
+    let said = String::from_utf8(verified.stdout).unwrap();
+    assert_eq!(verified.status.code(), Some(1), "{said}");
+    assert!(said.contains("broken   out/walk.0002.png: ") && said.contains("missing  out/walk.0024.png\n"), "{said}");
+    assert!(said.lines().last().unwrap().contains(" of 24 frames are whole; not 2, "), "{said}");
+
+    let (_, stderr) = run(parts.path(), "render walk.toml --frames 1-24 --skip-existing");
+    assert!(stderr.contains("of 24 pictures are there and whole"), "{stderr}");
+    assert_eq!(run(parts.path(), "frames walk.toml 1-24").0, "24 of 24 frames are whole\n");
+    let (whole, mut parts) = (pictures(whole.path()), pictures(parts.path()));
+    // What was being written when it was killed.
+    parts.retain(|name, _| !name.starts_with(".lanternfish-"));
+    assert!(whole == parts && whole.len() == 24);
+}
+
+#[test]
+fn frames_that_are_not_there_are_named() {
+    let folder = walk();
+    let frames = |words: &str| {
+        let output = output(folder.path(), &format!("frames {words}"));
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    write_png(&folder.path().join("out/walk.0002.png"), 64, 36, ColorType::Rgb, &[7; 64 * 36 * 3]).unwrap();
+    let (code, said) = frames("walk.toml 1-3");
+    assert_eq!((code, said.lines().last()), (Some(1), Some("1 of 3 frames are whole; not 1, 3")));
+    assert_eq!(frames("walk.toml 2"), (Some(0), "1 of 1 frames are whole\n".to_owned()));
+    // Flags go before the shot's keys.
+    let (code, said) = frames("walk.toml 2-2 --size 128x72");
+    assert!(code == Some(1) && said.contains("out/walk.0002.png: 64 x 36 pixels, not 128 x 72"), "{said}");
+    assert_eq!(frames("walk.toml 2 -o out/other.png").0, Some(1));
+    assert_eq!(frames("walk.toml 2 --stereo vive").0, Some(1), "two eyes are twice as wide");
+    let exr = RgbImage::new(64, 36, vec![[0.5; 3]; 64 * 36]).unwrap();
+    write_exr(&folder.path().join("out/walk.0007.exr"), &exr).unwrap();
+    assert_eq!(frames("walk.toml 7 -o out/walk.exr").0, Some(0));
+    assert_eq!(frames("walk.toml 7 -o out/walk.exr --stereo vive --stereo-layout layers").0, Some(1));
+    for bad in ["walk.toml", "walk.toml 3-1", "walk.toml x", "missing.toml 1-2"] {
+        let (code, said) = frames(bad);
+        assert!(code != Some(0) && said.is_empty(), "{bad}: {said}");
+    }
+}
+
+#[test]
+fn a_job_names_what_lies_beside_it() {
+    let folder = walk();
+    let job = |words: &str| run(folder.path(), &format!("farm walk.toml --frames 1-24 {words}")).0;
+    let text = job("--chunk 5");
+    for line in
+        ["  - TASK_CHUNKING", "    default: \"walk.toml\"", "    default: \"out/walk.png\"", "    default: \"1-24\""]
+    {
+        assert!(text.lines().any(|known| known == line), "{line} is not in:\n{text}");
+    }
+    assert!(text.contains("default: 5\n") && text.contains("\"{{Task.Param.Frame}}\"") && !text.contains("--fps"));
+    assert!(job("--fps 12.5").contains("            - --fps\n            - \"12.5\"\n"));
+    assert_eq!(job("-o job.yaml --chunk 5"), "job.yaml\n");
+    assert_eq!(fs::read_to_string(folder.path().join("job.yaml")).unwrap(), text);
+    assert!(job("--picture out/b.exr").contains("\"out/b.exr\""));
+    assert!(
+        run(folder.path(), "farm demo:cornell --frames 3").0.contains("type: STRING\n    default: \"demo:cornell\"")
+    );
+    // A job takes nothing from outside its folder.
+    let refused = output(folder.path(), "farm walk.toml --frames 1-24 -o out/job.yaml");
+    let error = String::from_utf8(refused.stderr).unwrap();
+    assert!(!refused.status.success() && error.contains("not in the job's folder"), "{error}");
+    assert!(!folder.path().join("out/job.yaml").exists());
+    for bad in ["gone.toml --frames 1-2", "walk.toml", "walk.toml --frames 2-1", "walk.toml --frames 1-2 --chunk 0"] {
+        assert!(!output(folder.path(), &format!("farm {bad}")).status.success(), "{bad}");
+    }
+}
+
+#[test]
+fn gpu_a_job_is_run() {
+    let test = "gpu_a_job_is_run";
+    let is_there = Command::new("openjd").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
+    if !is_there {
+        println!("LEFT OUT (tool): {test}: openjd is not on PATH (pip install openjd-cli)");
+        return;
+    }
+    let (whole, parts) = (walk(), walk());
+    run(whole.path(), "render walk.toml --frames 1-12");
+    run(parts.path(), "farm walk.toml --frames 1-12 --chunk 5 -o job.yaml");
+    let openjd = |words: &str| {
+        let output = Command::new("openjd").args(words.split(' ')).current_dir(parts.path()).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+        said
+    };
+    openjd("check job.yaml");
+    let said = openjd(&format!("run job.yaml -p Lanternfish={}", env!("CARGO_BIN_EXE_lanternfish")));
+    assert!(said.contains("openjd_progress: 100.0") && said.contains("12 of 12 frames are whole"), "{said}");
+    assert!(pictures(parts.path()) == pictures(whole.path()));
 }
