@@ -29,7 +29,7 @@ use crate::{
     help::{self, HelpArgs},
     parse::{self, Size},
     progress::ToldTo,
-    reference::{self, ReferenceArgs},
+    reference::{self, MergeArgs, ReferenceArgs},
     scene::SceneName,
     shot,
     stereo::{Eyes, StereoLayout},
@@ -129,6 +129,9 @@ pub enum Command {
     /// is the shot's output.
     #[command(after_help = reference::HELP, args_override_self = true)]
     Reference(Box<ReferenceArgs>),
+    /// Adds up parts of one ground truth, traced on many machines: the same file as traced at once.
+    #[command(after_help = reference::merge::HELP)]
+    Merge(MergeArgs),
     /// Prints what a scene holds, or which adapters can render it.
     Info(InfoArgs),
     /// Says how two pictures differ: in numbers, in a picture, and by its exit code.

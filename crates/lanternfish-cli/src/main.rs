@@ -52,6 +52,7 @@ fn main() -> ExitCode {
         Command::Frames(args) => frames::run(&args),
         Command::Farm(args) => farm::run(&args).map(|()| 0),
         Command::Reference(args) => reference::run(&args, started),
+        Command::Merge(args) => reference::merge::run(&args).map(|()| 0),
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::DeepImages(args) => deep_images::run(&args).map(|()| 0),
         Command::Bench(args) => bench::run(&args).map(|()| 0),

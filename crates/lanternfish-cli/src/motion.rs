@@ -31,6 +31,10 @@ impl Rain {
     }
 }
 
+/// What is said where a time is asked for and nothing moves.
+pub const NOTHING_MOVES: &str =
+    "neither the camera nor anything in the scene moves: at every time it is the same picture";
+
 /// What moves in a scene.
 #[derive(Debug)]
 pub struct Motion {

@@ -14,7 +14,7 @@ use lanternfish_scene::{Bounds, Light, Scene};
 
 pub use self::{
     area_light::{disk, rectangle},
-    range::{Frames, Span, fps, frames, span},
+    range::{Frames, Span, fps, frames, samples, span},
 };
 
 /// Widths and heights of pictures that are accepted, pixels.

@@ -1,9 +1,12 @@
-//! Ranges of numbers: frames of a sequence.
+//! Ranges of numbers: frames of a sequence, samples of a truth.
 
-use std::{fmt, ops::RangeInclusive};
+use std::{fmt, ops::RangeInclusive, str::FromStr};
 
 /// Numbers that frames may have.
 pub const FRAMES: RangeInclusive<u32> = 0..=99_999;
+
+/// Numbers that samples of a pixel may have.
+pub const SAMPLES: RangeInclusive<u64> = 1..=1 << 32;
 
 /// Whole numbers from `first` to `last`, both of them in it; `first` is not above `last`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +34,7 @@ pub enum Frames {
 pub fn frames(text: &str) -> Result<Frames, String> {
     let frames = match text.contains('-') {
         true => span(text).ok().map(Frames::Span),
-        false => whole(text).filter(|count| *count > 0 && FRAMES.contains(count)).map(Frames::Count),
+        false => whole::<u32>(text).filter(|count| *count > 0 && FRAMES.contains(count)).map(Frames::Count),
     };
     let (first, last) = (FRAMES.start(), FRAMES.end());
     frames.ok_or_else(|| {
@@ -41,11 +44,20 @@ pub fn frames(text: &str) -> Result<Frames, String> {
 
 /// Parses a range of frames, `A-B`, or one, `A`.
 pub fn span(text: &str) -> Result<Span<u32>, String> {
+    let (first, last) = (FRAMES.start(), FRAMES.end());
+    within(text, &FRAMES).ok_or_else(|| format!("expected frames A-B, or one, from {first} to {last}, e.g. 1-48"))
+}
+
+/// Parses a range of samples, `A-B`, or one, `A`.
+pub fn samples(text: &str) -> Result<Span<u64>, String> {
+    let (first, last) = (SAMPLES.start(), SAMPLES.end());
+    within(text, &SAMPLES).ok_or_else(|| format!("expected samples A-B from {first} to {last}, e.g. 1-256"))
+}
+
+fn within<N: FromStr + PartialOrd>(text: &str, range: &RangeInclusive<N>) -> Option<Span<N>> {
     let (first, last) = text.trim().split_once('-').unwrap_or((text, text));
-    let number = |text: &str| whole(text).filter(|number| FRAMES.contains(number));
-    let span = number(first).zip(number(last)).filter(|(first, last)| first <= last);
-    span.map(|(first, last)| Span { first, last })
-        .ok_or_else(|| format!("expected frames A-B, or one, from {} to {}, e.g. 1-48", FRAMES.start(), FRAMES.end()))
+    let number = |text: &str| whole(text).filter(|number| range.contains(number));
+    number(first).zip(number(last)).filter(|(first, last)| first <= last).map(|(first, last)| Span { first, last })
 }
 
 /// Parses frames a second.
@@ -56,7 +68,7 @@ pub fn fps(text: &str) -> Result<f32, String> {
 }
 
 /// Digits alone: no sign, which would be part of a range.
-fn whole(text: &str) -> Option<u32> {
+fn whole<N: FromStr>(text: &str) -> Option<N> {
     let text = text.trim();
     text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok()).flatten()
 }
@@ -78,6 +90,8 @@ mod tests {
         for bad in ["", "1-", "8-5", "a"] {
             assert!(span(bad).is_err(), "{bad}");
         }
+        assert_eq!(samples("257-4294967296"), Ok(Span { first: 257, last: 1 << 32 }));
+        assert!(samples("0-5").is_err() && samples("5-4294967297").is_err());
         assert_eq!((fps("24"), fps("29.97")), (Ok(24.0), Ok(29.97)));
         assert!(fps("0").is_err() && fps("-1").is_err() && fps("nan").is_err());
     }

@@ -28,7 +28,7 @@ use crate::{
     camera,
     error::CliError,
     light_rig::{self, Lighting},
-    motion::Motion,
+    motion::{Motion, NOTHING_MOVES},
     output::{self, Output},
     progress::Progress,
     report::Run,
@@ -69,6 +69,9 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         Ok::<_, CliError>((scene, rain))
     })?;
     let motion = Motion::of(&scene, &args.track, rain)?;
+    if motion.is_none() && shot.has_only_a_time() {
+        progress.note(NOTHING_MOVES);
+    }
     let aspect = size.width as f32 / size.height as f32;
     let first = shot.first();
     let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame));

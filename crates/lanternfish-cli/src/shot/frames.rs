@@ -49,6 +49,12 @@ impl Shot {
         self.args.track.animation.is_some() || matches!(self.args.lights.lights, Some(LightSet::Rain { .. }))
     }
 
+    /// Whether a time is asked for, though the camera has no track: where nothing in the scene moves, it changes nothing.
+    pub fn has_only_a_time(&self) -> bool {
+        let when = &self.args.track;
+        self.track.is_none() && (when.time.is_some() || when.frames.is_some())
+    }
+
     /// The pictures, in the order of their numbers.
     pub fn frames(&self) -> Vec<ShotFrame> {
         match self.args.track.frames {
