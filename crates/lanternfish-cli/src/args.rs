@@ -7,6 +7,7 @@ mod rooms;
 mod technique;
 #[cfg(test)]
 mod tests;
+mod track;
 
 use std::path::PathBuf;
 
@@ -17,15 +18,18 @@ use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Viewpoint, generate::DEMOS};
 
 use self::indirect::IndirectArgs;
-pub use self::{light::LightArgs, look::LookArgs, technique::TechniqueArgs};
+pub use self::{light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
 use crate::{
     bench::BenchArgs,
     choices::choice,
     compare::{self, CompareArgs},
     deep_images::{self, DeepImagesArgs},
+    farm::{self, FarmArgs},
+    frames::{self, FramesArgs},
     help::{self, HelpArgs},
     parse::{self, Size},
-    reference::{self, ReferenceArgs},
+    progress::ToldTo,
+    reference::{self, MergeArgs, ReferenceArgs},
     scene::SceneName,
     shot,
     stereo::{Eyes, StereoLayout},
@@ -109,12 +113,25 @@ pub enum Command {
     #[command(after_help = shot::HELP, args_override_self = true)]
     #[command(override_usage = "lanternfish shot [OPTIONS OF render] <SCENE>")]
     Shot(Box<ShotArgs>),
+    /// Says which frames of a sequence are there and whole, and names the others.
+    ///
+    /// Every pixel is decoded, and sizes are compared with what is asked for. Exits with 0 if all are whole, else with 1.
+    #[command(after_help = frames::HELP, args_override_self = true)]
+    Frames(Box<FramesArgs>),
+    /// Writes a job that renders a sequence on many machines, for Open Job Description.
+    ///
+    /// The job renders chunks of frames, in any order and at once, and verifies them with `lanternfish frames`.
+    #[command(after_help = farm::HELP)]
+    Farm(FarmArgs),
     /// Traces every path light takes, on the processor: the ground truth of a picture.
     ///
     /// Takes what `render` takes. What a shot says of culling, shadows and the like has no meaning here and is left aside, as
     /// is the shot's output.
     #[command(after_help = reference::HELP, args_override_self = true)]
     Reference(Box<ReferenceArgs>),
+    /// Adds up parts of one ground truth, traced on many machines: the same file as traced at once.
+    #[command(after_help = reference::merge::HELP)]
+    Merge(MergeArgs),
     /// Prints what a scene holds, or which adapters can render it.
     Info(InfoArgs),
     /// Says how two pictures differ: in numbers, in a picture, and by its exit code.
@@ -159,7 +176,7 @@ pub struct RenderArgs {
     pub view: ViewArgs,
     #[command(flatten, next_help_heading = "View")]
     pub stereo: StereoArgs,
-    #[command(flatten, next_help_heading = "Track (of a shot)")]
+    #[command(flatten, next_help_heading = "Track (and what moves)")]
     pub track: TrackArgs,
     #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
     pub lights: LightArgs,
@@ -221,7 +238,7 @@ pub struct PartArgs {
     pub scene_of_file: Option<String>,
 }
 
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, PartialEq, Args)]
 pub struct ViewArgs {
     /// Where the camera is, world space, m.
     ///
@@ -265,18 +282,6 @@ pub struct StereoArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct TrackArgs {
-    /// The moment of the camera track that is rendered, seconds. Without it: the first keyframe's.
-    #[arg(long, value_name = "SECONDS", value_parser = parse::time, allow_hyphen_values = true)]
-    #[arg(hide_short_help = true)]
-    pub time: Option<f32>,
-    /// Renders the whole track as N pictures: name.0001.png and so on.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=99_999))]
-    #[arg(allow_hyphen_values = true, hide_short_help = true)]
-    pub frames: Option<u32>,
-}
-
-#[derive(Debug, Args)]
 pub struct RunArgs {
     /// Where to render: a part of an adapter's name, or cpu.
     ///
@@ -296,6 +301,9 @@ pub struct RunArgs {
     /// Says nothing but errors and the picture's path.
     #[arg(short, long)]
     pub quiet: bool,
+    /// Tells a farm how far a sequence is, on standard output, frame by frame.
+    #[arg(long, value_name = "NAME", value_enum, hide_short_help = true)]
+    pub progress: Option<ToldTo>,
 }
 
 /// The built-in scenes as they are named on the command line.

@@ -30,6 +30,25 @@ pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Ve
 pub const INSIDE: &str = "a closed interior, looked at from inside; --eye and --target choose another place, --view iso \
                           shows it from outside";
 
+/// What `flags` take at another time, where all else that they choose by is as it was: a camera of the file that has moved in
+/// `scene` since it was `chosen`, which stays what it is otherwise.
+///
+/// What frames a scene frames it as it was chosen, so that a picture does not sway with what moves in it.
+pub fn follow(
+    scene: &Scene,
+    bounds: &Bounds,
+    flags: &ViewArgs,
+    aspect: f32,
+    chosen: &Camera,
+) -> Result<Camera, CliError> {
+    let is_of_file = flags.camera.is_some() || (flags.view.is_none() && !scene.cameras.is_empty());
+    if !is_of_file {
+        return Ok(chosen.clone());
+    }
+    let bounds = *bounds;
+    choose_within(scene, &LazyCell::new(move || bounds), flags, aspect).map(|(camera, _)| camera)
+}
+
 fn choose_within<F: FnOnce() -> Bounds>(
     scene: &Scene,
     bounds: &LazyCell<Bounds, F>,

@@ -22,14 +22,24 @@ const INK: [u8; 4] = [230, 230, 230, 255];
 /// The picture, untouched, and below it a bar of the scale's colours with numbers and with what they are of.
 pub fn below(picture: Picture, scale: &Scale) -> Picture {
     let (width, height) = (picture.width as usize, picture.height as usize);
-    let wide = width.max(LEAST_WIDTH);
-    let letters = (wide / LETTERS_WIDTH).max(1);
-    let mut sheet = Sheet::new(wide, height + letters * HEIGHT, letters);
+    let (wide, high) = size_with(width, height);
+    let mut sheet = Sheet::new(wide, high, letters(wide));
     for (row, texels) in picture.display.chunks(width).enumerate() {
         sheet.pixels[row * wide..][..width].copy_from_slice(texels);
     }
     sheet.draw(scale, height);
     Picture { width: sheet.width as u32, height: sheet.height as u32, display: sheet.pixels, ..picture }
+}
+
+/// Width and height, pixels, of a picture of this size with its legend below it.
+pub fn size_with(width: usize, height: usize) -> (usize, usize) {
+    let wide = width.max(LEAST_WIDTH);
+    (wide, height + letters(wide) * HEIGHT)
+}
+
+/// Pixels of a sheet this wide for one of a letter, across and down.
+fn letters(wide: usize) -> usize {
+    (wide / LETTERS_WIDTH).max(1)
 }
 
 struct Sheet {

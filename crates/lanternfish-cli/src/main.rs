@@ -7,11 +7,14 @@ mod choices;
 mod compare;
 mod deep_images;
 mod error;
+mod farm;
 mod flags;
+mod frames;
 mod help;
 mod info;
 mod legend;
 mod light_rig;
+mod motion;
 mod output;
 mod parse;
 mod progress;
@@ -46,7 +49,10 @@ fn main() -> ExitCode {
     told(match cli.command {
         Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)).map(|()| 0),
         Command::Shot(args) => shot::write(&args.0.scene).map(|()| 0),
+        Command::Frames(args) => frames::run(&args),
+        Command::Farm(args) => farm::run(&args).map(|()| 0),
         Command::Reference(args) => reference::run(&args, started),
+        Command::Merge(args) => reference::merge::run(&args).map(|()| 0),
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::DeepImages(args) => deep_images::run(&args).map(|()| 0),
         Command::Bench(args) => bench::run(&args).map(|()| 0),

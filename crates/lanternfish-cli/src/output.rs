@@ -26,8 +26,15 @@ enum Format {
 }
 
 impl Output {
-    /// The file `-o` names, or the scene's name with `.png`.
+    /// The file `-o` names, or the scene's name with `.png`; an error where it cannot be written.
     pub fn choose(path: Option<&Path>, scene: &SceneName) -> Result<Self, CliError> {
+        let output = Self::named(path, scene)?;
+        check_writable(&output.path)?;
+        Ok(output)
+    }
+
+    /// As [`Output::choose`], of a file that is not written.
+    pub fn named(path: Option<&Path>, scene: &SceneName) -> Result<Self, CliError> {
         let path = path.map_or_else(|| default_path(scene), Path::to_owned);
         let format = if has_ending(&path, "png") {
             Format::Png
@@ -39,18 +46,15 @@ impl Output {
                 "end the name with .png (tone-mapped) or .exr (linear)",
             ));
         };
-        check_writable(&path)?;
         Ok(Self { path, format })
     }
 
-    /// The file of a sequence's picture, counted from 1: `name.0001.png`.
-    pub fn numbered(&self, number: u32) -> Result<Self, CliError> {
+    /// The file of a sequence's picture: `name.0001.png`.
+    pub fn numbered(&self, number: u32) -> Self {
         let mut name = self.path.file_stem().unwrap_or_default().to_owned();
         name.push(format!(".{number:04}."));
         name.push(self.path.extension().unwrap_or_default());
-        let path = self.path.with_file_name(name);
-        check_writable(&path)?;
-        Ok(Self { path, format: self.format })
+        Self { path: self.path.with_file_name(name), format: self.format }
     }
 
     /// Whether the file holds the scene's radiance, not what a display shows.

@@ -1,6 +1,7 @@
 //! Parses words of the command line into vectors, sizes and lights. Messages say what was expected, with an example.
 
 mod area_light;
+mod range;
 #[cfg(test)]
 mod tests;
 
@@ -11,7 +12,10 @@ use lanternfish::{
 };
 use lanternfish_scene::{Bounds, Light, Scene};
 
-pub use self::area_light::{disk, rectangle};
+pub use self::{
+    area_light::{disk, rectangle},
+    range::{Frames, Span, fps, frames, samples, span},
+};
 
 /// Widths and heights of pictures that are accepted, pixels.
 pub const SIDES: std::ops::RangeInclusive<u32> = 1..=16384;
@@ -256,7 +260,7 @@ pub fn rotation(text: &str) -> Result<f32, String> {
     number(text).filter(|d| d.abs() <= 3600.0).ok_or_else(|| "expected degrees from -3600 to 3600".to_owned())
 }
 
-/// Parses a time on a camera track, s.
+/// Parses a time, s.
 pub fn time(text: &str) -> Result<f32, String> {
     number(text).filter(|s| s.abs() <= 1e6).ok_or_else(|| "expected seconds from -1e6 to 1e6".to_owned())
 }

@@ -5,10 +5,27 @@ use std::{
     time::{Duration, Instant},
 };
 
+use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tracing_subscriber::{EnvFilter, fmt::MakeWriter};
 
 use crate::error::say;
+
+/// Who reads how far a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ToldTo {
+    /// Open Job Description: lines openjd_progress: PERCENT and openjd_status: TEXT
+    Openjd,
+}
+
+impl ToldTo {
+    /// What is printed where `done` of `all` are done, and `status` says what that means.
+    pub fn lines(self, done: usize, all: usize, status: &str) -> String {
+        let Self::Openjd = self;
+        let percent = 100.0 * done as f64 / all.max(1) as f64;
+        format!("openjd_progress: {percent:.1}\nopenjd_status: {status}\n")
+    }
+}
 
 /// The steps of a run. Silent when asked to be, or when nobody looks (standard error is no terminal).
 pub struct Progress {

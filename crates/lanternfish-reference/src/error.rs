@@ -33,4 +33,12 @@ pub enum ReferenceError {
         /// Height of the image, pixels.
         height: usize,
     },
+    /// Two films that are not parts of one image, the second where the first ends.
+    #[error("{second} cannot be added to {first}")]
+    Parts {
+        /// The film that is added to: size and samples.
+        first: String,
+        /// The film that is added: size and samples.
+        second: String,
+    },
 }

@@ -2,36 +2,60 @@
 
 use crate::ReferenceError;
 
-/// Sums of one pixel's samples.
+/// Sums of one pixel's samples: whole multiples of a small step, so that sums are the same in whatever order and in however many
+/// parts samples are added.
+///
+/// A sum that would exceed 2¹²⁷ steps stays there. Samples are 0 or more in all but the sums' own tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
-    /// Sum of the samples, by channel.
-    pub value: [f64; 3],
-    /// Sum of the samples' squares, by channel.
-    pub square: [f64; 3],
+    /// Sum of the samples, by channel, in steps of 2⁻⁶⁴: up to 9·10¹⁸.
+    pub value: [i128; 3],
+    /// Sum of the samples' squares, by channel, in steps of 2⁻⁵²: up to 3·10²².
+    pub square: [i128; 3],
+}
+
+/// Steps in 1, of [`Sums::value`]: fine enough for what is darker than anything that is seen.
+const VALUE_STEPS: f64 = (1u128 << 64) as f64;
+/// Steps in 1, of [`Sums::square`]: as fine as `f64` is around 1, and with room for 10,000 samples of the sun's disk.
+const SQUARE_STEPS: f64 = (1u64 << 52) as f64;
+
+/// A number in steps, rounded to the nearest.
+fn steps(value: f64, steps_in_1: f64) -> i128 {
+    // Beyond the range it is the greatest there is.
+    (value * steps_in_1).round() as i128
 }
 
 impl Sums {
     pub fn add(&mut self, sample: [f32; 3]) {
         for (channel, value) in sample.into_iter().enumerate() {
             let value = f64::from(value);
-            self.value[channel] += value;
-            self.square[channel] += value * value;
+            self.value[channel] = self.value[channel].saturating_add(steps(value, VALUE_STEPS));
+            self.square[channel] = self.square[channel].saturating_add(steps(value * value, SQUARE_STEPS));
+        }
+    }
+
+    fn add_all(&mut self, other: &Self) {
+        for channel in 0..3 {
+            self.value[channel] = self.value[channel].saturating_add(other.value[channel]);
+            self.square[channel] = self.square[channel].saturating_add(other.square[channel]);
         }
     }
 
     /// Mean of the samples, by channel; zero without samples.
     fn mean(&self, samples: u64) -> [f64; 3] {
-        self.value.map(|value| value / (samples as f64).max(1.0))
+        self.value.map(|value| value as f64 / VALUE_STEPS / (samples as f64).max(1.0))
     }
 
-    /// Unbiased variance of the mean, by channel; infinite below two samples.
+    /// Unbiased variance of the mean, by channel; infinite below two samples, and where squares exceed what their sum holds.
     fn variance(&self, samples: u64) -> [f64; 3] {
         if samples < 2 {
             return [f64::INFINITY; 3];
         }
         let (n, mean) = (samples as f64, self.mean(samples));
-        std::array::from_fn(|c| (self.square[c] / n - mean[c] * mean[c]).max(0.0) / (n - 1.0))
+        std::array::from_fn(|c| match self.square[c] {
+            i128::MAX => f64::INFINITY,
+            square => (square as f64 / SQUARE_STEPS / n - mean[c] * mean[c]).max(0.0) / (n - 1.0),
+        })
     }
 }
 
@@ -40,6 +64,8 @@ impl Sums {
 pub struct Film {
     pub(crate) width: usize,
     pub(crate) height: usize,
+    /// Index of its first sample: which random numbers it begins with.
+    pub(crate) first: u64,
     /// Number of samples that each pixel of a row has had, by row from the top.
     pub(crate) samples: Vec<u64>,
     pub(crate) pixels: Vec<Sums>,
@@ -65,7 +91,7 @@ impl Film {
             });
         }
         let (samples, pixels) = (vec![0; height], vec![Sums::default(); width * height]);
-        Ok(Self { width, height, samples, pixels, dropped: 0 })
+        Ok(Self { width, height, first: 0, samples, pixels, dropped: 0 })
     }
 
     /// A film as it was before an interruption: from the samples of each row's pixels, their mean and the variance of that mean, as
@@ -90,13 +116,59 @@ impl Film {
             let n = samples as f64;
             for channel in 0..3 {
                 let (mean, variance) = (f64::from(mean[channel]), f64::from(variance[channel]));
-                sums.value[channel] = n * mean;
+                sums.value[channel] = steps(n * mean, VALUE_STEPS);
                 // One sample says nothing of its variance.
                 let spread = if samples < 2 { 0.0 } else { variance * n * (n - 1.0) };
-                sums.square[channel] = n * mean * mean + spread;
+                sums.square[channel] = steps(n * mean * mean + spread, SQUARE_STEPS);
             }
         }
         Ok(film)
+    }
+
+    /// A black film whose samples are those from `first` on of an image, counted from 0: a part of it, for [`Film::add_next`].
+    pub fn part(width: usize, height: usize, first: u64) -> Result<Self, ReferenceError> {
+        Ok(Self { first, ..Self::new(width, height)? })
+    }
+
+    /// The part of an image that it was before an interruption, to the bit: from the samples of each row's pixels and what
+    /// [`Film::exact_sums`] gave. An error where the list is not of all pixels.
+    pub fn resume_part(
+        width: usize,
+        row_samples: &[u64],
+        first: u64,
+        sums: impl ExactSizeIterator<Item = [[i128; 3]; 2]>,
+    ) -> Result<Self, ReferenceError> {
+        let height = row_samples.len();
+        let mut film = Self::part(width, height, first)?;
+        if sums.len() != film.pixels.len() {
+            return Err(ReferenceError::PixelCount { got: sums.len(), width, height });
+        }
+        film.samples = row_samples.to_vec();
+        film.pixels = sums.map(|[value, square]| Sums { value, square }).collect();
+        Ok(film)
+    }
+
+    /// Adds the part of the image that follows: what was one image in parts is the same to the bit as traced at once. An error, and
+    /// nothing is done, where sizes differ, rows of either differ in their samples, or `next` does not begin where this ends.
+    pub fn add_next(&mut self, next: &Self) -> Result<(), ReferenceError> {
+        let end = self.first + self.samples();
+        if self.size() != next.size() || !self.is_even() || !next.is_even() || next.first != end {
+            let what = |film: &Self| {
+                let ((width, height), first) = (film.size(), film.first);
+                format!("{width}×{height}, samples {first}..{}", first + film.samples())
+            };
+            return Err(ReferenceError::Parts { first: what(self), second: what(next) });
+        }
+        self.samples.iter_mut().zip(&next.samples).for_each(|(samples, more)| *samples += more);
+        self.pixels.iter_mut().zip(&next.pixels).for_each(|(sums, more)| sums.add_all(more));
+        self.dropped += next.dropped;
+        Ok(())
+    }
+
+    /// Sums of each pixel's samples, and of their squares, by channel, rows from the top, as the film keeps them: in steps that are
+    /// its own. For [`Film::resume_part`].
+    pub fn exact_sums(&self) -> impl ExactSizeIterator<Item = [[i128; 3]; 2]> + Clone + '_ {
+        self.pixels.iter().map(|sums| [sums.value, sums.square])
     }
 
     /// Pixels across and down.
@@ -191,13 +263,43 @@ mod tests {
         let after = Film::resume(1, &[3], &before.mean(), &before.variance()).unwrap();
         for channel in 0..3 {
             let (a, b) = (before.pixels[0], after.pixels[0]);
-            assert!((a.value[channel] - b.value[channel]).abs() < 1e-6 * a.value[channel]);
-            assert!((a.square[channel] - b.square[channel]).abs() < 1e-6 * a.square[channel]);
+            assert!((a.value[channel] - b.value[channel]).abs() < a.value[channel] / 1_000_000);
+            assert!((a.square[channel] - b.square[channel]).abs() < a.square[channel] / 1_000_000);
         }
         let once = film(&[[1.0, 0.5, 5.0]]);
         assert_eq!(Film::resume(1, &[1], &once.mean(), &once.variance()).unwrap(), once);
         assert!(Film::resume(2, &[3], &before.mean(), &before.variance()).is_err());
         assert!(Film::new(0, 4).is_err());
+    }
+
+    #[test]
+    fn parts_are_the_whole_to_the_bit() {
+        // From the darkest to the brightest, in whose company sums of floats forget the darkest.
+        let samples: Vec<[f32; 3]> =
+            (0..97).map(|i| [0.1 * i as f32, 10f32.powi(i % 17 - 8), if i == 3 { 1e9 } else { 1e-7 }]).collect();
+        let whole = film(&samples);
+        for cuts in [[1, 50], [16, 32], [40, 96]] {
+            let part = |from: usize, to: usize| {
+                let part = Film { first: from as u64, ..film(&samples[from..to]) };
+                // By way of a file.
+                Film::resume_part(1, part.row_samples(), part.first, part.exact_sums()).unwrap()
+            };
+            let mut parts = part(0, cuts[0]);
+            parts.add_next(&part(cuts[0], cuts[1])).unwrap();
+            parts.add_next(&part(cuts[1], 97)).unwrap();
+            assert_eq!(parts, whole);
+            assert!(parts.add_next(&part(cuts[0], cuts[1])).is_err(), "twice");
+        }
+        assert!(Film::part(1, 1, 97).unwrap().add_next(&whole).is_err(), "the wrong way round");
+        assert!(whole.clone().add_next(&Film::part(2, 1, 97).unwrap()).is_err());
+    }
+
+    #[test]
+    fn what_is_too_bright_for_its_squares_has_no_variance() {
+        let bright = film(&[[1e12, 1e30, 1.0]; 4]);
+        let [[red, green, blue]] = bright.variance()[..] else { panic!() };
+        assert_eq!((red, green, blue), (f32::INFINITY, f32::INFINITY, 0.0));
+        assert_eq!(bright.mean()[0][0], 1e12);
     }
 
     #[test]

@@ -64,7 +64,7 @@ impl<'a> Tracer<'a> {
         pause: impl Fn() -> bool + Sync,
         stop: impl Fn() -> bool + Sync,
     ) {
-        let (size, wanted) = (film.size(), film.samples() + samples);
+        let (size, wanted, first) = (film.size(), film.samples() + samples, film.first);
         let dropped: u64 = film
             .pixels
             .par_chunks_mut(size.0)
@@ -81,7 +81,7 @@ impl<'a> Tracer<'a> {
                         return 0;
                     }
                     for sample in *row_samples..wanted {
-                        dropped += self.add_sample(camera, (x, y), size, sample, sums);
+                        dropped += self.add_sample(camera, (x, y), size, first + sample, sums);
                     }
                 }
                 row.copy_from_slice(&traced);

@@ -12,7 +12,7 @@ use crate::{
     args::{RenderArgs, demos},
     choices::choice,
     error::CliError,
-    parse,
+    parse::{self, Span},
     scene::SceneName,
 };
 
@@ -25,6 +25,10 @@ Examples:
   Until the expected error is 1 %, and whether a fast picture agrees:
     lanternfish reference demo:cornell --until-error 0.01 -o truth.exr
     lanternfish compare fast.exr truth.exr
+  On two machines, and put together:
+    lanternfish reference shot.toml --samples 1-512 -o a.exr
+    lanternfish reference shot.toml --samples 513-1024 -o b.exr
+    lanternfish merge a.exr b.exr -o truth.exr
   Direct light only; one bounce:
     lanternfish reference demo:cornell --max-depth 2 -o direct.exr
     lanternfish reference demo:cornell --max-depth 3 -o one-bounce.exr
@@ -97,6 +101,11 @@ pub struct SampleArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 32))]
     #[arg(allow_hyphen_values = true)]
     pub spp: Option<u64>,
+    /// Only samples A to B of a truth, as a part that `lanternfish merge` adds to others: the whole is the same to the last bit as
+    /// traced at once, wherever it is cut.
+    #[arg(id = "sample_range", long = "samples", value_name = "A-B", value_parser = parse::samples)]
+    #[arg(allow_hyphen_values = true, conflicts_with_all = ["spp", "until_error", "time_limit"])]
+    pub range: Option<Span<u64>>,
     /// Stops where the expected relative error of the picture, by its own variance, is this or less: 0.01 is 1 %. Looked at
     /// from 16 samples on, each time there are an eighth more.
     #[arg(long, value_name = "X", value_parser = parse::positive, allow_hyphen_values = true)]
@@ -139,7 +148,7 @@ pub struct SharedArgs;
 /// Headings of which every flag is shared.
 const HEADINGS: [&str; 2] = ["View", "Lights (beside those of the file)"];
 /// More flags that are, by id.
-const MORE: [&str; 8] = ["size", "time", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
+const MORE: [&str; 9] = ["size", "time", "animation", "materials", "exposure", "tone_map", "seed", "timings", "quiet"];
 
 /// Whether a flag of `render` is one of `reference` as well.
 fn is_shared(flag: &Arg) -> bool {
@@ -255,8 +264,19 @@ mod tests {
             command.get_arguments().filter_map(|flag| flag.get_long().map(str::to_owned)).collect()
         };
         let (render, reference) = (flags("render"), flags("reference"));
-        for flag in ["eye", "camera", "scene", "point", "environment", "lights", "attenuation", "size", "time", "quiet"]
-        {
+        for flag in [
+            "eye",
+            "camera",
+            "scene",
+            "point",
+            "environment",
+            "lights",
+            "attenuation",
+            "size",
+            "time",
+            "animation",
+            "quiet",
+        ] {
             assert!(render.contains(&flag.to_owned()) && reference.contains(&flag.to_owned()), "{flag}");
         }
         for flag in ["shadows", "culling", "frames", "debug-view", "adapter", "report"] {

@@ -1,6 +1,9 @@
 //! The picture on disk: what it holds, and how a run resumes from it.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use lanternfish::settings::{Exposure, ToneMap};
 use lanternfish_metrics::{
@@ -8,21 +11,24 @@ use lanternfish_metrics::{
 };
 use lanternfish_reference::{Film, settings::Integrator};
 
-use super::display;
+use super::{display, sums};
 use crate::{
     error::CliError,
     output::{check_writable, has_ending, same_file},
-    parse::Size,
+    parse::{Size, Span},
 };
 
 /// Names of text attributes.
-const SAMPLES: &str = "lanternfish.samples";
+pub const SAMPLES: &str = "lanternfish.samples";
 /// Samples a pixel of each row, where rows differ: `SAMPLESxROWS` for one block of rows after the other.
-const ROW_SAMPLES: &str = "lanternfish.row-samples";
-const SEED: &str = "lanternfish.seed";
-const DROPPED: &str = "lanternfish.dropped";
-const NOISE: &str = "lanternfish.noise";
-const FINGERPRINT: &str = "lanternfish.fingerprint";
+pub const ROW_SAMPLES: &str = "lanternfish.row-samples";
+pub const SEED: &str = "lanternfish.seed";
+pub const DROPPED: &str = "lanternfish.dropped";
+pub const NOISE: &str = "lanternfish.noise";
+pub const FINGERPRINT: &str = "lanternfish.fingerprint";
+
+/// Which samples a part is of, `A-B`, counted from 1.
+pub const PART: &str = "lanternfish.part";
 
 /// Name of the layer that holds the variance.
 const VARIANCE: &str = "variance";
@@ -45,8 +51,10 @@ pub struct Making {
     /// [`super::fingerprint::of`] all that its mean depends on.
     pub fingerprint: String,
     pub seed: u64,
+    /// Which samples it is of, counted from 1, where it is a part; its exact sums are in the file then.
+    pub part: Option<Span<u64>>,
     /// Other text attributes, for people to read, by name.
-    pub facts: Vec<(&'static str, String)>,
+    pub facts: Vec<(String, String)>,
 }
 
 /// What an earlier run left in the file.
@@ -121,8 +129,9 @@ impl Target {
             (FINGERPRINT, making.fingerprint.clone()),
         ];
         let rows = (!film.is_even()).then(|| (ROW_SAMPLES, blocks_of(film.row_samples())));
-        let numbers = numbers.into_iter().chain(rows).collect::<Vec<_>>();
-        let facts = making.facts.iter().map(|(name, value)| (*name, value.as_str()));
+        let part = making.part.map(|part| (PART, part.to_string()));
+        let numbers = numbers.into_iter().chain(rows).chain(part).collect::<Vec<_>>();
+        let facts = making.facts.iter().map(|(name, value)| (name.as_str(), value.as_str()));
         let attributes: Vec<(&str, &str)> =
             numbers.iter().map(|(n, value)| (*n, value.as_str())).chain(facts).collect();
         let shown = if let Some(path) = &self.variance {
@@ -136,7 +145,11 @@ impl Target {
             let side = |pixels: usize| u32::try_from(pixels).expect("sides were given as u32");
             write_png(&self.path, side(width), side(height), ColorType::Rgb, &look.bytes(&mean))?;
         } else {
-            write_exr_layers(&self.path, &[("", &image(mean)?), (VARIANCE, &image(shown)?)], &attributes)?;
+            let (mean, variance) = (image(mean)?, image(shown)?);
+            let sums = if making.part.is_some() { sums::layers(film)? } else { Vec::new() };
+            let sums = sums.iter().map(|(name, image)| (name.as_str(), image));
+            let layers: Vec<_> = [("", &mean), (VARIANCE, &variance)].into_iter().chain(sums).collect();
+            write_exr_layers(&self.path, &layers, &attributes)?;
         }
         Ok(())
     }
@@ -161,16 +174,7 @@ impl Target {
             return Err(failed("not a picture of `lanternfish reference`, so there is nothing to go on from", hint));
         };
         if *fingerprint != making.fingerprint {
-            let other = |(name, value): &(&'static str, String)| {
-                let its = attributes.get(*name).map_or("nothing", String::as_str);
-                let short = name.rsplit('.').next().unwrap_or(name);
-                (its != value).then(|| format!("{short} is {its} there and {value} here"))
-            };
-            let others: Vec<_> = making.facts.iter().filter_map(other).collect();
-            let why = match others.is_empty() {
-                true => "the scene's content is another".to_owned(),
-                false => others.join(", "),
-            };
+            let why = differences(&attributes, &making.facts, "here");
             let hint = "repeat the command that made it, choose another name, or leave --resume out to start anew";
             return Err(failed(&format!("cannot be gone on from: {why}"), hint));
         }
@@ -178,12 +182,38 @@ impl Target {
             let what = format!("its seed is {its_seed}, not {seed}");
             return Err(failed(&what, "leave --seed out: --resume goes on with the file's"));
         }
+        let (its_part, part) = (attributes.get(PART), making.part.map(|part| part.to_string()));
+        if its_part != part.as_ref() {
+            let of = |part: Option<&String>| part.map_or("all samples".to_owned(), |part| format!("samples {part}"));
+            let what = format!("it is of {}, not of {}", of(its_part), of(part.as_ref()));
+            return Err(failed(&what, "repeat the command that made it, or choose another name"));
+        }
+        let dropped = number(DROPPED).unwrap_or(0);
+        if let Some(part) = making.part {
+            let sums = sums::read(&self.path).map_err(unreadable)?;
+            let film = Film::resume_part(size.width as usize, &rows, part.first - 1, sums.into_iter())?;
+            return Ok(Some(Before { film, seed: its_seed, dropped }));
+        }
         let mean = read_exr_layer(&self.path, "").map_err(unreadable)?;
         let mut variance = read_exr_layer(&self.path, VARIANCE).map_err(unreadable)?;
         // Pixels of fewer than two samples have an infinite variance, which `Film::resume` does not use.
         variance.pixels.iter_mut().flatten().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
         let film = Film::resume(size.width as usize, &rows, &mean.pixels, &variance.pixels)?;
-        Ok(Some(Before { film, seed: its_seed, dropped: number(DROPPED).unwrap_or(0) }))
+        Ok(Some(Before { film, seed: its_seed, dropped }))
+    }
+}
+
+/// In what a file's making is another than the one that `facts` are of, which is `here`.
+pub fn differences(attributes: &BTreeMap<String, String>, facts: &[(String, String)], here: &str) -> String {
+    let other = |(name, value): &(String, String)| {
+        let its = attributes.get(name).map_or("nothing", String::as_str);
+        let short = name.rsplit('.').next().unwrap_or(name);
+        (its != value).then(|| format!("{short} is {its} there and {value} {here}"))
+    };
+    let others: Vec<_> = facts.iter().filter_map(other).collect();
+    match others.is_empty() {
+        true => "the scene's content is another".to_owned(),
+        false => others.join(", "),
     }
 }
 
@@ -215,6 +245,11 @@ pub struct Look {
 }
 
 impl Look {
+    /// That of pictures that are written as they are.
+    pub fn plain(integrator: Integrator) -> Self {
+        Self { integrator, exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, coverage: Vec::new() }
+    }
+
     /// Exposure at which radiance is shown, EV: as `render` finds it.
     pub fn exposure(&self, mean: &[[f32; 3]]) -> f32 {
         self.exposure.of(mean.iter().zip(&self.coverage).map(|([r, g, b], covered)| [*r, *g, *b, *covered]))

@@ -9,9 +9,11 @@ mod args;
 pub mod display;
 mod file;
 pub mod fingerprint;
+pub mod merge;
+mod sums;
 mod trace;
 
-use std::{fmt::Write as _, time::Instant};
+use std::{fmt::Write as _, slice, time::Instant};
 
 use lanternfish::settings::Exposure;
 use lanternfish_reference::{
@@ -20,7 +22,10 @@ use lanternfish_reference::{
 };
 use lanternfish_scene::{Camera, Scene};
 
-pub use self::args::{HELP, ReferenceArgs};
+pub use self::{
+    args::{HELP, ReferenceArgs},
+    merge::MergeArgs,
+};
 use self::{
     file::{Before, Look, Making, Target},
     trace::Goal,
@@ -30,6 +35,7 @@ use crate::{
     camera,
     error::{CliError, say},
     light_rig::{self, Lighting},
+    motion::{Motion, NOTHING_MOVES},
     output,
     parse::Size,
     progress::Progress,
@@ -42,12 +48,16 @@ use crate::{
 pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let mut shot = shot::resolve(&args.scene)?;
     let is_track = shot.args.track.frames.take().is_some();
-    let view = shot.views().swap_remove(0);
+    let frame = shot.first();
     let (flags, size) = (&shot.args, shot.args.output.size);
     let settings = args.settings(flags, args.samples.seed.unwrap_or(0))?;
     let path = args.output.output.clone();
     let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension("reference.exr"));
     let target = Target::choose(path, args.output.variance.clone(), args.output.resume)?;
+    if let Some(part) = args.samples.range.filter(|_| target.is_png()) {
+        let what = format!("{}: --samples {part} makes a part, which PNG does not hold", target.path.display());
+        return Err(CliError::new(what, "end the name with .exr"));
+    }
     let environment = flags.lights.environment.as_deref();
     let read = [args.scene.path(), flags.scene.path()].into_iter().chain(environment);
     if let Some(other) = target.overlap(read) {
@@ -67,23 +77,36 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     }
 
     let part = flags.part.scene_of_file.as_deref();
-    let mut scene = progress.step("load", &format!("Loading {}", flags.scene), || {
+    let (mut scene, rain) = progress.step("load", &format!("Loading {}", flags.scene), || {
         let mut scene = scene::load_part(&flags.scene, part)?;
-        apply_lights(&mut scene, &flags.lights, flags.run.seed)?;
-        Ok::<_, CliError>(scene)
+        let rain = apply_lights(&mut scene, &flags.lights, flags.run.seed)?;
+        Ok::<_, CliError>((scene, rain))
     })?;
+    let motion = Motion::of(&scene, &flags.track, rain)?;
+    if motion.is_none() && shot.has_only_a_time() {
+        progress.note(NOTHING_MOVES);
+    }
     let aspect = size.width as f32 / size.height as f32;
-    let (cameras, is_inside) = camera::choose_each(&scene, &[view], aspect)?;
-    let camera = &cameras[0];
+    let (cameras, is_inside) = camera::choose_each(&scene, slice::from_ref(&frame.view), aspect)?;
+    let mut camera = cameras[0].clone();
     if is_inside {
         progress.note(camera::INSIDE);
     }
     let lights = Lighting { is_seen: settings.integrator == Integrator::Path, reaches_surfaces: true };
-    light_rig::light(&mut scene, &flags.lights, camera, lights, |note| progress.note(note))?;
+    light_rig::light(&mut scene, &flags.lights, &camera, lights, |note| progress.note(note))?;
+    // As `render` does: cameras and light are chosen as things are at 0 s, and then all that moves is moved.
+    if let (Some(motion), Some(time)) = (motion, frame.time) {
+        let bounds = scene.bounds();
+        if motion.at_time(&mut scene, time) {
+            camera = camera::follow(&scene, &bounds, &frame.view, aspect, &camera)?;
+        }
+    }
+    let camera = &camera;
 
     let making = Making {
         fingerprint: fingerprint::of(&scene, camera, size, &settings),
         seed: settings.seed,
+        part: args.samples.range,
         facts: facts(flags, &settings, camera, size),
     };
     let before = match args.output.resume {
@@ -96,7 +119,8 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let Before { mut film, seed, dropped } = match before {
         Some(before) => before,
         None => {
-            let film = Film::new(size.width as usize, size.height as usize)?;
+            let first = making.part.map_or(0, |part| part.first - 1);
+            let film = Film::part(size.width as usize, size.height as usize, first)?;
             Before { film, seed: settings.seed, dropped: 0 }
         }
     };
@@ -172,6 +196,9 @@ fn outcome(film: &Film, noise: f64, seconds: f64) -> String {
 
 fn goal(args: &ReferenceArgs) -> Goal {
     let samples = &args.samples;
+    if let Some(part) = samples.range {
+        return Goal { spp: Some(part.last - part.first + 1), ..Goal::default() };
+    }
     let is_unbounded = samples.until_error.is_some() || samples.time_limit.is_some();
     Goal {
         spp: samples.spp.or((!is_unbounded).then_some(args::SPP)),
@@ -181,7 +208,7 @@ fn goal(args: &ReferenceArgs) -> Goal {
 }
 
 /// What stands in the file for people, and tells two makings apart.
-fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -> Vec<(&'static str, String)> {
+fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -> Vec<(String, String)> {
     let point = |p: glam::Vec3| format!("{},{},{}", p.x, p.y, p.z);
     let eye = camera.eye();
     let forward = camera.world_from_camera.transform_vector3(glam::Vec3::NEG_Z);
@@ -210,7 +237,7 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
         ("lanternfish.light-choice", settings.light_choice.to_string()),
     ];
     facts.extend(max_distance.map(|distance| ("lanternfish.max-distance", distance.to_string())));
-    facts
+    facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// What was counted and how long it took.

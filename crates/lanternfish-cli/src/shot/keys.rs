@@ -12,7 +12,10 @@ use glam::Vec3;
 use lanternfish::settings::Exposure;
 use lanternfish_scene::Light;
 
-use crate::{args::Cli, parse::Size};
+use crate::{
+    args::Cli,
+    parse::{Frames, Size},
+};
 
 /// A flag as a key.
 #[derive(Debug)]
@@ -70,7 +73,7 @@ impl Key {
             Kind::Switch
         } else if is(&[TypeId::of::<f32>(), TypeId::of::<u32>()]) {
             Kind::Number
-        } else if is(&[TypeId::of::<Exposure>()]) {
+        } else if is(&[TypeId::of::<Exposure>(), TypeId::of::<Frames>()]) {
             Kind::NumberOrWord
         } else if is(&[TypeId::of::<Vec3>(), TypeId::of::<Light>()]) {
             Kind::Numbers

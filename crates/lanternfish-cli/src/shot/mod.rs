@@ -7,11 +7,13 @@
 //! `interpolation` and `keyframes` of `[track]`, are keys alone. Paths are relative to the shot's folder. A flag on the
 //! command line goes before the shot's key; `--point`, `--disk` and `--rectangle` add to the shot's.
 
+mod frames;
 mod keys;
 mod read;
 mod track;
 mod write;
 
+pub use frames::ShotFrame;
 pub use write::write;
 
 use std::{
@@ -23,7 +25,7 @@ use std::{
 use clap::{ArgMatches, CommandFactory, Parser, parser::ValueSource};
 
 use crate::{
-    args::{Cli, Command, RenderArgs, ViewArgs},
+    args::{Cli, Command, RenderArgs},
     error::CliError,
     output,
     scene::SceneName,
@@ -56,7 +58,9 @@ Paths are relative to the shot's folder. A flag on the command line goes before 
 
 Keyframes have a time in seconds, and eye, target and fov-y, or some of them: the same in all.
 What [view] or a flag says of the camera stays as it is said. Between keyframes the camera moves
-"linear" or along a "catmull-rom" curve. Without frames, time picks the moment.
+"linear" or along a "catmull-rom" curve; before the first and after the last it stands. Without
+frames, time picks the moment. frames = "1-48" with fps = 24 are frames by their numbers, of any
+scene, with a track or without: see docs/sequences.md.
 "#;
 
 /// Most bytes of a shot: what is larger is something else.
@@ -154,49 +158,6 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
     match Cli::try_parse_from(line).unwrap_or_else(|error| error.exit()).command {
         Command::Render(args) => *args,
         _ => unreachable!("the words start with render"),
-    }
-}
-
-impl Shot {
-    /// What can be refused before any work.
-    fn check(&self) -> Result<(), CliError> {
-        let when = &self.args.track;
-        if when.time.is_some() && when.frames.is_some() {
-            return Err(CliError::new("both --time and --frames", "give one: a moment, or the whole track"));
-        }
-        let flag = if when.time.is_some() { "--time" } else { "--frames" };
-        match (&self.track, when.time) {
-            (None, _) if when.time.is_some() || when.frames.is_some() => Err(CliError::new(
-                format!("{flag}: {} has no camera track", self.args.scene),
-                "render a shot (.toml) that has a [track]; `lanternfish shot SCENE` writes one to fill in (--accumulate N \
-                 averages N frames of one picture)",
-            )),
-            (Some(track), Some(time)) if !(track.first()..=track.last()).contains(&time) => Err(CliError::new(
-                format!("--time {time}: the camera track runs from {} to {} s", track.first(), track.last()),
-                "choose a moment of it",
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    /// One view a picture. What flags say of the camera stays as said; the rest follows the track.
-    pub fn views(&self) -> Vec<ViewArgs> {
-        let view = &self.args.view;
-        let Some(track) = &self.track else { return vec![view.clone()] };
-        let at = |time: f32| {
-            let moment = track.at(time);
-            let is_free = view.view.is_none();
-            ViewArgs {
-                eye: view.eye.or(moment.eye.filter(|_| is_free)),
-                target: view.target.or(moment.target.filter(|_| is_free)),
-                fov_y: view.fov_y.or(moment.fov_y),
-                ..view.clone()
-            }
-        };
-        match self.args.track.frames {
-            None => vec![at(self.args.track.time.unwrap_or(track.first()))],
-            Some(frames) => (0..frames).map(|frame| at(track.moment(frame, frames))).collect(),
-        }
     }
 }
 

@@ -232,6 +232,7 @@ fn what_is_written_is_read_back() {
     let shots = [
         ("scene = \"demo:atrium\"", ""),
         (TRACK, "--frames 7"),
+        (TRACK, "--frames 5-9 --fps 12.5 --animation walk --skip-existing --progress openjd"),
         (
             TRACK,
             "--time .5 --eye -.5,+1,1e30 --quiet --exposure -.5 --seed 4294967295 --aabb off --tile-size 8 --accumulate 16",
@@ -275,10 +276,50 @@ fn views_follow_the_track_unless_flags_say_otherwise() {
     for (text, flags, word) in [
         (TRACK, "--time 2.5", "from 0 to 2 s"),
         (TRACK, "--time 1 --frames 2", "both --time and --frames"),
-        ("scene = \"demo:atrium\"", "--time 1", "--time: demo:atrium has no camera track"),
+        ("scene = \"demo:atrium\"", "--frames 2", "demo:atrium has no camera track"),
         ("scene = \"demo:atrium\"", "--frames 2", "--accumulate N averages N frames of one picture"),
     ] {
         let error = shot(text, flags).unwrap_err();
         assert!(error.contains(word), "{error}");
     }
+}
+
+#[test]
+fn frames_are_at_their_numbers_over_the_rate() {
+    let frames = |text: &str, flags: &str| shot(text, flags).unwrap().frames();
+    let numbers = |frames: &[ShotFrame]| frames.iter().map(|frame| frame.number.unwrap()).collect::<Vec<_>>();
+    let times = |frames: &[ShotFrame]| frames.iter().map(|frame| frame.time.unwrap()).collect::<Vec<_>>();
+    let some = frames(TRACK, "--frames 18-20 --fps 12");
+    assert_eq!((numbers(&some), times(&some)), (vec![18, 19, 20], vec![1.5, 19.0 / 12.0, 20.0 / 12.0]));
+    assert_eq!(some[0].view.fov_y, Some(50f32.to_radians()), "a keyframe's own");
+    // A frame is the same in whatever range; where the track is over, the camera stands.
+    let many = frames(TRACK, "--frames 0-99");
+    assert_eq!((many[36].view.clone(), many[36].time), (some[0].view.clone(), Some(1.5)));
+    assert_eq!(
+        (many[48].view.eye, many[99].view.eye),
+        (Some(Vec3::new(3.0, 0.0, 4.0)), Some(Vec3::new(3.0, 0.0, 4.0)))
+    );
+    // Of a whole track, times are the track's; without one, the scene is what moves.
+    assert_eq!(times(&frames(TRACK, "--frames 3")), [0.0, 1.0, 2.0]);
+    assert_eq!(numbers(&frames(TRACK, "--frames 3")), [1, 2, 3]);
+    let still = "scene = \"demo:atrium\"";
+    assert_eq!(times(&frames(still, "--frames 24-24")), [1.0]);
+    assert_eq!((frames(still, "--time 3")[0].time, frames(still, "")[0].time), (Some(3.0), None));
+    assert_eq!(frames(TRACK, "")[0].time, Some(0.0));
+    // What all frames are lit and exposed by does not depend on which of them are asked for.
+    let first = |flags: &str| shot(TRACK, flags).unwrap().first();
+    assert_eq!((first("--frames 7-9").time, first("--frames 7-9").view), (Some(0.0), first("--frames 0-3").view));
+    assert_eq!(first("--time 1").time, Some(1.0));
+    // Beyond the track, rain goes on falling.
+    assert_eq!(frames(TRACK, "--time 7 --lights rain:5")[0].time, Some(7.0));
+}
+
+#[test]
+fn frames_in_a_shot_are_a_number_or_a_range() {
+    let frames = |value: &str| shot(&TRACK.replace("[track]", &format!("[track]\nframes = {value}\nfps = 30")), "");
+    assert_eq!(frames("3").unwrap().frames().len(), 3);
+    let range = frames("\"10-14\"").unwrap();
+    assert_eq!((range.frames().len(), range.frames()[0].time), (5, Some(10.0 / 30.0)));
+    let error = frames("\"14-10\"").unwrap_err();
+    assert!(error.contains("shot.toml:3:10") && error.contains("A-B"), "{error}");
 }

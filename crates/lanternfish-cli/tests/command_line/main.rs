@@ -13,5 +13,6 @@ mod mistakes;
 mod reference;
 mod render;
 mod results;
+mod sequence;
 mod shot;
 mod support;

@@ -1,5 +1,6 @@
 //! `lanternfish reference`, from the command line to files.
 
+mod parts;
 mod pictures;
 #[cfg(unix)]
 mod signals;
@@ -189,7 +190,10 @@ fn mistakes_are_told_before_any_work() {
         ("demo:nothing", "demo:nothing"),
         ("nowhere.glb", "nowhere.glb"),
         ("nowhere.toml", "nowhere.toml"),
-        ("demo:cornell --time 1", "no camera track"),
+        ("demo:cornell --frames 3", "--frames"),
+        ("demo:cornell --samples 3-1", "samples A-B"),
+        ("demo:cornell --samples 1-2 --spp 4", "--spp"),
+        ("demo:cornell --samples 1-2 -o a.png", "which PNG does not hold"),
     ] {
         let error = refused(folder.path(), words);
         assert!(error.contains(what), "{words}: {error}");

@@ -1,0 +1,190 @@
+//! `lanternfish farm`: a sequence as a job for many machines, in the words of Open Job Description.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+
+use crate::{
+    args::demos,
+    error::CliError,
+    output::{self, Output},
+    parse::{self, Span},
+    scene::SceneName,
+    shot,
+};
+
+pub const HELP: &str = "\
+Examples:
+  240 frames in chunks of 10, as a job beside the shot, and the job on this machine:
+    lanternfish farm shot.toml --frames 1-240 --chunk 10 -o job.yaml
+    openjd run job.yaml
+
+The job has parameters: Shot, Picture, Frames, Chunk, and Lanternfish, the program as the machines
+find it. Everything else about the pictures is said by the shot; `lanternfish shot SCENE FLAGS` writes
+one.";
+
+#[derive(Debug, Args)]
+pub struct FarmArgs {
+    #[arg(help = format!("What is rendered: a shot (.toml), a scene's file, or {}", demos()))]
+    pub scene: SceneName,
+    /// Which frames: A-B.
+    #[arg(id = "wanted", long = "frames", value_name = "A-B", value_parser = parse::span)]
+    pub wanted: Span<u32>,
+    /// Frames that a machine renders in one go: it loads the scene and compiles its shaders once for all of them.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=99_999))]
+    pub chunk: u32,
+    /// Frames a second, where the shot does not say.
+    #[arg(id = "rate", long = "fps", value_name = "N", value_parser = parse::fps)]
+    pub fps: Option<f32>,
+    /// The pictures, frame numbers put before the ending: what `render` calls --output. Without it: as the shot says, or its name with
+    /// .png.
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+    /// The job's file. Shot and pictures must lie in its folder, or below. Without it: standard output, for a file in the
+    /// current folder.
+    #[arg(id = "job", short = 'o', long = "output", value_name = "FILE.yaml")]
+    pub output: Option<PathBuf>,
+}
+
+pub fn run(args: &FarmArgs) -> Result<(), CliError> {
+    let scene = &args.scene;
+    let is_file = scene.demo().is_none();
+    if is_file && !scene.path().is_file() {
+        return Err(CliError::new(
+            format_args!("{scene}: there is no such file"),
+            "name a shot, a scene, or demo:NAME",
+        ));
+    }
+    let said = match (&args.picture, shot::is_shot(scene)) {
+        (Some(picture), _) => Some(picture.clone()),
+        (None, true) => shot::read(scene.path(), Vec::new())?.args.output.output,
+        (None, false) => None,
+    };
+    let picture = Output::named(said.as_deref(), scene)?.path;
+    if let Some(job) = &args.output {
+        output::check_writable(job)?;
+        output::refuse_same(&[(job, "the job")], &[(scene.path(), "the shot"), (&picture, "the picture")])?;
+    }
+    let folder = args.output.as_deref().map_or(Path::new(""), |job| job.parent().unwrap_or(Path::new("")));
+    let shot = match is_file {
+        true => below(folder, scene.path())?,
+        false => scene.to_string(),
+    };
+    let text = template(args, &shot, &below(folder, &picture)?, is_file);
+    match &args.output {
+        None => output::print(&text),
+        Some(job) => output::write_text(job, &text).and_then(|()| output::print(&format!("{}\n", job.display()))),
+    }
+}
+
+/// `path` relative to `folder`, with slashes. Templates take no file elsewhere: a job could then read or write anything.
+fn below(folder: &Path, path: &Path) -> Result<String, CliError> {
+    let whole = |path: &Path| -> io::Result<PathBuf> {
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Ok(fs::canonicalize(parent)?.join(path.file_name().unwrap_or_default()))
+    };
+    let failed =
+        |error: io::Error| CliError::new(format_args!("{}: {error}", path.display()), "create its folder first");
+    let base = fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).map_err(failed)?;
+    let path = whole(path).map_err(failed)?;
+    let inner = path.strip_prefix(&base).ok().and_then(|inner| {
+        inner.iter().map(|part| part.to_str()).collect::<Option<Vec<_>>>().map(|parts| parts.join("/"))
+    });
+    inner.ok_or_else(|| {
+        CliError::new(
+            format_args!("{}: not in the job's folder, {}", path.display(), base.display()),
+            "put the job into a folder that holds both the shot and its pictures: -o FOLDER/job.yaml",
+        )
+    })
+}
+
+/// The job. Paths are relative to it.
+fn template(args: &FarmArgs, shot: &str, picture: &str, is_file: bool) -> String {
+    // A string of JSON is one of YAML.
+    let quoted = |text: &str| serde_json::to_string(text).expect("text");
+    let (wanted, chunk) = (args.wanted, args.chunk);
+    let name: String =
+        Path::new(shot).file_stem().map(|stem| stem.to_string_lossy().replace(['{', '}'], "_")).unwrap_or_default();
+    let name: String = name.chars().filter(|c| !c.is_control()).take(64).collect();
+    let fps = args.fps.map(|fps| format!("\n            - --fps\n            - \"{fps}\"")).unwrap_or_default();
+    let (name, shot, picture) = (quoted(&name), quoted(shot), quoted(picture));
+    let kind = match is_file {
+        true => "PATH\n    objectType: FILE\n    dataFlow: IN",
+        false => "STRING",
+    };
+    format!(
+        r#"# Open Job Description: renders a sequence in chunks, then verifies it. Written by `lanternfish farm`.
+specificationVersion: jobtemplate-2023-09
+extensions:
+  - TASK_CHUNKING
+name: {name}
+parameterDefinitions:
+  - name: Shot
+    description: What is rendered.
+    type: {kind}
+    default: {shot}
+  - name: Picture
+    description: The pictures. A frame's number goes before the ending.
+    type: PATH
+    objectType: FILE
+    dataFlow: OUT
+    default: {picture}
+  - name: Frames
+    description: Which frames, A-B.
+    type: STRING
+    default: "{wanted}"
+  - name: Chunk
+    description: Frames that a machine renders in one go.
+    type: INT
+    minValue: 1
+    default: {chunk}
+  - name: Lanternfish
+    description: The program, as the machines that render find it.
+    type: STRING
+    default: lanternfish
+steps:
+  - name: Render
+    parameterSpace:
+      taskParameterDefinitions:
+        - name: Frame
+          type: CHUNK[INT]
+          range: "{{{{Param.Frames}}}}"
+          chunks:
+            defaultTaskCount: "{{{{Param.Chunk}}}}"
+            rangeConstraint: CONTIGUOUS
+    script:
+      actions:
+        onRun:
+          command: "{{{{Param.Lanternfish}}}}"
+          args:
+            - render
+            - "{{{{Param.Shot}}}}"
+            - --frames
+            - "{{{{Task.Param.Frame}}}}"{fps}
+            - --skip-existing
+            - --progress
+            - openjd
+            - -o
+            - "{{{{Param.Picture}}}}"
+          cancelation:
+            mode: NOTIFY_THEN_TERMINATE
+            notifyPeriodInSeconds: 10
+  - name: Verify
+    dependencies:
+      - dependsOn: Render
+    script:
+      actions:
+        onRun:
+          command: "{{{{Param.Lanternfish}}}}"
+          args:
+            - frames
+            - "{{{{Param.Shot}}}}"
+            - "{{{{Param.Frames}}}}"
+            - -o
+            - "{{{{Param.Picture}}}}"
+"#
+    )
+}

@@ -1,0 +1,111 @@
+//! `lanternfish frames`: which frames of a sequence are there and whole.
+
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use rayon::prelude::*;
+
+use crate::{
+    args::{RenderArgs, demos},
+    error::CliError,
+    output::{self, Output},
+    parse::{self, Span},
+    render::existing::{Expected, Fault},
+    scene::SceneName,
+    shot,
+};
+
+pub const HELP: &str = "\
+Examples:
+  Whether a sequence is complete, and what is not:
+    lanternfish frames shot.toml 1-240
+  What is missing is rendered, and nothing else:
+    lanternfish render shot.toml --frames 1-240 --skip-existing
+
+Each frame that is missing or broken is a line of standard output; the last line counts those that
+are whole.";
+
+#[derive(Debug, Args)]
+pub struct FramesArgs {
+    #[arg(help = format!("The scene or the shot that the frames are of, as `render` is given it: a file, or {}", demos()))]
+    pub scene: SceneName,
+    /// Which frames: A-B, or one.
+    #[arg(value_name = "A-B", value_parser = parse::span)]
+    pub wanted: Span<u32>,
+    #[command(flatten)]
+    pub shared: PictureArgs,
+}
+
+/// The flags of `render` that say which file a picture is, and how large. Their values come through the shot, which reads
+/// them once more.
+#[derive(Debug)]
+pub struct PictureArgs;
+
+/// These flags, by id.
+const SHARED: [&str; 5] = ["output", "size", "stereo", "stereo_layout", "debug_view"];
+
+impl Args for PictureArgs {
+    fn augment_args(command: Command) -> Command {
+        let render = RenderArgs::augment_args(Command::new("render"));
+        let is_shared = |flag: &&Arg| SHARED.contains(&flag.get_id().as_str());
+        command.args(render.get_arguments().filter(is_shared).cloned())
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for PictureArgs {
+    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
+        Ok(())
+    }
+}
+
+/// Says what is not whole, and gives what the process exits with: 0 where all is.
+pub fn run(args: &FramesArgs) -> Result<u8, CliError> {
+    let shot = shot::resolve(&args.scene)?;
+    let flags = &shot.args;
+    let output = Output::named(flags.output.output.as_deref(), &flags.scene)?;
+    let (expected, wanted) = (Expected::of(flags), args.wanted);
+    let numbers: Vec<u32> = (wanted.first..=wanted.last).collect();
+    let faults: Vec<_> = numbers
+        .par_iter()
+        .filter_map(|number| {
+            let picture = output.numbered(*number);
+            expected.fault(&picture).map(|fault| (*number, picture.path, fault))
+        })
+        .collect();
+    let mut text = String::new();
+    for (_, path, fault) in &faults {
+        text += &match fault {
+            Fault::Missing => format!("missing  {}\n", path.display()),
+            Fault::Broken(why) => format!("broken   {why}\n"),
+        };
+    }
+    text += &format!("{} of {} frames are whole", numbers.len() - faults.len(), numbers.len());
+    let others: Vec<_> = faults.iter().map(|(number, ..)| *number).collect();
+    if !others.is_empty() {
+        text += &format!("; not {}", spans(&others));
+    }
+    output::print(&(text + "\n"))?;
+    Ok(u8::from(!faults.is_empty()))
+}
+
+/// Ascending numbers as ranges: `1-3, 7`.
+fn spans(numbers: &[u32]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
+    let spans = runs.map(|run| match run {
+        [alone] => alone.to_string(),
+        _ => format!("{}-{}", run[0], run[run.len() - 1]),
+    });
+    spans.collect::<Vec<_>>().join(", ")
+}
+
+#[test]
+fn numbers_that_follow_each_other_are_ranges() {
+    assert_eq!(spans(&[1, 2, 3, 7, 9, 10]), "1-3, 7, 9-10");
+    assert_eq!(spans(&[0]), "0");
+}

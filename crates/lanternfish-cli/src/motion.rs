@@ -1,0 +1,91 @@
+//! What moves in a scene by itself, beside the camera: the rain of lights.
+
+use lanternfish_scene::{Bounds, Scene, generate::light_rain};
+
+use crate::{args::TrackArgs, error::CliError};
+
+/// Light rain among a scene's lights.
+#[derive(Clone, Debug)]
+pub struct Rain {
+    /// Index of its first light in the scene's.
+    first: usize,
+    /// Where it falls: the scene's box when it was added, so that it falls there whatever else moves.
+    bounds: Bounds,
+    count: u32,
+    radius: Option<f32>,
+    seed: u32,
+}
+
+impl Rain {
+    /// Adds it to the scene, as it is at 0 s.
+    pub fn add(scene: &mut Scene, count: u32, radius: Option<f32>, seed: u32) -> Self {
+        let rain = Self { first: scene.lights.len(), bounds: scene.bounds(), count, radius, seed };
+        scene.lights.extend(light_rain(&rain.bounds, count, radius, seed, 0.0));
+        rain
+    }
+
+    /// Moves it to where it is at `time`, s.
+    fn fall(&self, scene: &mut Scene, time: f32) {
+        let lights = light_rain(&self.bounds, self.count, self.radius, self.seed, time);
+        scene.lights[self.first..][..lights.len()].clone_from_slice(&lights);
+    }
+}
+
+/// What is said where a time is asked for and nothing moves.
+pub const NOTHING_MOVES: &str =
+    "neither the camera nor anything in the scene moves: at every time it is the same picture";
+
+/// What moves in a scene.
+#[derive(Debug)]
+pub struct Motion {
+    rain: Option<Rain>,
+}
+
+impl Motion {
+    /// What these flags and the scene say; none where nothing moves.
+    pub fn of(scene: &Scene, flags: &TrackArgs, rain: Option<Rain>) -> Result<Option<Self>, CliError> {
+        if let Some(animation) = &flags.animation {
+            let what = format!("--animation {animation}: {} has no animation that can be played", scene.name);
+            return Err(CliError::new(what, "leave --animation out"));
+        }
+        Ok(rain.is_some().then_some(Self { rain }))
+    }
+
+    /// Brings everything in `scene` to where it is at `time`, s, and says whether it may be elsewhere than before.
+    ///
+    /// **All that moves with time moves here**, for `render` and for `reference`. What it leaves depends on `time` and on the scene
+    /// as it was loaded, never on the times before: frames come in any order.
+    pub fn at_time(&self, scene: &mut Scene, time: f32) -> bool {
+        if let Some(rain) = &self.rain {
+            rain.fall(scene, time);
+        }
+        self.rain.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use lanternfish_scene::{Light, generate::demo};
+
+    use super::*;
+
+    #[test]
+    fn rain_falls_among_the_other_lights_in_any_order() {
+        let mut scene = demo("cornell").unwrap();
+        let of_file = scene.lights.len();
+        let rain = Rain::add(&mut scene, 5, None, 3);
+        scene.lights.push(Light::point(Vec3::ONE, Vec3::ONE));
+        let (start, motion) = (scene.lights.clone(), Motion { rain: Some(rain) });
+        let mut at = |time| {
+            assert!(motion.at_time(&mut scene, time));
+            scene.lights.clone()
+        };
+        let later = at(0.7);
+        assert_eq!(at(0.0), start);
+        at(5.0);
+        assert_eq!(at(0.7), later);
+        let moved: Vec<_> = (0..start.len()).filter(|i| start[*i] != later[*i]).collect();
+        assert_eq!(moved, (of_file..of_file + 5).collect::<Vec<_>>());
+    }
+}

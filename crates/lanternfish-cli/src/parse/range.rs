@@ -1,0 +1,98 @@
+//! Ranges of numbers: frames of a sequence, samples of a truth.
+
+use std::{fmt, ops::RangeInclusive, str::FromStr};
+
+/// Numbers that frames may have.
+pub const FRAMES: RangeInclusive<u32> = 0..=99_999;
+
+/// Numbers that samples of a pixel may have.
+pub const SAMPLES: RangeInclusive<u64> = 1..=1 << 32;
+
+/// Whole numbers from `first` to `last`, both of them in it; `first` is not above `last`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span<N> {
+    pub first: N,
+    pub last: N,
+}
+
+impl<N: fmt::Display> fmt::Display for Span<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}-{}", self.first, self.last)
+    }
+}
+
+/// Which pictures a sequence has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frames {
+    /// So many, numbered from 1: the first where the camera track starts, the last where it ends.
+    Count(u32),
+    /// Those of these numbers, each at number / rate seconds.
+    Span(Span<u32>),
+}
+
+/// Parses a number of frames, `N`, or which, `A-B`.
+pub fn frames(text: &str) -> Result<Frames, String> {
+    let frames = match text.contains('-') {
+        true => span(text).ok().map(Frames::Span),
+        false => whole::<u32>(text).filter(|count| *count > 0 && FRAMES.contains(count)).map(Frames::Count),
+    };
+    let (first, last) = (FRAMES.start(), FRAMES.end());
+    frames.ok_or_else(|| {
+        format!("expected how many, 1 to {last}, or which, A-B from {first} to {last}, e.g. 48 or 1-48 (5-5 is frame 5 alone)")
+    })
+}
+
+/// Parses a range of frames, `A-B`, or one, `A`.
+pub fn span(text: &str) -> Result<Span<u32>, String> {
+    let (first, last) = (FRAMES.start(), FRAMES.end());
+    within(text, &FRAMES).ok_or_else(|| format!("expected frames A-B, or one, from {first} to {last}, e.g. 1-48"))
+}
+
+/// Parses a range of samples, `A-B`, or one, `A`.
+pub fn samples(text: &str) -> Result<Span<u64>, String> {
+    let (first, last) = (SAMPLES.start(), SAMPLES.end());
+    within(text, &SAMPLES).ok_or_else(|| format!("expected samples A-B from {first} to {last}, e.g. 1-256"))
+}
+
+fn within<N: FromStr + PartialOrd>(text: &str, range: &RangeInclusive<N>) -> Option<Span<N>> {
+    let (first, last) = text.trim().split_once('-').unwrap_or((text, text));
+    let number = |text: &str| whole(text).filter(|number| range.contains(number));
+    number(first).zip(number(last)).filter(|(first, last)| first <= last).map(|(first, last)| Span { first, last })
+}
+
+/// Parses frames a second.
+pub fn fps(text: &str) -> Result<f32, String> {
+    super::number(text)
+        .filter(|fps| (1e-3..=1e4).contains(fps))
+        .ok_or_else(|| "expected frames a second, from 0.001 to 10000, e.g. 24 or 29.97".to_owned())
+}
+
+/// Digits alone: no sign, which would be part of a range.
+fn whole<N: FromStr>(text: &str) -> Option<N> {
+    let text = text.trim();
+    text.bytes().all(|b| b.is_ascii_digit()).then(|| text.parse().ok()).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_how_many_or_which() {
+        assert_eq!(frames("48"), Ok(Frames::Count(48)));
+        assert_eq!(frames("5-8"), Ok(Frames::Span(Span { first: 5, last: 8 })));
+        assert_eq!(frames("0-0"), Ok(Frames::Span(Span { first: 0, last: 0 })));
+        assert_eq!(span("7"), Ok(Span { first: 7, last: 7 }));
+        assert_eq!(span("7-9").unwrap().to_string(), "7-9");
+        for bad in ["", "-", "0", "-1", "1-", "-1-2", "8-5", "1-2-3", "1.5", "1-100000", "+1", "1-+2", "1,2"] {
+            assert!(frames(bad).unwrap_err().contains("1-48"), "{bad}");
+        }
+        for bad in ["", "1-", "8-5", "a"] {
+            assert!(span(bad).is_err(), "{bad}");
+        }
+        assert_eq!(samples("257-4294967296"), Ok(Span { first: 257, last: 1 << 32 }));
+        assert!(samples("0-5").is_err() && samples("5-4294967297").is_err());
+        assert_eq!((fps("24"), fps("29.97")), (Ok(24.0), Ok(29.97)));
+        assert!(fps("0").is_err() && fps("-1").is_err() && fps("nan").is_err());
+    }
+}

@@ -1,0 +1,44 @@
+//! The lights that flags say, in a scene.
+
+use std::path::Path;
+
+use lanternfish_scene::{Environment, Scene, generate::random_lights};
+
+use crate::{args::LightArgs, error::CliError, motion::Rain, parse::LightSet};
+
+/// Adds the lights of the flags to those of the file, and puts their surroundings in the place of the file's. Gives the rain,
+/// which is there as it is at 0 s.
+pub fn apply_lights(scene: &mut Scene, flags: &LightArgs, seed: u32) -> Result<Option<Rain>, CliError> {
+    let mut rain = None;
+    match flags.lights {
+        Some(LightSet::Rain { count, radius }) => rain = Some(Rain::add(scene, count, radius, seed)),
+        Some(LightSet::Random { count, radius, seed, bounds }) => {
+            scene.lights.extend(random_lights(&bounds, count, radius, seed));
+        }
+        None => {}
+    }
+    scene.lights.extend([&flags.points, &flags.disks, &flags.rectangles].into_iter().flatten().cloned());
+    scene.lights.extend(flags.sun.clone());
+    if let Some(sky) = flags.sky {
+        scene.sky = sky;
+    }
+    if let Some(path) = &flags.environment {
+        scene.environment = Some(environment(path, flags.environment_rotation, flags.environment_scale)?);
+    }
+    Ok(rain)
+}
+
+/// Reads an environment, turns it by `rotation` degrees, and multiplies it.
+fn environment(path: &Path, rotation: f32, scale: f32) -> Result<Environment, CliError> {
+    let mut environment = Environment::load(path)?;
+    environment.rotation = rotation.to_radians();
+    for pixel in &mut environment.pixels {
+        *pixel *= scale;
+        if !pixel.is_finite() {
+            let what =
+                format!("{}: --environment-scale {scale} makes a pixel brighter than numbers go", path.display());
+            return Err(CliError::new(what, "choose a smaller one"));
+        }
+    }
+    Ok(environment)
+}

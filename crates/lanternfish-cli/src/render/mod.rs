@@ -1,0 +1,218 @@
+//! From a scene's file to a picture's, or to those of a sequence.
+//!
+//! 1. Refuse what can be refused without work; leave out frames that are there, where that is asked for ([`existing`]).
+//! 2. Read the scene, choose cameras and light ([`lights`], [`crate::camera`], [`crate::light_rig`]): as things are at 0 s,
+//!    whichever frames are asked for.
+//! 3. Upload it so, too, and render frame after frame ([`pictures`]).
+
+pub mod existing;
+mod lights;
+mod pictures;
+
+use std::time::Instant;
+
+use glam::Vec3;
+use lanternfish::{
+    Renderer,
+    debug_views::Scale,
+    settings::{Indirect, Occlusion, Settings},
+};
+use lanternfish_gpu::{Gpu, driver_warning};
+use lanternfish_scene::Scene;
+use rayon::prelude::*;
+
+pub use self::lights::apply_lights;
+use self::{existing::Expected, pictures::Pictures};
+use crate::{
+    args::RenderArgs,
+    camera,
+    error::CliError,
+    light_rig::{self, Lighting},
+    motion::{Motion, NOTHING_MOVES},
+    output::{self, Output},
+    progress::Progress,
+    report::Run,
+    scene,
+    shot::{Shot, ShotFrame},
+    stereo::StereoLayout,
+};
+
+/// A picture that is made, or is there.
+#[derive(Debug)]
+struct Planned {
+    frame: ShotFrame,
+    output: Output,
+    is_there: bool,
+}
+
+pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
+    let args = &shot.args;
+    let planned = plan(shot)?;
+    let output = &planned[0].output;
+    let (settings, size) = (args.settings(), args.output.size);
+    let told = Told { is_sequence: args.track.frames.is_some(), args, all: planned.len() };
+    let mut progress = Progress::start(args.run.quiet);
+    let there = planned.iter().filter(|planned| planned.is_there).count();
+    if there > 0 {
+        progress.note(&format!("{there} of {} pictures are there and whole", planned.len()));
+    }
+    if there == planned.len() {
+        progress.finish();
+        let lines = planned.iter().enumerate().map(|(index, planned)| told.done(index, &planned.output));
+        return output::print(&lines.collect::<String>());
+    }
+
+    let part = args.part.scene_of_file.as_deref();
+    let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
+        let mut scene = scene::load_part(&args.scene, part)?;
+        let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
+        Ok::<_, CliError>((scene, rain))
+    })?;
+    let motion = Motion::of(&scene, &args.track, rain)?;
+    if motion.is_none() && shot.has_only_a_time() {
+        progress.note(NOTHING_MOVES);
+    }
+    let aspect = size.width as f32 / size.height as f32;
+    let first = shot.first();
+    let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame));
+    let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
+    let (cameras, is_inside) = camera::choose_each(&scene, &views, aspect)?;
+    if is_inside {
+        progress.note(camera::INSIDE);
+    }
+    // A picture of a quantity wants no light.
+    let lights = Lighting {
+        is_seen: settings.debug_view.is_none(),
+        reaches_surfaces: settings.indirect.sees_surroundings() || settings.occlusion != Occlusion::None,
+    };
+    light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
+    note_what_lights_nothing(&progress, &scene, &settings);
+
+    let choice = args.run.adapter.clone().unwrap_or_default();
+    let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+    progress.warn(driver_warning(&gpu.device.adapter_info()));
+    let renderer =
+        progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings.clone()))?;
+    // As it is at 0 s: the tree that rays walk is the same then for every frame, whichever comes first.
+    let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&scene))?;
+    let scale = settings.debug_view.and_then(Scale::of);
+    if let (Some(scale), Some(view)) = (&scale, settings.debug_view) {
+        progress.note(&format!("scale of {view}: {scale}"));
+    }
+    let is_metered = pictures::are_metered(&settings, output);
+    let is_lit = lights.is_seen && lights.reaches_surfaces;
+    let may_have_faint_sky = is_metered && is_lit && light_rig::may_have_faint_sky(&scene, &args.lights);
+    let mut pictures = Pictures::new(args, renderer, uploaded, scene, motion, may_have_faint_sky);
+    let (camera_of_first, cameras) = (&cameras[0], &cameras[1..]);
+    if is_metered {
+        // What is drawn first anyway is not drawn twice.
+        let next = planned.iter().find(|planned| !planned.is_there).map(|planned| &planned.frame);
+        let is_next = next.is_some_and(|next| next.time == first.time && next.view == first.view);
+        pictures.meter(&first, camera_of_first, is_next, &mut progress)?;
+    }
+    let mut last = String::new();
+    for (index, (planned, camera)) in planned.iter().zip(cameras).enumerate() {
+        if !planned.is_there {
+            pictures.make(&planned.frame, camera, &planned.output, &mut progress)?;
+        }
+        last = told.done(index, &planned.output);
+        // The last line of all is a picture's path.
+        if told.is_sequence && index + 1 < told.all {
+            output::print(&last)?;
+        }
+    }
+
+    let mut seconds = progress.finish();
+    seconds.push(("total", started.elapsed().as_secs_f64()));
+    let run = Run {
+        scene: &args.scene,
+        output: &output.path,
+        adapter: &gpu.description,
+        size,
+        frames: told.is_sequence.then(|| u32::try_from(told.all - there).expect("frames have numbers")),
+        exposure: pictures.exposure,
+        settings: &settings,
+        seed: args.run.seed,
+        cost: &pictures.cost,
+        seconds: &seconds,
+    };
+    if let Some(path) = &args.run.report {
+        output::write_text(path, &run.to_json())?;
+    }
+    let table = if args.run.timings { run.to_table() + "\n" } else { String::new() };
+    output::print(&(table + &last))
+}
+
+/// The pictures and their files. Everything that can be refused without work is refused here.
+fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
+    let args = &shot.args;
+    let output = Output::choose(args.output.output.as_deref(), &args.scene)?;
+    let of = |frame: &ShotFrame| frame.number.map_or_else(|| output.clone(), |number| output.numbered(number));
+    let frames = shot.frames();
+    let outputs: Vec<_> = frames.iter().map(of).collect();
+    outputs.iter().try_for_each(|output| output::check_writable(&output.path))?;
+    let environment = args.lights.environment.as_deref().map(|path| (path, "--environment"));
+    let read: Vec<_> = [(args.scene.path(), "the scene")].into_iter().chain(environment).collect();
+    let pictures: Vec<_> = outputs.iter().map(|output| (output.path.as_path(), "the picture")).collect();
+    output::refuse_same(&pictures, &read)?;
+    if let Some(path) = &args.run.report {
+        output::check_writable(path)?;
+        output::refuse_same(&[(path, "--report")], &[read, pictures].concat())?;
+    }
+    if let Some(view) = args.look.debug_view.filter(|_| output.is_radiance()) {
+        let what = format!("{}: --debug-view {view} is a picture, .exr holds radiance", output.path.display());
+        return Err(CliError::new(what, "end the name with .png, or leave --debug-view out"));
+    }
+    let layers = args.stereo.stereo.is_some() && args.stereo.stereo_layout == StereoLayout::Layers;
+    if layers && !output.is_radiance() {
+        let what = format!("{}: --stereo-layout layers makes two layers, which only .exr holds", output.path.display());
+        return Err(CliError::new(what, "end the name with .exr, or leave --stereo-layout out"));
+    }
+    let expected = Expected::of(args);
+    let is_there = |output: &Output| args.track.skip_existing && expected.fault(output).is_none();
+    let there: Vec<_> = outputs.par_iter().map(is_there).collect();
+    let planned = frames.into_iter().zip(outputs).zip(there);
+    Ok(planned.map(|((frame, output), is_there)| Planned { frame, output, is_there }).collect())
+}
+
+/// What standard output says of pictures.
+struct Told<'a> {
+    args: &'a RenderArgs,
+    is_sequence: bool,
+    /// How many pictures there are.
+    all: usize,
+}
+
+impl Told<'_> {
+    /// What is said once the picture of this index is there, and all before it.
+    fn done(&self, index: usize, output: &Output) -> String {
+        let status = || format!("{} of {} frames", index + 1, self.all);
+        let progress = self.args.run.progress.filter(|_| self.is_sequence);
+        let progress = progress.map(|farm| farm.lines(index + 1, self.all, &status())).unwrap_or_default();
+        format!("{progress}{}\n", output.path.display())
+    }
+}
+
+/// Says which light has no part in the picture.
+fn note_what_lights_nothing(progress: &Progress, scene: &Scene, settings: &Settings) {
+    if settings.debug_view.is_some() {
+        return;
+    }
+    let (has_occlusion, sees_surroundings) =
+        (settings.occlusion != Occlusion::None, settings.indirect.sees_surroundings());
+    if has_occlusion && sees_surroundings {
+        progress.note(
+            "--occlusion has no part in this picture: rays of --indirect sampled see the surroundings themselves; \
+             with --indirect none they light what --occlusion finds open",
+        );
+    }
+    let misses_sky = settings.indirect != Indirect::None && !sees_surroundings;
+    let has_sky = scene.sky != Vec3::ZERO || scene.environment.is_some();
+    if misses_sky && !has_occlusion && has_sky {
+        progress
+            .note("the surroundings light nothing: --indirect virtual-lights does not see them, --occlusion deep does");
+    }
+    if has_occlusion && !sees_surroundings && !has_sky {
+        progress.note("--occlusion shades the light of the surroundings, and there are none; try --sky 0.5,0.5,0.5 or --environment FILE");
+    }
+}
