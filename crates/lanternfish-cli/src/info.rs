@@ -81,6 +81,13 @@ fn describe(scene: &Scene) -> String {
         );
     }
 
+    if !scene.motion.animations.is_empty() {
+        lines.count("animations", scene.motion.animations.len(), "");
+    }
+    for (index, animation) in scene.motion.animations.iter().enumerate() {
+        let name = if animation.name.is_empty() { "(no name)" } else { &animation.name };
+        lines.add(&format!("  {index}"), format_args!("{name}: {:.2} s", animation.duration()));
+    }
     if let Some(environment) = &scene.environment {
         lines.add("environment", format_args!("{} × {} pixels", environment.width, environment.height));
     }
@@ -140,7 +147,10 @@ fn adapters() -> Result<String, CliError> {
 #[cfg(test)]
 mod tests {
     use glam::{Affine3A, Vec3};
-    use lanternfish_scene::{Camera, Environment, Image, Instance, Light, Material, Mesh, Primitive, Texture};
+    use lanternfish_scene::{
+        Camera, Environment, Image, Instance, Light, Material, Mesh, Primitive, Texture,
+        motion::{Animation, Motion},
+    };
 
     use super::*;
 
@@ -167,6 +177,10 @@ mod tests {
                 ..Camera::look_at(Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.5, near: 0.1 })
             }],
             environment: Some(Environment { width: 2, height: 1, pixels: vec![Vec3::ONE; 2], rotation: 0.0 }),
+            motion: Motion {
+                animations: vec![Animation { name: "nod".to_owned(), ..Animation::default() }],
+                ..Motion::default()
+            },
             ..Scene::default()
         };
         let text = describe(&scene);
@@ -181,6 +195,8 @@ mod tests {
             "images       1 (2.0 MiB decoded)",
             "lights       2 (1 point, 1 directional)",
             "cameras      1",
+            "animations   1",
+            "  0          nod: 0.00 s",
             "  0          door: perspective, 28.6° vertical, at 0.000,0.000,1.000",
             "environment  2 × 1 pixels",
             "bounds       0.000,0.000,0.000 to 1000.000,2.000,0.500 m",

@@ -1,4 +1,4 @@
-//! What moves in a scene by itself, beside the camera: the rain of lights.
+//! What moves in a scene by itself, beside the camera: the rain of lights, and the animations of its file.
 
 use lanternfish_scene::{Bounds, Scene, generate::light_rain};
 
@@ -39,16 +39,20 @@ pub const NOTHING_MOVES: &str =
 #[derive(Debug)]
 pub struct Motion {
     rain: Option<Rain>,
+    /// Index of the animation that is played.
+    animation: Option<usize>,
 }
 
 impl Motion {
-    /// What these flags and the scene say; none where nothing moves.
+    /// What these flags and the scene say; none where nothing moves. Where a time is asked for, and no animation, the file's first is
+    /// played.
     pub fn of(scene: &Scene, flags: &TrackArgs, rain: Option<Rain>) -> Result<Option<Self>, CliError> {
-        if let Some(animation) = &flags.animation {
-            let what = format!("--animation {animation}: {} has no animation that can be played", scene.name);
-            return Err(CliError::new(what, "leave --animation out"));
-        }
-        Ok(rain.is_some().then_some(Self { rain }))
+        let has_time = flags.time.is_some() || flags.frames.is_some();
+        let animation = match &flags.animation {
+            Some(wanted) => Some(named(scene, wanted)?),
+            None => (has_time && !scene.motion.animations.is_empty()).then_some(0),
+        };
+        Ok((rain.is_some() || animation.is_some()).then_some(Self { rain, animation }))
     }
 
     /// Brings everything in `scene` to where it is at `time`, s, and says whether it may be elsewhere than before.
@@ -59,14 +63,32 @@ impl Motion {
         if let Some(rain) = &self.rain {
             rain.fall(scene, time);
         }
-        self.rain.is_some()
+        if let Some(animation) = self.animation {
+            scene.pose(animation, time);
+        }
+        true
     }
+}
+
+/// Index of an animation by name, else by number.
+fn named(scene: &Scene, wanted: &str) -> Result<usize, CliError> {
+    let animations = &scene.motion.animations;
+    let by_name = animations.iter().position(|animation| animation.name == wanted);
+    let by_index = || wanted.parse().ok().filter(|index: &usize| *index < animations.len());
+    by_name.or_else(by_index).ok_or_else(|| {
+        let what = format!("--animation {wanted}: {} has no such animation", scene.name);
+        if animations.is_empty() {
+            return CliError::new(what, "the file has none: leave --animation out");
+        }
+        let known: Vec<_> = animations.iter().enumerate().map(|(i, a)| format!("{i} {:?}", a.name)).collect();
+        CliError::new(what, format!("there are {}", known.join(", ")))
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
-    use lanternfish_scene::{Light, generate::demo};
+    use lanternfish_scene::{Light, generate::demo, motion::Animation};
 
     use super::*;
 
@@ -76,7 +98,7 @@ mod tests {
         let of_file = scene.lights.len();
         let rain = Rain::add(&mut scene, 5, None, 3);
         scene.lights.push(Light::point(Vec3::ONE, Vec3::ONE));
-        let (start, motion) = (scene.lights.clone(), Motion { rain: Some(rain) });
+        let (start, motion) = (scene.lights.clone(), Motion { rain: Some(rain), animation: None });
         let mut at = |time| {
             assert!(motion.at_time(&mut scene, time));
             scene.lights.clone()
@@ -87,5 +109,16 @@ mod tests {
         assert_eq!(at(0.7), later);
         let moved: Vec<_> = (0..start.len()).filter(|i| start[*i] != later[*i]).collect();
         assert_eq!(moved, (of_file..of_file + 5).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn animations_are_found_by_name_and_by_number() {
+        let animation = |name: &str| Animation { name: name.to_owned(), ..Animation::default() };
+        let mut scene = Scene { name: "fox".to_owned(), ..Scene::default() };
+        assert!(named(&scene, "0").unwrap_err().to_string().contains("the file has none"));
+        scene.motion.animations = vec![animation("walk"), animation("0"), animation("run")];
+        assert_eq!(["walk", "0", "2"].map(|wanted| named(&scene, wanted).ok()), [Some(0), Some(1), Some(2)]);
+        let error = named(&scene, "3").unwrap_err().to_string();
+        assert!(error.contains("there are 0 \"walk\", 1 \"0\", 2 \"run\""), "{error}");
     }
 }

@@ -20,7 +20,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "N", value_parser = parse::fps, allow_hyphen_values = true, default_value_t = 24.0)]
     #[arg(hide_short_help = true)]
     pub fps: f32,
-    /// The animation of the file that is played, by name or by number.
+    /// The animation of the file that is played, by name or by number: after its end it starts again. Without it, where a time or
+    /// frames are asked for, the first.
     #[arg(long, value_name = "NAME|INDEX", allow_hyphen_values = true, hide_short_help = true)]
     pub animation: Option<String>,
     /// Leaves out frames of the sequence whose files are there and whole, of the size that is asked for.

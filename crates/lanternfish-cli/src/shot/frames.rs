@@ -84,9 +84,11 @@ impl Shot {
         self.frames().into_iter().map(|frame| frame.view).collect()
     }
 
-    /// When a single picture is.
+    /// When a single picture is. An animation that is asked for starts at 0 s.
     fn time(&self) -> Option<f32> {
-        self.args.track.time.or_else(|| self.track.as_ref().map(|track| track.first()))
+        let when = &self.args.track;
+        let start = || when.animation.as_ref().map(|_| 0.0);
+        when.time.or_else(|| self.track.as_ref().map(|track| track.first())).or_else(start)
     }
 
     fn at(&self, number: Option<u32>, time: Option<f32>) -> ShotFrame {

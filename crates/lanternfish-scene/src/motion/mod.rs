@@ -13,8 +13,6 @@ mod pose;
 mod sampler;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod tests;
 
 use glam::{Affine3A, Quat, Vec3};
 
