@@ -1,16 +1,22 @@
 //! Scenes that move: the pictures of posed scenes against the path tracer's, and what is brought to the device against what is uploaded.
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
-    Renderer, Settings,
-    settings::{Attenuation, Shadows},
+    GpuScene, Renderer, Settings,
+    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
+    settings::{Attenuation, DeepImageSettings, Indirect, Occlusion, Sampled, Shadows, Tracer},
 };
 use lanternfish_gpu::testing;
 use lanternfish_metrics::{RelativeError, RgbImage, write_exr};
 use lanternfish_reference as reference;
-use lanternfish_scene::{Bounds, Camera, Light, Scene};
+use lanternfish_scene::{
+    Bounds, Camera, Instance, Light, Material, Mesh, Projection, Scene,
+    motion::{
+        Animation, Channel, Deformation, DeformedMesh, Influences, Interpolation, Motion, Node, Property, Sampler, Skin,
+    },
+};
 
-use crate::support::{differing, linear};
+use crate::support::{differing, linear, quad, scene_of};
 
 const SIZE: (u32, u32) = (96, 72);
 /// Every animated sample.
@@ -121,5 +127,102 @@ fn gpu_posed_scenes_are_the_path_tracers() {
         let other = RelativeError::measure(&pictures[2].0, &pictures[1].1, 1e-3).unwrap().share_within(0.1);
         let own = pictures[2].2.share_within(0.1);
         assert!(other < own - 0.02 || sample.contains("Truck"), "{sample}: blind to what moves: {other} and {own}");
+    }
+}
+
+/// A floor, and above it a sheet of two joints of which an animation moves one: half of it folds down, and its lamp goes with it.
+fn folding() -> (Scene, Camera) {
+    let surface = |base_color: [f32; 3]| Material {
+        base_color: Vec3::from(base_color).extend(1.0),
+        double_sided: true,
+        ..Material::default()
+    };
+    let mut sheet = quad(1, Vec3::new(0.0, 0.5, 0.0), 0.4 * Vec3::X, -0.3 * Vec3::Z);
+    let weights = sheet.positions.iter().map(|p| if p.x > 0.0 { Vec4::Y } else { Vec4::X }).collect();
+    sheet.deformation = Some(Box::new(Deformation {
+        positions: sheet.positions.clone(),
+        normals: sheet.normals.clone(),
+        influences: vec![Influences { joints: vec![[0, 1, 0, 0]; 4], weights }],
+        ..Deformation::default()
+    }));
+    let floor = quad(0, Vec3::ZERO, 1.5 * Vec3::X, -1.5 * Vec3::Z);
+    let wall = quad(0, Vec3::new(0.0, 0.7, -1.0), 1.5 * Vec3::X, 0.7 * Vec3::Y);
+    let mut scene = scene_of(vec![floor, wall], vec![surface([0.7, 0.7, 0.7]), surface([0.8, 0.2, 0.1])]);
+    scene.meshes.push(Mesh { name: "sheet".to_owned(), primitives: vec![sheet] });
+    scene.instances.push(Instance { mesh: 1, ..scene.instances[0].clone() });
+    let values = [Vec3::ZERO, Vec3::new(-0.1, -0.35, 0.2)].iter().flat_map(|v| v.to_array()).collect();
+    let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 1.0], values };
+    let fold = Channel { node: 1, property: Property::Translation, sampler };
+    scene.motion = Motion {
+        nodes: vec![Node::default(), Node::default()],
+        skins: vec![Skin { joints: vec![0, 1], joint_from_object: vec![Affine3A::IDENTITY; 2] }],
+        animations: vec![Animation { name: "fold".to_owned(), channels: vec![fold] }],
+        meshes: vec![DeformedMesh { mesh: 1, node: 0, skin: Some(0) }],
+        ..Motion::default()
+    };
+    scene.lights = vec![Light::point(Vec3::new(0.4, 1.4, 0.3), Vec3::splat(2.0))];
+    scene.sky = Vec3::splat(0.3);
+    let projection = Projection::Perspective { fov_y: 0.8, near: 0.05 };
+    (scene, Camera::look_at(Vec3::new(0.2, 1.0, 2.4), Vec3::new(0.0, 0.3, 0.0), projection))
+}
+
+/// What bends changes shadows, occlusion and indirect light in the frame in which it does, through every structure that is traced; and what
+/// is brought to the device is what would be uploaded anew.
+#[test]
+fn gpu_what_bends_is_seen_by_everything() {
+    let Some(gpu) = testing::gpu("gpu_what_bends_is_seen_by_everything") else { return };
+    let (mut scene, camera) = folding();
+    let direct = || Settings { shadows: Shadows::None, ..Settings::direct_light() };
+    let deep = |settings: Settings| {
+        let images = DeepImageSettings { resolution: 128, payload: true, ..DeepImageSettings::default() };
+        Settings { deep_images: images, ..settings }
+    };
+    let mut asked = vec![
+        ("occlusion deep".to_owned(), Settings { occlusion: Occlusion::deep(Some(2.0)), ..direct() }),
+        ("occlusion hbao".to_owned(), Settings { occlusion: Occlusion::hbao(2.0), ..direct() }),
+        (
+            "virtual lights".to_owned(),
+            Settings { indirect: Indirect::VirtualLights(VirtualLights::default()), ..direct() },
+        ),
+    ];
+    for tracer in Tracer::ALL.iter().copied() {
+        if tracer == Tracer::RayQuery && !gpu.description.ray_query {
+            testing::left_out("gpu_what_bends_is_seen_by_everything", "this adapter has no ray query");
+            continue;
+        }
+        let sampled = Sampled { diffuse_rays: 4, glossy_rays: 1, tracer, ..Sampled::default() };
+        let photons = PhotonSplatting { count: 1024, tracer, ..PhotonSplatting::default() };
+        asked.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
+        asked.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::Sampled(sampled), ..direct() })));
+        asked.push((
+            format!("photons {tracer}"),
+            deep(Settings { indirect: Indirect::PhotonSplatting(photons), ..direct() }),
+        ));
+    }
+    for (name, settings) in asked {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        scene.pose_at_rest();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let shown =
+            |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+        let before = shown(&mut renderer, &uploaded);
+        scene.pose(0, 1.0);
+        renderer.update(&mut uploaded, &scene).unwrap();
+        let after = shown(&mut renderer, &uploaded);
+        let fresh = renderer.upload(&scene).unwrap();
+        assert_eq!(
+            differing(&after, &shown(&mut renderer, &fresh)),
+            0,
+            "{name}: what was brought is not what is uploaded"
+        );
+        // On the floor and the wall alone: whatever of the sheet is seen before or after is left out by its colour.
+        let is_grey = |[r, _, b, _]: &[f32; 4]| *r <= 1.8 * *b;
+        let pairs = || before.radiance.iter().zip(&after.radiance).filter(|(a, b)| is_grey(a) && is_grey(b));
+        let changed = pairs().filter(|(a, b)| (a[1] - b[1]).abs() > 0.02 * a[1].max(b[1])).count();
+        println!("{name}: {changed} of {} pixels of floor and wall change", pairs().count());
+        assert!(pairs().count() > 2000 && changed > 80, "{name}: {changed} of {}", pairs().count());
+        // It can fail: without what brings light the floor does not change, as the last of these frames with itself.
+        let again = shown(&mut renderer, &uploaded);
+        assert_eq!(differing(&after, &again), 0, "{name}: the same frame again");
     }
 }
