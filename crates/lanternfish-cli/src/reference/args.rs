@@ -65,14 +65,15 @@ pub struct ReferenceArgs {
 #[derive(Debug, Args)]
 pub struct OutputArgs {
     /// The picture. Its ending chooses the format: .exr (linear, 32 bits, with the variance, resumable) or .png
-    /// (tone-mapped). Without it: the scene's (or shot's) name with .reference.exr, in the current folder.
+    /// (tone-mapped). Without it: the scene's (or shot's) name with .reference.exr, in the current folder; with
+    /// .reference.A-B.exr where --samples A-B says which.
     #[arg(id = "reference_output", short = 'o', long = "output", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Writes the variance of every value as a picture of its own, too.
     #[arg(long, value_name = "FILE.exr")]
     pub variance: Option<PathBuf>,
     /// Goes on from the output, if it is there: it must be of the same scene, view and settings. The result is that of an
-    /// uninterrupted run but for the rounding of 32 bits.
+    /// uninterrupted run but for the rounding of 32 bits; of a part (--samples), to the bit.
     #[arg(long)]
     pub resume: bool,
 }

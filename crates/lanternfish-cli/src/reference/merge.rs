@@ -83,7 +83,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let look = Look::plain(Integrator::Path);
     target.write(&film, &making, dropped, &look)?;
     let (path, error) = (target.path.display(), 100.0 * film.noise().relative);
-    say(&format_args!("{path}: samples {range} of a pixel, in {} parts, expected error {error:.2} %", parts.len()));
+    say(&format_args!("{path}: samples {range} of a pixel, of {} parts, expected error {error:.2} %", parts.len()));
     if making.part.is_some() {
         say(&format_args!("note: a part itself: samples 1-{} are missing before it", range.first - 1));
     }

@@ -52,7 +52,8 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let (flags, size) = (&shot.args, shot.args.output.size);
     let settings = args.settings(flags, args.samples.seed.unwrap_or(0))?;
     let path = args.output.output.clone();
-    let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension("reference.exr"));
+    let part = args.samples.range.map(|part| format!(".{part}")).unwrap_or_default();
+    let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension(format!("reference{part}.exr")));
     let target = Target::choose(path, args.output.variance.clone(), args.output.resume)?;
     if let Some(part) = args.samples.range.filter(|_| target.is_png()) {
         let what = format!("{}: --samples {part} makes a part, which PNG does not hold", target.path.display());

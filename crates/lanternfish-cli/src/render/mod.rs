@@ -57,6 +57,9 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         progress.note(&format!("{there} of {} pictures are there and whole", planned.len()));
     }
     if there == planned.len() {
+        if args.run.report.is_some() {
+            progress.note("nothing is rendered, so there is no report");
+        }
         progress.finish();
         let lines = planned.iter().enumerate().map(|(index, planned)| told.done(index, &planned.output));
         return output::print(&lines.collect::<String>());

@@ -23,7 +23,7 @@ fn parts_are_the_whole_to_the_byte() {
     assert_eq!(samples(&folder.path().join("8-17.exr")), 10);
     let (stdout, stderr) = merge("18-24.exr 1-7.exr 8-17.exr -o merged.exr");
     assert_eq!(stdout, "merged.exr\n");
-    assert!(stderr.contains("merged.exr: samples 1-24 of a pixel, in 3 parts, expected error "), "{stderr}");
+    assert!(stderr.contains("merged.exr: samples 1-24 of a pixel, of 3 parts, expected error "), "{stderr}");
     assert!(read("merged.exr") == read("whole.exr"));
     // Step by step: what does not begin with the first sample is a part.
     assert!(merge("8-17.exr 18-24.exr -o late.exr").1.contains("samples 1-7 are missing before it"));

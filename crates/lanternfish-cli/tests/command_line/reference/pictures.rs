@@ -127,3 +127,16 @@ fn a_file_without_light_is_lit_as_render_lights_it() {
     let (dark, stderr) = run("--light-rig none");
     assert!(values(&dark).all(|value| value == 0.0) && stderr.contains("shines"), "{stderr}");
 }
+
+#[test]
+fn rain_is_where_it_is_at_the_time() {
+    let folder = tempfile::tempdir().unwrap();
+    // What the picture depends on.
+    let fingerprint = |words: &str| {
+        cornell(folder.path(), &format!("--lights rain:5 --spp 1 -o a.exr {words}"));
+        let attributes = read_exr_attributes(&folder.path().join("a.exr")).unwrap();
+        attributes["lanternfish.fingerprint"].clone()
+    };
+    let (now, then) = (fingerprint(""), fingerprint("--time 0.5"));
+    assert!(now != then && fingerprint("--time 0") == now && fingerprint("--time 0.5") == then);
+}
