@@ -19,6 +19,8 @@ use lanternfish_scene::{
 use crate::support::{differing, linear, quad, scene_of};
 
 const SIZE: (u32, u32) = (96, 72);
+/// Of pictures of the samples.
+const POSED: (u32, u32) = (64, 48);
 /// Every animated sample.
 const SAMPLES: [&str; 12] = [
     "AnimatedCube/AnimatedCube.gltf",
@@ -58,16 +60,16 @@ fn staged(mut scene: Scene) -> (Scene, Camera) {
     let sun = Light::directional(Vec3::new(-0.5, -1.0, -0.7), Vec3::splat(2.0));
     let lamp = Light::point(center + size * Vec3::new(0.6, 0.7, 0.9), Vec3::new(1.0, 0.8, 0.6) * size * size);
     scene.lights = vec![sun, lamp];
-    (scene, Camera::framing(&bounds, 0.8, SIZE.0 as f32 / SIZE.1 as f32))
+    (scene, Camera::framing(&bounds, 0.8, POSED.0 as f32 / POSED.1 as f32))
 }
 
 /// Direct light alone.
 fn truth(scene: &Scene, camera: &Camera) -> RgbImage {
     let settings = reference::Settings { max_depth: 2, ..reference::Settings::default() };
     let tracer = reference::Tracer::new(scene, settings).unwrap();
-    let mut film = reference::Film::new(SIZE.0 as usize, SIZE.1 as usize).unwrap();
+    let mut film = reference::Film::new(POSED.0 as usize, POSED.1 as usize).unwrap();
     tracer.render(camera, &mut film, 1024);
-    RgbImage::new(SIZE.0 as usize, SIZE.1 as usize, film.mean()).unwrap()
+    RgbImage::new(POSED.0 as usize, POSED.1 as usize, film.mean()).unwrap()
 }
 
 fn settings() -> Settings {
@@ -92,9 +94,9 @@ fn gpu_posed_scenes_are_the_path_tracers() {
             scene.pose(0, time * duration);
             assert_eq!(scene.validate(), Ok(()), "{sample} at {time}");
             renderer.update(&mut uploaded, &scene).unwrap();
-            let found = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
+            let found = renderer.render(&uploaded, &camera, POSED.0, POSED.1).unwrap();
             let fresh = renderer.upload(&scene).unwrap();
-            let fresh = renderer.render(&fresh, &camera, SIZE.0, SIZE.1).unwrap();
+            let fresh = renderer.render(&fresh, &camera, POSED.0, POSED.1).unwrap();
             assert_eq!(differing(&found, &fresh), 0, "{sample} at {time}: what was brought is not what is uploaded");
             let (found, expected) = (linear(&found), truth(&scene, &camera));
             if let Ok(folder) = std::env::var("LANTERNFISH_TEST_PICTURES") {
@@ -117,10 +119,10 @@ fn gpu_posed_scenes_are_the_path_tracers() {
     }
     for (sample, pictures) in &all {
         for (time, (_, _, error)) in TIMES.iter().zip(pictures) {
-            // A third of the pixels of so small a thing are edges, of which 16 frames see 16 places.
-            assert!(error.lit_count() > 100, "{sample} at {time}: little is seen");
-            assert!(error.median() < 0.03, "{sample} at {time}: median {}", error.median());
-            assert!(error.share_within(0.1) > 0.75, "{sample} at {time}: {} within 10 %", error.share_within(0.1));
+            // Up to half of the pixels of so small a thing are edges, of which 16 frames see 16 places.
+            assert!(error.lit_count() > 40, "{sample} at {time}: little is seen");
+            assert!(error.median() < 0.04, "{sample} at {time}: median {}", error.median());
+            assert!(error.share_within(0.1) > 0.6, "{sample} at {time}: {} within 10 %", error.share_within(0.1));
             assert!((error.energy_ratio() - 1.0).abs() < 0.01, "{sample} at {time}: energy {}", error.energy_ratio());
         }
         // It can fail: another moment is another picture. The truck's wheels turn alone, and are round.
