@@ -6,7 +6,7 @@ mod tests;
 
 use std::sync::{Mutex, PoisonError};
 
-use glam::{UVec2, Vec3};
+use glam::{Affine3A, UVec2, Vec3};
 use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
@@ -175,6 +175,24 @@ impl Renderer {
     pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
         gpu_scene.check(&self.device, &self.needs)?;
         checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.effective))
+    }
+
+    /// Moves instances of an uploaded scene, on the device: by their index in the scene's list, each to where it stands now, world from
+    /// object. The host sends these transforms; the device poses their triangles, gives the BVH new boxes, and builds the adapter's own
+    /// structure again. Instances that are not named stay; one that is named twice goes where it is said last.
+    ///
+    /// The BVH keeps its tree: see [`Self::update`]. An error, and nothing is done, for an instance that is not there, a transform that
+    /// is not finite, one that mirrors what was not mirrored, and, where indirect light is looked for, instances that shine: `update`
+    /// moves these.
+    pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
+        gpu_scene.check(&self.device, &self.needs)?;
+        checked(&self.device, "move", || {
+            let mut profiler = Profiler::new(&self.device, &self.queue);
+            let mut frame = Frame::new(&self.device, &self.queue, &mut profiler);
+            gpu_scene.move_instances(&mut frame, moved)?;
+            frame.submit();
+            Ok(())
+        })
     }
 
     /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.

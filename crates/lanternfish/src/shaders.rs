@@ -44,6 +44,7 @@ const FOLDERS: &[&[Shaders]] = &[
     &[
         crate::view::DECLARED,
         crate::gpu_scene::DECLARED,
+        crate::gpu_scene::moving::DECLARED,
         crate::lights::DECLARED,
         crate::prepass::DECLARED,
         crate::light_culling::DECLARED,

@@ -73,6 +73,11 @@ impl Bvh {
         })
     }
 
+    /// The tree, with the boxes that the host last gave it.
+    pub fn tree(&self) -> &[CwBvhNode] {
+        &self.tree
+    }
+
     /// Puts triangles that have moved, as many and in the same order, into the same tree.
     pub fn update(&mut self, queue: &wgpu::Queue, triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         refit(&mut self.tree, triangles);

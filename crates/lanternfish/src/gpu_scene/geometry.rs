@@ -103,6 +103,8 @@ pub struct Geometry {
     /// In the order of the meshes.
     pub draws: Vec<Draw>,
     templates: Vec<Template>,
+    /// What is in `instances`.
+    placed: Vec<DrawInstance>,
 }
 
 /// A primitive before it is placed.
@@ -158,24 +160,53 @@ impl Geometry {
             first_index += primitive.indices.len() as u32;
             base_vertex += primitive.positions.len() as i32;
         }
-        let (draws, instances) = place(&templates, scene);
+        let (draws, instances) = place(&templates, standing(scene));
 
-        let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST;
+        let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
         Ok(Self {
             positions: buffer(device, "scene/positions", &positions, vertex)?,
             attributes: buffer(device, "scene/attributes", &attributes, vertex)?,
-            indices: buffer(device, "scene/indices", &indices, wgpu::BufferUsages::INDEX)?,
+            indices: buffer(
+                device,
+                "scene/indices",
+                &indices,
+                wgpu::BufferUsages::INDEX | wgpu::BufferUsages::STORAGE,
+            )?,
             instances: storage_buffer_of(device, "scene/instances", &instances, wgpu::BufferUsages::empty())?,
+            placed: instances,
             draws,
             templates,
         })
     }
 
-    /// Puts everything where the scene's instances stand now: as many, of the same meshes, mirrored where they were.
-    pub(super) fn update(&mut self, queue: &wgpu::Queue, scene: &Scene) {
-        let (draws, instances) = place(&self.templates, scene);
+    /// Puts everything where instances stand now, each with its mesh: as many, of the same meshes, mirrored where they were. Writes what
+    /// has changed.
+    pub(super) fn place(&mut self, queue: &wgpu::Queue, standing: impl Iterator<Item = (usize, Affine3A)>) {
+        let (draws, instances) = place(&self.templates, standing);
         self.draws = draws;
-        queue.write_buffer(&self.instances, 0, bytemuck::cast_slice(&instances));
+        let changed: Vec<usize> = (0..instances.len()).filter(|i| instances[*i] != self.placed[*i]).collect();
+        // Runs of neighbours go together.
+        for run in changed.chunk_by(|a, b| a + 1 == *b) {
+            let (first, last) = (run[0], run[run.len() - 1]);
+            let offset = (first * size_of::<DrawInstance>()) as u64;
+            queue.write_buffer(&self.instances, offset, bytemuck::cast_slice(&instances[first..=last]));
+        }
+        self.placed = instances;
+    }
+
+    /// The first index, the first vertex and the material of each primitive, in the order of the meshes; and the number of the first
+    /// primitive of each mesh.
+    pub(super) fn primitives(&self) -> (Vec<[u32; 3]>, Vec<usize>) {
+        let of = |template: &Template| {
+            [template.draw.indices.start, template.draw.base_vertex as u32, template.draw.material]
+        };
+        let mut first_of_mesh: Vec<usize> = Vec::new();
+        for (i, template) in self.templates.iter().enumerate() {
+            while first_of_mesh.len() <= template.mesh {
+                first_of_mesh.push(i);
+            }
+        }
+        (self.templates.iter().map(of).collect(), first_of_mesh)
     }
 
     /// Writes the vertices of these meshes: as many, otherwise as they were uploaded.
@@ -211,12 +242,20 @@ pub(super) fn mirrors(transform: &Affine3A) -> bool {
     transform.matrix3.determinant() < 0.0
 }
 
+/// The mesh of each instance of a scene, and where it stands.
+pub(super) fn standing(scene: &Scene) -> impl Iterator<Item = (usize, Affine3A)> + '_ {
+    scene.instances.iter().map(|instance| (instance.mesh, instance.world_from_object))
+}
+
 /// Draws of all primitives, and where each is drawn.
-fn place(templates: &[Template], scene: &Scene) -> (Vec<Draw>, Vec<DrawInstance>) {
+fn place(templates: &[Template], standing: impl Iterator<Item = (usize, Affine3A)>) -> (Vec<Draw>, Vec<DrawInstance>) {
     // Instances of each mesh.
-    let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); scene.meshes.len()];
-    for instance in &scene.instances {
-        placed[instance.mesh].push(instance.world_from_object);
+    let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); templates.last().map_or(0, |template| template.mesh + 1)];
+    for (mesh, transform) in standing {
+        // A mesh behind the last that has a primitive has none itself.
+        if let Some(placed) = placed.get_mut(mesh) {
+            placed.push(transform);
+        }
     }
     let (mut draws, mut instances) = (Vec::new(), Vec::new());
     for template in templates {
@@ -283,8 +322,16 @@ fn alpha_of(material: &lanternfish_scene::Material) -> DrawAlpha {
     }
 }
 
+fn snorm(v: f32) -> i16 {
+    (v.clamp(-1.0, 1.0) * 32767.0).round() as i16
+}
+
+/// A normal as shaders read it of a vertex.
+pub(super) fn stored_normal(normal: Vec3) -> Vec3 {
+    normal.map(|v| (f32::from(snorm(v)) / 32767.0).max(-1.0))
+}
+
 fn vertex_attributes(primitive: &Primitive, i: usize) -> VertexAttributes {
-    let snorm = |v: f32| (v.clamp(-1.0, 1.0) * 32767.0).round() as i16;
     let normal = primitive.normals[i];
     let tangent = primitive.tangents.get(i).copied().unwrap_or(Vec4::new(1.0, 0.0, 0.0, 1.0));
     let uv0 = primitive.uv0.get(i).copied().unwrap_or(Vec2::ZERO);

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::{
     Shading,
+    geometry::stored_normal,
     materials::{LAMBERT, UNLIT, dielectric_f0},
     mips::srgb_from_linear,
     tracing::{Part, Source, Tracing},
@@ -132,6 +133,11 @@ impl Hits {
         queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&materials));
     }
 
+    /// The [`HitTriangle`]s.
+    pub fn triangles(&self) -> &wgpu::Buffer {
+        &self.triangles
+    }
+
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
@@ -151,7 +157,7 @@ fn triangles(scene: &Scene, parts: &[Part], sources: &[Source]) -> Vec<HitTriang
         let corners: [usize; 3] = std::array::from_fn(|i| primitive.indices[first + i] as usize);
         let uv = coordinates(primitive, material, corners);
         let normal = corners.map(|i| {
-            let normal = turns[source.part as usize] * primitive.normals[i];
+            let normal = turns[source.part as usize] * stored_normal(primitive.normals[i]);
             packed_normal(normal.try_normalize().unwrap_or(Vec3::Y))
         });
         let color = corners.map(|i| primitive.colors.get(i).copied().unwrap_or(glam::Vec4::ONE));

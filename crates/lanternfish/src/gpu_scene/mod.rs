@@ -18,6 +18,7 @@ mod geometry;
 mod hits;
 mod materials;
 mod mips;
+pub(crate) mod moving;
 mod needs;
 mod parts;
 mod raster;
@@ -46,8 +47,8 @@ use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, storage_buffer_of, uni
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
-    bvh::Bvh, geometry::Geometry, hits::Hits, materials::Materials, textures::Textures, tlas::Tlas, tracing::Tracing,
-    update::Placed,
+    bvh::Bvh, geometry::Geometry, hits::Hits, materials::Materials, moving::Moving, textures::Textures, tlas::Tlas,
+    tracing::Tracing, update::Placed,
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
@@ -113,6 +114,8 @@ pub struct GpuScene {
     /// Where hits are shaded.
     light_trees: Option<SceneLightTrees>,
     placed: Placed,
+    /// What moves instances on the device, once one has moved.
+    moving: Option<Moving>,
     device: wgpu::Device,
     /// What it was uploaded for.
     needs: Needs,
@@ -187,6 +190,7 @@ impl GpuScene {
             hits: parts.hits.then(|| Hits::new(device, queue, scene, shading, &tracing)).transpose()?,
             light_trees,
             placed: Placed::new(scene, tracing),
+            moving: None,
             device: device.clone(),
             needs,
             counters,

@@ -77,6 +77,44 @@ fn spacing(exponent: u8) -> f64 {
     (f64::from(exponent) - 127.0).exp2()
 }
 
+/// A child's box as the walk has it.
+#[cfg(test)]
+fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
+    let spacing: DVec3 = node.e.map(spacing).into();
+    let corner = |x: u8, y: u8, z: u8| node.p.as_dvec3() + spacing * DVec3::new(x.into(), y.into(), z.into());
+    [
+        corner(node.child_min_x[slot], node.child_min_y[slot], node.child_min_z[slot]),
+        corner(node.child_max_x[slot], node.child_max_y[slot], node.child_max_z[slot]),
+    ]
+}
+
+/// Triangles that are not inside all boxes above them, and triangles that were met.
+#[cfg(test)]
+pub(super) fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usize, usize) {
+    let (mut found, mut met) = (0, 0);
+    let mut waiting = vec![(0, vec![])];
+    while let Some((index, above)) = waiting.pop() {
+        let node: &CwBvhNode = &nodes[index];
+        for slot in (0..BRANCHING).filter(|slot| !node.is_child_empty(*slot)) {
+            let mut boxes: Vec<[DVec3; 2]> = above.clone();
+            boxes.push(dequantised(node, slot));
+            if !node.is_leaf(slot) {
+                waiting.push((node.child_node_index(slot) as usize, boxes));
+                continue;
+            }
+            let (first, count) = node.child_primitives(slot);
+            for triangle in &triangles[first as usize..(first + count) as usize] {
+                let holds = |[low, high]: &[DVec3; 2]| {
+                    triangle.corners.iter().all(|c| c.as_dvec3().cmpge(*low).all() && c.as_dvec3().cmple(*high).all())
+                };
+                found += usize::from(!boxes.iter().all(holds));
+                met += 1;
+            }
+        }
+    }
+    (found, met)
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Quat;
@@ -124,45 +162,6 @@ mod tests {
                 _ => {}
             }
         }
-    }
-
-    /// A child's box as the walk has it.
-    fn dequantised(node: &CwBvhNode, slot: usize) -> [DVec3; 2] {
-        let spacing: DVec3 = node.e.map(spacing).into();
-        let corner = |x: u8, y: u8, z: u8| node.p.as_dvec3() + spacing * DVec3::new(x.into(), y.into(), z.into());
-        [
-            corner(node.child_min_x[slot], node.child_min_y[slot], node.child_min_z[slot]),
-            corner(node.child_max_x[slot], node.child_max_y[slot], node.child_max_z[slot]),
-        ]
-    }
-
-    /// Triangles that are not inside all boxes above them, and triangles that were met.
-    fn outside(nodes: &[CwBvhNode], triangles: &[TracedTriangle]) -> (usize, usize) {
-        let (mut found, mut met) = (0, 0);
-        let mut waiting = vec![(0, vec![])];
-        while let Some((index, above)) = waiting.pop() {
-            let node: &CwBvhNode = &nodes[index];
-            for slot in (0..BRANCHING).filter(|slot| !node.is_child_empty(*slot)) {
-                let mut boxes: Vec<[DVec3; 2]> = above.clone();
-                boxes.push(dequantised(node, slot));
-                if !node.is_leaf(slot) {
-                    waiting.push((node.child_node_index(slot) as usize, boxes));
-                    continue;
-                }
-                let (first, count) = node.child_primitives(slot);
-                for triangle in &triangles[first as usize..(first + count) as usize] {
-                    let holds = |[low, high]: &[DVec3; 2]| {
-                        triangle
-                            .corners
-                            .iter()
-                            .all(|c| c.as_dvec3().cmpge(*low).all() && c.as_dvec3().cmple(*high).all())
-                    };
-                    found += usize::from(!boxes.iter().all(holds));
-                    met += 1;
-                }
-            }
-        }
-        (found, met)
     }
 
     proptest! {

@@ -16,7 +16,15 @@ pub struct Tlas {
     pub tlas: wgpu::Tlas,
     /// Which triangle is which of the BVH's. Bound as `tlas_triangles`.
     pub triangles: wgpu::Buffer,
+    /// Corners of all triangles, world space, m: nine numbers each.
+    pub vertices: wgpu::Buffer,
+    /// None: there are no triangles.
+    blas: Option<wgpu::Blas>,
+    geometries: Vec<Geometry>,
 }
+
+/// The indices of a geometry, and its size.
+type Geometry = (wgpu::Buffer, wgpu::BlasTriangleGeometrySizeDescriptor);
 
 impl Tlas {
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, triangles: &[TracedTriangle]) -> Result<Self, RenderError> {
@@ -39,7 +47,7 @@ impl Tlas {
         // One vertex buffer; each geometry picks its triangles by index.
         let corners: Vec<Vec3> = triangles.iter().flat_map(|t| t.corners).collect();
         let input = wgpu::BufferUsages::BLAS_INPUT;
-        let vertices = buffer(device, "scene/tlas_vertices", &corners, input)?;
+        let vertices = buffer(device, "scene/tlas_vertices", &corners, input | wgpu::BufferUsages::STORAGE)?;
         let parts = [places(triangles, |t| t.source.record == 0), places(triangles, |t| t.source.record != 0)];
         let first = parts.iter().find(|part| !part.is_empty()).map_or(0, |part| part.len() as u32);
         let numbers: Vec<u32> = std::iter::once(first).chain(parts.iter().flatten().copied()).collect();
@@ -49,7 +57,7 @@ impl Tlas {
             wgpu::AccelerationStructureGeometryFlags::OPAQUE,
             wgpu::AccelerationStructureGeometryFlags::NO_DUPLICATE_ANY_HIT_INVOCATION,
         ];
-        let geometries: Vec<_> = parts
+        let geometries: Vec<Geometry> = parts
             .iter()
             .zip(flags)
             .filter(|(indices, _)| !indices.is_empty())
@@ -66,29 +74,37 @@ impl Tlas {
             })
             .collect::<Result<_, RenderError>>()?;
 
-        let mut encoder = device.create_command_encoder(&Default::default());
-        if geometries.is_empty() {
-            encoder.build_acceleration_structures([], [&tlas]);
-            queue.submit([encoder.finish()]);
-            return Ok(Self { tlas, triangles: numbers });
-        }
-        let blas = device.create_blas(
-            &wgpu::CreateBlasDescriptor {
-                label: Some("scene/blas"),
-                flags: wgpu::AccelerationStructureFlags::PREFER_FAST_TRACE,
-                update_mode: wgpu::AccelerationStructureUpdateMode::Build,
-            },
-            wgpu::BlasGeometrySizeDescriptors::Triangles {
-                descriptors: geometries.iter().map(|(_, size)| size.clone()).collect(),
-            },
-        );
+        let descriptors = || geometries.iter().map(|(_, size)| size.clone()).collect();
+        let blas = (!geometries.is_empty()).then(|| {
+            device.create_blas(
+                &wgpu::CreateBlasDescriptor {
+                    label: Some("scene/blas"),
+                    flags: wgpu::AccelerationStructureFlags::PREFER_FAST_TRACE,
+                    update_mode: wgpu::AccelerationStructureUpdateMode::Build,
+                },
+                wgpu::BlasGeometrySizeDescriptors::Triangles { descriptors: descriptors() },
+            )
+        });
         let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-        tlas[0] = Some(wgpu::TlasInstance::new(&blas, identity, 0, 0xff));
-        let triangles = geometries
+        tlas[0] = blas.as_ref().map(|blas| wgpu::TlasInstance::new(blas, identity, 0, 0xff));
+        let made = Self { tlas, triangles: numbers, vertices, blas, geometries };
+        let mut encoder = device.create_command_encoder(&Default::default());
+        made.build(&mut encoder);
+        queue.submit([encoder.finish()]);
+        Ok(made)
+    }
+
+    /// Builds it of the corners that `vertices` holds when these commands run.
+    pub fn build(&self, encoder: &mut wgpu::CommandEncoder) {
+        let Some(blas) = &self.blas else {
+            return encoder.build_acceleration_structures([], [&self.tlas]);
+        };
+        let triangles = self
+            .geometries
             .iter()
             .map(|(buffer, size)| wgpu::BlasTriangleGeometry {
                 size,
-                vertex_buffer: &vertices,
+                vertex_buffer: &self.vertices,
                 first_vertex: 0,
                 vertex_stride: size_of::<Vec3>() as u64,
                 index_buffer: Some(buffer),
@@ -97,10 +113,8 @@ impl Tlas {
                 transform_buffer_offset: None,
             })
             .collect();
-        let entry = wgpu::BlasBuildEntry { blas: &blas, geometry: wgpu::BlasGeometries::TriangleGeometries(triangles) };
-        encoder.build_acceleration_structures([&entry], [&tlas]);
-        queue.submit([encoder.finish()]);
-        Ok(Self { tlas, triangles: numbers })
+        let entry = wgpu::BlasBuildEntry { blas, geometry: wgpu::BlasGeometries::TriangleGeometries(triangles) };
+        encoder.build_acceleration_structures([&entry], [&self.tlas]);
     }
 }
 

@@ -11,12 +11,14 @@ mod tests;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use glam::Affine3A;
+use glam::{Affine3A, UVec4};
 use lanternfish_scene::Scene;
 
 use self::outline::Outline;
 use super::{
-    GpuScene, LIGHTS, emissive, has_area_lights, light_bounds, light_set, packed_lights,
+    GpuScene, LIGHTS, emissive,
+    geometry::{Geometry, mirrors, standing},
+    has_area_lights, light_bounds, light_set, packed_lights,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
     validate,
@@ -55,6 +57,74 @@ impl Placed {
             generation: next_number(),
             revision: next_number(),
         }
+    }
+}
+
+impl Placed {
+    /// Where an instance stands.
+    pub fn transform(&self, instance: usize) -> Affine3A {
+        self.transforms[instance]
+    }
+
+    /// Notes where an instance stands now.
+    pub fn set_transform(&mut self, instance: usize, transform: Affine3A) {
+        self.transforms[instance] = transform;
+    }
+
+    /// Notes that triangles have moved.
+    pub fn moved(&mut self) {
+        self.generation = next_number();
+        self.revision = next_number();
+    }
+
+    /// The mesh of each instance, and where it stands.
+    pub fn stands(&self) -> impl Iterator<Item = (usize, Affine3A)> + '_ {
+        self.outline.meshes().zip(self.transforms.iter().copied())
+    }
+
+    /// Of each traced triangle its instance, its first index, and the first vertex of its primitive.
+    pub fn triangle_sources(&self, geometry: &Geometry) -> impl Iterator<Item = UVec4> + '_ {
+        let (primitives, first_of_mesh) = geometry.primitives();
+        let meshes: Vec<usize> = self.outline.meshes().collect();
+        self.sources.iter().map(move |source| {
+            let Part { instance, primitive } = self.parts[source.part as usize];
+            let [first_index, first_vertex, _] =
+                primitives[first_of_mesh[meshes[instance as usize]] + primitive as usize];
+            UVec4::new(instance, first_index + 3 * source.triangle, first_vertex, 0)
+        })
+    }
+
+    /// An error for instances that are not there, places that are none, and mirrors.
+    pub fn check_moves(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
+        for (instance, transform) in moved {
+            let Some(before) = self.transforms.get(*instance) else {
+                let count = self.transforms.len();
+                return Err(RenderError::Changed {
+                    what: format!("{count} instances were uploaded, and none is {instance}"),
+                });
+            };
+            if !transform.is_finite() {
+                return Err(RenderError::InvalidScene {
+                    what: format!("instance {instance}: its transform is not finite"),
+                });
+            }
+            if mirrors(before) != mirrors(transform) {
+                return Err(RenderError::Changed { what: format!("instance {instance} is mirrored, or no longer") });
+            }
+        }
+        Ok(())
+    }
+
+    /// The first of these instances that has a surface that shines.
+    pub fn first_shining(&self, moved: &[(usize, Affine3A)], geometry: &Geometry) -> Option<usize> {
+        let (primitives, first_of_mesh) = geometry.primitives();
+        let meshes: Vec<usize> = self.outline.meshes().collect();
+        let shines = |instance: &usize| {
+            let first = first_of_mesh.get(meshes[*instance]).copied().unwrap_or(primitives.len());
+            let end = first_of_mesh.get(meshes[*instance] + 1).copied().unwrap_or(primitives.len());
+            primitives[first..end].iter().any(|[.., material]| self.shining[*material as usize].0.max_element() > 0.0)
+        };
+        moved.iter().map(|(instance, _)| *instance).find(shines)
     }
 }
 
@@ -112,7 +182,7 @@ impl GpuScene {
             return Ok(());
         }
         self.geometry.update_vertices(queue, scene, &bent);
-        self.geometry.update(queue, scene);
+        self.geometry.place(queue, standing(scene));
         self.bounds = self.geometry.bounds();
         if let Some(bvh) = &mut self.bvh {
             bvh.update(queue, &triangles, &leaves);

@@ -51,6 +51,11 @@ impl Outline {
         }
     }
 
+    /// The mesh of each instance.
+    pub fn meshes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.instances.iter().map(|(mesh, _)| *mesh)
+    }
+
     /// An error that names the first thing of `scene` that is not the same.
     pub fn check(&self, scene: &Scene) -> Result<(), RenderError> {
         let now = Self::of(scene);

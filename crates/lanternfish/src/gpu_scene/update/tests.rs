@@ -6,7 +6,12 @@ use lanternfish_scene::{
     AlphaMode, Environment, Filter, Image, Instance, Light, Material, Sampler, Scene, Texture, TextureRef, generate,
 };
 
-use super::Outline;
+use obvhs::cwbvh::node::CwBvhNode;
+
+use super::{
+    super::{refit::outside, tracing::pose},
+    Outline,
+};
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     rays::{RayTracer, TracedRay},
@@ -77,6 +82,94 @@ fn gpu_a_picture_after_an_update_is_that_of_a_fresh_upload() {
             assert_eq!(uploaded.bounds, now.bounds());
             last = updated;
         }
+    }
+}
+
+/// Instances that have moved: each as `move_instances` takes it.
+fn moves(before: &Scene, after: &Scene) -> Vec<(usize, Affine3A)> {
+    let pairs = before.instances.iter().zip(&after.instances).enumerate();
+    let moved = pairs.filter(|(_, (was, is))| was.world_from_object != is.world_from_object);
+    moved.map(|(i, (_, is))| (i, is.world_from_object)).collect()
+}
+
+/// What the device moves is where the host puts it: pictures, triangles, and boxes that hold them; by every structure, and where hits are
+/// shaded.
+#[test]
+fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
+    let test = "gpu_what_the_device_moves_is_where_the_host_puts_it";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let mut before = scene();
+    before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
+    let before = before;
+    let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh, ..Sampled::default() };
+    let asked = [
+        ("bvh", direct(Shadows::BVH)),
+        ("ray query", direct(Shadows::RAY_QUERY)),
+        ("sampled", Settings { indirect: Indirect::Sampled(sampled), ..direct(Shadows::BVH) }),
+        ("sampled, and ray query", Settings { indirect: Indirect::Sampled(sampled), ..direct(Shadows::RAY_QUERY) }),
+        ("nothing traced", direct(Shadows::None)),
+    ];
+    for (name, settings) in asked {
+        if settings.shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {
+            testing::left_out(test, "this adapter has no ray query");
+            continue;
+        }
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let (mut by_device, mut by_host) = (renderer.upload(&before).unwrap(), renderer.upload(&before).unwrap());
+        let mut last = before.clone();
+        for seed in [2, 5, 9] {
+            let mut now = moved(&before, seed, 0.3);
+            // One stands where it did.
+            now.instances[1].world_from_object = last.instances[1].world_from_object;
+            let generation = by_device.generation();
+            renderer.move_instances(&mut by_device, &moves(&last, &now)).unwrap();
+            assert_ne!(by_device.generation(), generation);
+            renderer.update(&mut by_host, &now).unwrap();
+            let (device, host) = (shown(&mut renderer, &by_device, &now), shown(&mut renderer, &by_host, &now));
+            assert_eq!(differing(&device, &host), 0, "{name}: {seed}");
+            assert_eq!(by_device.bounds, by_host.bounds);
+            if let (Some(device), Some(host)) = (&by_device.bvh, &by_host.bvh) {
+                let read = |buffer: &wgpu::Buffer| {
+                    let count = buffer.size() as usize / 4;
+                    read_back::<u32>(&gpu.device, &gpu.queue, buffer, count).unwrap()
+                };
+                assert_eq!(read(&device.triangles), read(&host.triangles), "{name}: {seed}");
+                let nodes = read(&device.nodes);
+                let nodes: &[CwBvhNode] = bytemuck::cast_slice(&nodes);
+                let triangles = pose(&now, &by_host.placed.parts, &by_host.placed.sources);
+                assert_eq!(outside(nodes, &triangles), (0, triangles.len()), "{name}: {seed}");
+                // It can fail: the boxes of before do not hold what has moved.
+                let elsewhere = pose(&moved(&before, seed + 1, 0.3), &by_host.placed.parts, &by_host.placed.sources);
+                assert!(outside(nodes, &elsewhere).0 > 0, "{name}: {seed}");
+            }
+            last = now;
+        }
+        // Back again, one by one, and once nowhere new.
+        for (instance, back) in moves(&last, &before) {
+            renderer.move_instances(&mut by_device, &[(instance, Affine3A::IDENTITY), (instance, back)]).unwrap();
+        }
+        let generation = by_device.generation();
+        renderer.move_instances(&mut by_device, &[(0, before.instances[0].world_from_object)]).unwrap();
+        assert_eq!(by_device.generation(), generation, "nothing has moved");
+        let fresh = renderer.upload(&before).unwrap();
+        let (back, fresh) = (shown(&mut renderer, &by_device, &before), shown(&mut renderer, &fresh, &before));
+        assert_eq!(differing(&back, &fresh), 0, "{name}: back");
+        let mirror = before.instances[0].world_from_object * Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+        let nowhere = Affine3A::from_translation(Vec3::splat(f32::NAN));
+        for (wrong, what) in
+            [((99, Affine3A::IDENTITY), "none is 99"), ((0, mirror), "mirrored"), ((1, nowhere), "not finite")]
+        {
+            let error = renderer.move_instances(&mut by_device, &[wrong]).unwrap_err().to_string();
+            assert!(error.contains(what), "{error}");
+        }
+        // What shines is in a tree that the host makes.
+        let lit = renderer.upload(&scene());
+        let lamp = before.instances.iter().position(|instance| {
+            scene().materials[before.meshes[instance.mesh].primitives[0].material].emissive != Vec3::ZERO
+        });
+        let error = renderer.move_instances(&mut lit.unwrap(), &[(lamp.unwrap(), Affine3A::from_translation(Vec3::Y))]);
+        assert_eq!(error.is_err(), name.contains("sampled"), "{name}: {error:?}");
     }
 }
 

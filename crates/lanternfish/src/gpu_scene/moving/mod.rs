@@ -1,0 +1,247 @@
+//! Instances that move, on the device: their triangles are put where they stand, and the BVH's boxes around them. The host sends
+//! transforms alone.
+//!
+//! ```text
+//! transforms ─▶ pose.wesl ─▶ bvh_triangles, hit_triangles, corners of the adapter's own structure ─▶ refit.wesl, a level a pass
+//! ```
+
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use glam::{Affine3A, UVec4, Vec3, Vec4};
+use lanternfish_gpu::{
+    Bindings, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, storage_buffer, storage_buffer_of,
+};
+use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
+
+use super::{GpuScene, geometry::mirrors};
+use crate::{
+    deep_images::workgroups,
+    error::RenderError,
+    shaders::{Root, SHADERS, Shaders},
+};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::computed("gpu_scene/moving/pose", variants), Root::new("gpu_scene/moving/refit")],
+    structs: &[SharedStruct::of::<Moved>(), SharedStruct::of::<MovingParameters>()],
+};
+
+/// The BVH's triangles are posed.
+const BVH: Feature = Feature("bvh");
+/// What hits are shaded with is turned.
+const HITS: Feature = Feature("hits");
+/// Corners of the adapter's own structure are posed.
+const TLAS: Feature = Feature("tlas");
+
+fn variants() -> Vec<Vec<Feature>> {
+    vec![vec![BVH], vec![BVH, HITS], vec![TLAS], vec![BVH, TLAS], vec![BVH, HITS, TLAS]]
+}
+
+gpu_struct! {
+    /// An instance that has moved.
+    pub struct Moved {
+        /// Row of the affine world_from_object.
+        row_x: Vec4,
+        /// Row of the affine world_from_object.
+        row_y: Vec4,
+        /// Row of the affine world_from_object.
+        row_z: Vec4,
+        /// Index of the scene's instance.
+        instance: u32,
+        /// −1 where the transform mirrors, else 1.
+        handedness: f32,
+        /// Unused.
+        _pad: glam::UVec2,
+    }
+}
+
+gpu_struct! {
+    /// What a pass over things that have moved is of.
+    pub struct MovingParameters {
+        /// Traced triangles.
+        triangle_count: u32,
+        /// Instances that have moved.
+        moved_count: u32,
+        /// Of a level of the tree: its first node in the list of all.
+        first_node: u32,
+        /// Nodes of that level.
+        node_count: u32,
+    }
+}
+
+/// What posing on the device needs beside the scene: made when something moves for the first time.
+#[derive(Debug)]
+pub struct Moving {
+    pose: ComputeKernel,
+    refit: ComputeKernel,
+    /// [`UVec4`]s: instance, first index, first vertex of each traced triangle.
+    sources: wgpu::Buffer,
+    tree: Option<Tree>,
+}
+
+/// The BVH's nodes by their levels.
+#[derive(Debug)]
+struct Tree {
+    /// Two corners a node.
+    boxes: wgpu::Buffer,
+    /// Indices of nodes.
+    order: wgpu::Buffer,
+    /// Of `order`, the deepest level first.
+    levels: Vec<Range<u32>>,
+}
+
+/// Nodes level by level, the deepest first.
+fn levels(tree: &[CwBvhNode]) -> (Vec<u32>, Vec<Range<u32>>) {
+    let mut found: Vec<Vec<u32>> = Vec::new();
+    let mut level = vec![0];
+    while !level.is_empty() {
+        let inner = |index: &u32| {
+            let node = tree[*index as usize];
+            let is_inner = move |child: &usize| !node.is_child_empty(*child) && !node.is_leaf(*child);
+            (0..BRANCHING).filter(is_inner).map(move |child| node.child_node_index(child))
+        };
+        let next = level.iter().flat_map(inner).collect();
+        found.push(std::mem::replace(&mut level, next));
+    }
+    let (mut order, mut ranges) = (Vec::new(), Vec::new());
+    for level in found.into_iter().rev() {
+        let first = order.len() as u32;
+        order.extend(level);
+        ranges.push(first..order.len() as u32);
+    }
+    (order, ranges)
+}
+
+impl Moving {
+    fn new(scene: &GpuScene) -> Result<Self, RenderError> {
+        let device = &scene.device;
+        let none = wgpu::BufferUsages::empty();
+        let features: Vec<Feature> =
+            [(scene.bvh.is_some(), BVH), (scene.hits.is_some(), HITS), (scene.tlas.is_some(), TLAS)]
+                .into_iter()
+                .filter_map(|(asks, feature)| asks.then_some(feature))
+                .collect();
+        let kernel = |file: &str, features: &[Feature], entry: &str| {
+            let label = format!("gpu_scene/moving/{file}");
+            let shader = SHADERS.link(&label, features)?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
+        };
+        let tree = scene.bvh.as_ref().map(|bvh| {
+            let (order, levels) = levels(bvh.tree());
+            let boxes = storage_buffer(device, "scene/node_boxes", 32 * bvh.tree().len() as u64)?;
+            let order = storage_buffer_of(device, "scene/refit_order", &order, none)?;
+            Ok::<_, RenderError>(Tree { boxes, order, levels })
+        });
+        let sources: Vec<UVec4> = scene.placed.triangle_sources(&scene.geometry).collect();
+        Ok(Self {
+            pose: kernel("pose", &features, "pose")?,
+            refit: kernel("refit", &[], "refit")?,
+            sources: storage_buffer_of(device, "scene/triangle_sources", &sources, none)?,
+            tree: tree.transpose()?,
+        })
+    }
+
+    fn record(&self, frame: &mut Frame<'_>, scene: &GpuScene, moved: &[Moved]) -> Result<(), RenderError> {
+        let mut parameters = MovingParameters {
+            triangle_count: scene.traced_triangles,
+            moved_count: moved.len() as u32,
+            ..MovingParameters::default()
+        };
+        let moved = frame.storage_of("scene/moved_instances", moved)?;
+        let uniform = frame.uniform(&parameters);
+        let geometry = &scene.geometry;
+        let mut posing = Bindings::new()
+            .part("moving", &uniform)
+            .buffer("moved_instances", &moved)
+            .buffer("triangle_sources", &self.sources)
+            .buffer("object_indices", &geometry.indices)
+            .buffer("object_positions", &geometry.positions)
+            .buffer("object_attributes", &geometry.attributes);
+        if let Some(bvh) = &scene.bvh {
+            posing = posing.buffer("posed_triangles", &bvh.triangles);
+        }
+        if let Some(hits) = &scene.hits {
+            posing = posing.buffer("posed_hits", hits.triangles());
+        }
+        if let Some(tlas) = &scene.tlas {
+            posing = posing.buffer("posed_corners", &tlas.vertices);
+        }
+        frame.dispatch(&self.pose, &posing, workgroups(scene.traced_triangles));
+        if let (Some(tree), Some(bvh)) = (&self.tree, &scene.bvh) {
+            for level in &tree.levels {
+                parameters.first_node = level.start;
+                parameters.node_count = level.end - level.start;
+                let uniform = frame.uniform(&parameters);
+                let refitting = Bindings::new()
+                    .part("moving", &uniform)
+                    .buffer("bvh_triangles", &bvh.triangles)
+                    .buffer("refit_nodes", &bvh.nodes)
+                    .buffer("node_boxes", &tree.boxes)
+                    .buffer("refit_order", &tree.order);
+                frame.dispatch(&self.refit, &refitting, workgroups(parameters.node_count));
+            }
+        }
+        if let Some(tlas) = &scene.tlas {
+            tlas.build(frame.encoder());
+        }
+        Ok(())
+    }
+}
+
+impl Moved {
+    fn new(instance: usize, transform: &Affine3A) -> Self {
+        let (m, t) = (transform.matrix3, transform.translation);
+        Self {
+            row_x: Vec3::from(m.row(0)).extend(t.x),
+            row_y: Vec3::from(m.row(1)).extend(t.y),
+            row_z: Vec3::from(m.row(2)).extend(t.z),
+            instance: instance as u32,
+            handedness: if mirrors(transform) { -1.0 } else { 1.0 },
+            ..Self::default()
+        }
+    }
+}
+
+impl GpuScene {
+    /// See [`crate::Renderer::move_instances`].
+    pub(crate) fn move_instances(
+        &mut self,
+        frame: &mut Frame<'_>,
+        moved: &[(usize, Affine3A)],
+    ) -> Result<(), RenderError> {
+        self.placed.check_moves(moved)?;
+        if let (true, Some(instance)) = (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
+            return Err(RenderError::Changed {
+                what: format!("instance {instance} shines, and its light is found by a tree"),
+            });
+        }
+        // What is said last of an instance counts.
+        let mut last: Vec<(usize, Affine3A)> = moved.to_vec();
+        last.sort_by_key(|(instance, _)| *instance);
+        last.reverse();
+        last.dedup_by_key(|(instance, _)| *instance);
+        last.reverse();
+        last.retain(|(instance, transform)| self.placed.transform(*instance) != *transform);
+        if last.is_empty() {
+            return Ok(());
+        }
+        for (instance, transform) in &last {
+            self.placed.set_transform(*instance, *transform);
+        }
+        self.geometry.place(frame.queue, self.placed.stands());
+        self.bounds = self.geometry.bounds();
+        if self.needs.parts.rays() {
+            if self.moving.is_none() {
+                self.moving = Some(Moving::new(self)?);
+            }
+            let list: Vec<Moved> = last.iter().map(|(instance, transform)| Moved::new(*instance, transform)).collect();
+            let moving = self.moving.as_ref().expect("it was just made");
+            moving.record(frame, self, &list)?;
+        }
+        self.placed.moved();
+        Ok(())
+    }
+}
