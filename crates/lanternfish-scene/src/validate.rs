@@ -95,27 +95,7 @@ impl Scene {
 
     fn validate_lights(&self) -> Result<(), String> {
         for (i, light) in self.lights.iter().enumerate() {
-            let fault = |what: &str| Err(format!("light {i} ({}): {what}", light.name));
-            if !light.position.is_finite() {
-                return fault("its position is not finite");
-            }
-            if !is_unit(light.direction) {
-                return fault("its direction is not of unit length");
-            }
-            if !light.intensity.is_finite() || light.intensity.min_element() < 0.0 {
-                return fault("its intensity is negative or not finite");
-            }
-            if light.range.is_some_and(|range| range.is_nan() || range <= 0.0) {
-                return fault("its range is not positive");
-            }
-            if let LightKind::Spot { inner_angle, outer_angle } = light.kind
-                && !(0.0 <= inner_angle && inner_angle < outer_angle && outer_angle <= std::f32::consts::FRAC_PI_2)
-            {
-                return fault("its cone breaks 0 <= inner < outer <= π/2");
-            }
-            if let Some(what) = area_fault(light) {
-                return fault(what);
-            }
+            light.validate().map_err(|what| format!("light {i} ({}): {what}", light.name))?;
         }
         Ok(())
     }
@@ -125,6 +105,30 @@ impl Scene {
             camera.validate().map_err(|what| format!("camera {i} ({}): {what}", camera.name))?;
         }
         Ok(())
+    }
+}
+
+impl Light {
+    /// Whether it is as the type's documentation promises; if not, the first fault.
+    pub fn validate(&self) -> Result<(), &'static str> {
+        if !self.position.is_finite() {
+            return Err("its position is not finite");
+        }
+        if !is_unit(self.direction) {
+            return Err("its direction is not of unit length");
+        }
+        if !self.intensity.is_finite() || self.intensity.min_element() < 0.0 {
+            return Err("its intensity is negative or not finite");
+        }
+        if self.range.is_some_and(|range| range.is_nan() || range <= 0.0) {
+            return Err("its range is not positive");
+        }
+        if let LightKind::Spot { inner_angle, outer_angle } = self.kind
+            && !(0.0 <= inner_angle && inner_angle < outer_angle && outer_angle <= std::f32::consts::FRAC_PI_2)
+        {
+            return Err("its cone breaks 0 <= inner < outer <= π/2");
+        }
+        area_fault(self).map_or(Ok(()), Err)
     }
 }
 

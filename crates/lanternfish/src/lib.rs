@@ -88,6 +88,6 @@ mod texture;
 pub mod view;
 
 pub use error::RenderError;
-pub use gpu_scene::GpuScene;
+pub use gpu_scene::{GpuScene, Sent};
 pub use renderer::{Picture, Renderer, Report};
 pub use settings::Settings;

@@ -12,7 +12,7 @@ use half::{
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
 use lanternfish_gpu::{Frame, Gpu, Growth, PassTime, Pool, Profiler, checked, read_back, read_texture};
-use lanternfish_scene::{Camera, Scene};
+use lanternfish_scene::{Camera, Light, Scene};
 
 use crate::{
     context::FrameContext,
@@ -20,6 +20,7 @@ use crate::{
     deep_images::KeptDeepImages,
     error::RenderError,
     frame::{FrameResult, Passes},
+    gpu_scene::Sent,
     gpu_scene::{GpuScene, Needs, Parts, anisotropy},
     indirect::{self, IndirectSums},
     light_culling::{LightCulling, clustered::GridContents},
@@ -158,20 +159,22 @@ impl Renderer {
         checked(&self.device, "upload", || GpuScene::new(&self.device, &self.queue, scene, &self.effective, self.needs))
     }
 
-    /// Brings what has changed in `scene` since it was uploaded to the device: where its instances stand; all lights, more or
-    /// fewer too; [`Scene::sky`]; the factors of materials: colour, metallic, roughness, normal scale, emission, index of
-    /// refraction, specular, clear coat, unlit. Where all instances stand where they did, the geometry is not touched.
+    /// Brings what has changed in `scene` since it was uploaded to the device: where its instances stand; positions, normals and tangents
+    /// of vertices; all lights, more or fewer too; [`Scene::sky`]; the factors of materials: colour, metallic, roughness, normal scale,
+    /// emission, index of refraction, specular, clear coat, unlit. Where all instances and vertices are where they were, the geometry is
+    /// not touched.
     ///
-    /// All else must be as it was: how many things there are; vertices, indices and materials of meshes; an instance's mesh,
-    /// and whether it is mirrored; textures, alpha mode (of a mask, its alpha and cutoff too), sides, transmission and volume of materials;
-    /// textures, samplers, images, the environment. Anything else is [`RenderError::Changed`], and nothing is done; nor is it
-    /// for a scene that is not valid ([`Scene::validate`]) or was not uploaded for this renderer. An image, and the
+    /// All else must be as it was: how many things there are; texture coordinates, colours, indices and materials of meshes; an
+    /// instance's mesh, and whether it is mirrored; textures, alpha mode (of a mask, its alpha and cutoff too), sides, transmission and
+    /// volume of materials; textures, samplers, images, the environment. Anything else is [`RenderError::Changed`], and nothing is done;
+    /// nor is it for a scene that is not valid ([`Scene::validate`]) or was not uploaded for this renderer. An image, and the
     /// environment, are recognised by their size and 1,024 of their texels: painting a few of more than that goes unseen. Names and
-    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices.
+    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices: [`Self::move_instances`] and
+    /// [`Self::set_light`] do not.
     ///
     /// The BVH keeps its tree and gets new boxes: things that move far apart make its rays slower. Upload again to build it
-    /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both; one
-    /// that loses its area is met by nothing. After any other error update again, or upload.
+    /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both, unless the scene
+    /// has nodes that move ([`Scene::motion`]); one that loses its area is met by nothing. After any other error update again, or upload.
     pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
         gpu_scene.check(&self.device, &self.needs)?;
         checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.effective))
@@ -184,15 +187,24 @@ impl Renderer {
     /// The BVH keeps its tree: see [`Self::update`]. An error, and nothing is done, for an instance that is not there, a transform that
     /// is not finite, one that mirrors what was not mirrored, and, where indirect light is looked for, instances that shine: `update`
     /// moves these.
-    pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
+    pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         gpu_scene.check(&self.device, &self.needs)?;
         checked(&self.device, "move", || {
             let mut profiler = Profiler::new(&self.device, &self.queue);
             let mut frame = Frame::new(&self.device, &self.queue, &mut profiler);
-            gpu_scene.move_instances(&mut frame, moved)?;
+            let sent = gpu_scene.move_instances(&mut frame, moved)?;
             frame.submit();
-            Ok(())
+            Ok(sent)
         })
+    }
+
+    /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
+    ///
+    /// An error, and nothing is done, for a light that is not there or is not valid ([`Scene::validate`]), and where indirect light is
+    /// looked for: lights are then in a tree that [`Self::update`] makes again.
+    pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
+        gpu_scene.check(&self.device, &self.needs)?;
+        gpu_scene.set_light(&self.queue, index, light, &self.effective)
     }
 
     /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.

@@ -6,13 +6,13 @@ use std::{fmt::Write, path::PathBuf, time::Instant};
 use clap::Args;
 use glam::{Affine3A, Vec3};
 use lanternfish::{
-    GpuScene, Renderer,
+    GpuScene, Renderer, Sent,
     rays::{RayTracer, TracedRay},
     settings::{Settings, Shadows, Tracer},
 };
 use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, read_back, storage_buffer};
 use lanternfish_reference::Random;
-use lanternfish_scene::{Bounds, Instance, Mesh, Scene};
+use lanternfish_scene::{Bounds, Instance, Mesh, Scene, generate::light_rain};
 use serde::Serialize;
 
 use super::{make_folder, open};
@@ -47,6 +47,11 @@ pub struct MovingArgs {
 /// How far parts are shifted at most, shares of the scene's diagonal.
 const REACHES: [f32; 4] = [0.001, 0.01, 0.1, 0.5];
 
+/// Moves of one part each, one after another.
+const MOVES: u32 = 1000;
+/// Lights, of which one is put elsewhere.
+const LIGHTS: u32 = 100_000;
+
 /// One tracer's times, ms; least of all runs, the device's included.
 #[derive(Debug, Serialize)]
 struct Times {
@@ -56,11 +61,29 @@ struct Times {
     update_ms: f64,
     /// After nothing has.
     unmoved_ms: f64,
+    /// One part moved by the device: until the host is free again, and until the device is done; and what was sent.
+    one_host_ms: f64,
+    one_ms: f64,
+    one_bytes: u64,
+    dispatches: u32,
+    /// The same by an update.
+    one_update_ms: f64,
+}
+
+/// One light of many put elsewhere.
+#[derive(Debug, Serialize)]
+struct OneLight {
+    lights: usize,
+    set_ms: f64,
+    bytes: u64,
+    update_ms: f64,
 }
 
 /// Rays through a tree that was refit after a motion, and through one that was built then.
 #[derive(Debug, Serialize)]
 struct Refit {
+    /// Moves before: one of all parts by the host, or so many of one part by the device.
+    moves: u32,
     reach: f32,
     /// Million rays a second, best of all runs.
     refit_rate: f64,
@@ -78,6 +101,7 @@ struct Report {
     triangles: usize,
     runs: u32,
     times: Vec<Times>,
+    light: OneLight,
     refits: Vec<Refit>,
 }
 
@@ -90,7 +114,9 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
     let tracers: &[Shadows] =
         if gpu.description.ray_query { &[Shadows::BVH, Shadows::RAY_QUERY] } else { &[Shadows::BVH] };
     let times = tracers.iter().map(|tracer| times(&gpu, &scene, *tracer, args.runs)).collect::<Result<_, _>>()?;
-    let refits = REACHES.iter().map(|reach| refit(&gpu, &scene, *reach, args)).collect::<Result<_, _>>()?;
+    let light = one_light(&gpu, &scene, args.runs)?;
+    let mut refits = REACHES.iter().map(|reach| refit(&gpu, &scene, 0, *reach, args)).collect::<Result<Vec<_>, _>>()?;
+    refits.push(refit(&gpu, &scene, MOVES, 0.01, args)?);
     let report = Report {
         scene: args.scene.clone(),
         adapter: gpu.description.name.clone(),
@@ -99,6 +125,7 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
         triangles: scene.triangle_counts().1,
         runs: args.runs,
         times,
+        light,
         refits,
     };
     let text = markdown(&report);
@@ -153,7 +180,12 @@ fn renderer(gpu: &Gpu, shadows: Shadows) -> Result<Renderer, CliError> {
 fn times(gpu: &Gpu, scene: &Scene, shadows: Shadows, runs: u32) -> Result<Times, CliError> {
     let renderer = renderer(gpu, shadows)?;
     let elsewhere = moved(scene, 0.01);
-    let mut least = [f64::INFINITY; 3];
+    // The middle one.
+    let one = scene.instances.len() / 2;
+    let mut one_moved = elsewhere.clone();
+    one_moved.instances[one].world_from_object = scene.instances[one].world_from_object;
+    let mut least = [f64::INFINITY; 6];
+    let mut sent = Sent::default();
     for run in 0..=runs {
         let mut uploaded = None;
         let upload = timed(gpu, || {
@@ -163,19 +195,71 @@ fn times(gpu: &Gpu, scene: &Scene, shadows: Shadows, runs: u32) -> Result<Times,
         let mut uploaded = uploaded.expect("just uploaded");
         let update = timed(gpu, || Ok(renderer.update(&mut uploaded, &elsewhere)?))?;
         let unmoved = timed(gpu, || Ok(renderer.update(&mut uploaded, &elsewhere)?))?;
+        let one_update = timed(gpu, || Ok(renderer.update(&mut uploaded, &one_moved)?))?;
+        let mut to_and_fro = |scene: &Scene| {
+            let mut host = 0.0;
+            let all = timed(gpu, || {
+                let start = Instant::now();
+                let moved = [(one, scene.instances[one].world_from_object)];
+                sent = renderer.move_instances(&mut uploaded, &moved)?;
+                host = 1e3 * start.elapsed().as_secs_f64();
+                Ok(())
+            })?;
+            Ok::<_, CliError>([host, all])
+        };
+        // The first move of all compiles.
+        to_and_fro(&elsewhere)?;
+        let [host, all] = to_and_fro(&one_moved)?;
         if run > 0 {
-            for (least, ms) in least.iter_mut().zip([upload, update, unmoved]) {
+            for (least, ms) in least.iter_mut().zip([upload, update, unmoved, one_update, host, all]) {
                 *least = least.min(ms);
             }
         }
     }
-    let [upload_ms, update_ms, unmoved_ms] = least;
-    Ok(Times { tracer: shadows.to_string(), upload_ms, update_ms, unmoved_ms })
+    let [upload_ms, update_ms, unmoved_ms, one_update_ms, one_host_ms, one_ms] = least;
+    let Sent { bytes: one_bytes, dispatches, .. } = sent;
+    let tracer = shadows.to_string();
+    Ok(Times { tracer, upload_ms, update_ms, unmoved_ms, one_host_ms, one_ms, one_bytes, dispatches, one_update_ms })
 }
 
-fn refit(gpu: &Gpu, scene: &Scene, reach: f32, args: &MovingArgs) -> Result<Refit, CliError> {
+fn one_light(gpu: &Gpu, scene: &Scene, runs: u32) -> Result<OneLight, CliError> {
     let renderer = renderer(gpu, Shadows::BVH)?;
-    let elsewhere = moved(scene, reach);
+    let mut scene = scene.clone();
+    scene.lights = light_rain(&scene.bounds(), LIGHTS, None, 0, 0.0);
+    let mut uploaded = renderer.upload(&scene)?;
+    let mut least = [f64::INFINITY; 2];
+    let mut bytes = 0;
+    for run in 0..=runs {
+        scene.lights[7].position.y += 0.01;
+        let set = timed(gpu, || {
+            bytes = renderer.set_light(&mut uploaded, 7, &scene.lights[7])?.bytes;
+            Ok(())
+        })?;
+        scene.lights[7].position.y += 0.01;
+        let update = timed(gpu, || Ok(renderer.update(&mut uploaded, &scene)?))?;
+        if run > 0 {
+            least = [least[0].min(set), least[1].min(update)];
+        }
+    }
+    Ok(OneLight { lights: scene.lights.len(), set_ms: least[0], bytes, update_ms: least[1] })
+}
+
+/// `moves`: of one part each, by the device; 0: all parts at once, by the host.
+fn refit(gpu: &Gpu, scene: &Scene, moves: u32, reach: f32, args: &MovingArgs) -> Result<Refit, CliError> {
+    let renderer = renderer(gpu, Shadows::BVH)?;
+    let mut elsewhere = moved(scene, reach);
+    let mut list = Vec::new();
+    if moves > 0 {
+        // Each a step from where its part stood; parts of a large scene move once or twice, those of a small one wander.
+        let steps = std::mem::replace(&mut elsewhere, scene.clone());
+        for i in 0..moves as usize {
+            let part = (i * 7919) % scene.instances.len();
+            let step = steps.instances[part].world_from_object * scene.instances[part].world_from_object.inverse();
+            let instance = &mut elsewhere.instances[part];
+            instance.world_from_object = step * instance.world_from_object;
+            list.push((part, instance.world_from_object));
+        }
+    }
     let bounds = elsewhere.bounds();
     let ray = |index: u32| {
         let mut random = Random::new(3, index.into(), 0);
@@ -185,11 +269,18 @@ fn refit(gpu: &Gpu, scene: &Scene, reach: f32, args: &MovingArgs) -> Result<Refi
     };
     let rays: Vec<TracedRay> = (0..args.rays).map(ray).collect();
     let mut uploaded = renderer.upload(scene)?;
-    renderer.update(&mut uploaded, &elsewhere)?;
+    match moves {
+        0 => renderer.update(&mut uploaded, &elsewhere)?,
+        _ => {
+            for one in &list {
+                renderer.move_instances(&mut uploaded, std::slice::from_ref(one))?;
+            }
+        }
+    }
     let (refit_rate, found) = rate(gpu, &uploaded, &rays, args.runs)?;
     let (fresh_rate, expected) = rate(gpu, &renderer.upload(&elsewhere)?, &rays, args.runs)?;
     let differing = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
-    Ok(Refit { reach, refit_rate, fresh_rate, differing })
+    Ok(Refit { moves, reach, refit_rate, fresh_rate, differing })
 }
 
 /// Million rays a second, and how far each went.
@@ -215,20 +306,41 @@ fn rate(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay], runs: u32) -> Result
 
 fn markdown(report: &Report) -> String {
     let mut text = format!(
-        "# What moves\n\n{}, {} triangles in {} parts that all move; {} on {}; least of {} runs.\n\n## Milliseconds\n\n\
-         | tracer | upload | update | nothing moved |\n|---|---:|---:|---:|\n",
+        "# What moves\n\n{}, {} triangles in {} parts; {} on {}; least of {} runs.\n\n## Milliseconds\n\n*Update*: all parts have moved; \
+         *one, by an update*: one of them. *One, by the device*: the host sends its transform; until the host is free again, and until \
+         the device is done.\n\n\
+         | tracer | upload | update | nothing moved | one, by an update | one, by the device: host | all | bytes sent | dispatches |\n\
+         |---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
         report.scene, report.triangles, report.parts, report.adapter, report.driver, report.runs
     );
     for t in &report.times {
-        let _ = writeln!(text, "| {} | {:.1} | {:.1} | {:.2} |", t.tracer, t.upload_ms, t.update_ms, t.unmoved_ms);
+        let _ = writeln!(
+            text,
+            "| {} | {:.1} | {:.1} | {:.2} | {:.1} | {:.2} | {:.1} | {} | {} |",
+            t.tracer,
+            t.upload_ms,
+            t.update_ms,
+            t.unmoved_ms,
+            t.one_update_ms,
+            t.one_host_ms,
+            t.one_ms,
+            t.one_bytes,
+            t.dispatches
+        );
     }
+    let OneLight { lights, set_ms, bytes, update_ms } = &report.light;
+    let _ = writeln!(
+        text,
+        "\nOne of {lights} lights put elsewhere: {set_ms:.2} ms, {bytes} bytes sent; by an update {update_ms:.1} ms."
+    );
     text += "\n## Rays through the BVH, closest hit\n\nFrom all over the scene's box in all directions, after every part has turned and \
-             been shifted by up to so much of the scene's diagonal.\n\n| shift | refit, M rays/s | built anew | ratio | distances that differ \
-             |\n|---:|---:|---:|---:|---:|\n";
+             been shifted by up to so much of the scene's diagonal; or, with moves, after so many of one part each, by the device.\n\n\
+             | moves | shift | refit, M rays/s | built anew | ratio | distances that differ |\n|---:|---:|---:|---:|---:|---:|\n";
     for r in &report.refits {
         let _ = writeln!(
             text,
-            "| {} % | {:.2} | {:.2} | {:.2} | {} |",
+            "| {} | {} % | {:.2} | {:.2} | {:.2} | {} |",
+            r.moves,
             100.0 * r.reach,
             r.refit_rate,
             r.fresh_rate,

@@ -180,8 +180,8 @@ impl Geometry {
     }
 
     /// Puts everything where instances stand now, each with its mesh: as many, of the same meshes, mirrored where they were. Writes what
-    /// has changed.
-    pub(super) fn place(&mut self, queue: &wgpu::Queue, standing: impl Iterator<Item = (usize, Affine3A)>) {
+    /// has changed, and returns how many bytes that is.
+    pub(super) fn place(&mut self, queue: &wgpu::Queue, standing: impl Iterator<Item = (usize, Affine3A)>) -> u64 {
         let (draws, instances) = place(&self.templates, standing);
         self.draws = draws;
         let changed: Vec<usize> = (0..instances.len()).filter(|i| instances[*i] != self.placed[*i]).collect();
@@ -192,6 +192,7 @@ impl Geometry {
             queue.write_buffer(&self.instances, offset, bytemuck::cast_slice(&instances[first..=last]));
         }
         self.placed = instances;
+        (changed.len() * size_of::<DrawInstance>()) as u64
     }
 
     /// The first index, the first vertex and the material of each primitive, in the order of the meshes; and the number of the first

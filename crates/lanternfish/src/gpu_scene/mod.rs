@@ -35,6 +35,7 @@ pub use bvh::BvhTriangle;
 pub use geometry::{Draw, DrawAlpha, DrawInstance, Facing, Side};
 pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
+pub use moving::Sent;
 pub(crate) use needs::Needs;
 pub(crate) use parts::Parts;
 pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};

@@ -9,21 +9,30 @@ mod outline;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
 
 use glam::{Affine3A, UVec4};
-use lanternfish_scene::Scene;
+use lanternfish_scene::{Bounds, Scene};
 
 use self::outline::Outline;
 use super::{
     GpuScene, LIGHTS, emissive,
     geometry::{Geometry, mirrors, standing},
-    has_area_lights, light_bounds, light_set, packed_lights,
+    has_area_lights, light_bounds, light_set,
+    moving::Sent,
+    packed_lights,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
     validate,
 };
-use crate::{error::RenderError, lights::tree::SceneLightTrees, settings::Settings};
+use crate::{
+    error::RenderError,
+    lights::{Light, tree::SceneLightTrees},
+    settings::Settings,
+};
 
 /// Where an uploaded scene's things stand, and what of them must not change.
 #[derive(Debug)]
@@ -197,6 +206,35 @@ impl GpuScene {
         self.placed.vertices = vertices;
         self.placed.generation = next_number();
         Ok(())
+    }
+
+    /// See [`crate::Renderer::set_light`].
+    pub(crate) fn set_light(
+        &mut self,
+        queue: &wgpu::Queue,
+        index: usize,
+        light: &lanternfish_scene::Light,
+        settings: &Settings,
+    ) -> Result<Sent, RenderError> {
+        light.validate().map_err(|what| RenderError::InvalidScene { what: format!("light {index}: {what}") })?;
+        let count = self.lights.on_host.len();
+        if index >= count {
+            return Err(RenderError::Changed { what: format!("{count} lights were uploaded, and none is {index}") });
+        }
+        if self.light_trees.is_some() {
+            return Err(RenderError::Changed { what: format!("light {index} is in a tree of lights") });
+        }
+        let packed = Light::new(light, settings);
+        let bytes = bytemuck::bytes_of(&packed);
+        queue.write_buffer(&self.lights.lights, (index * bytes.len()) as u64, bytes);
+        Arc::make_mut(&mut self.lights.on_host)[index] = packed;
+        let mut bounds = Bounds::EMPTY;
+        let placed = self.lights.on_host.iter().filter(|light| !light.is_directional());
+        placed.for_each(|light| bounds.add_point(light.position()));
+        self.lights.bounds = bounds;
+        self.has_area_lights = self.lights.on_host.iter().any(Light::is_area);
+        self.placed.revision = next_number();
+        Ok(Sent { bytes: bytes.len() as u64, dispatches: 0 })
     }
 
     fn update_lights(

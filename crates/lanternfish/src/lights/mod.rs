@@ -88,6 +88,21 @@ impl Light {
             radius,
         }
     }
+
+    /// Whether it comes from infinitely far: it has no position.
+    pub(crate) fn is_directional(&self) -> bool {
+        self.kind == 2
+    }
+
+    /// Whether it is a disk or rectangle.
+    pub(crate) fn is_area(&self) -> bool {
+        self.kind >= 3
+    }
+
+    /// World space, m.
+    pub(crate) fn position(&self) -> Vec3 {
+        self.position
+    }
 }
 
 /// A unit vector folded onto the octahedron's square, −1..1: `octahedral_from_unit` of `common/math.wesl` [Cigolle2014].

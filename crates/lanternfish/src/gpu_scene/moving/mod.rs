@@ -144,7 +144,8 @@ impl Moving {
         })
     }
 
-    fn record(&self, frame: &mut Frame<'_>, scene: &GpuScene, moved: &[Moved]) -> Result<(), RenderError> {
+    /// Adds the passes, and returns the number of dispatches.
+    fn record(&self, frame: &mut Frame<'_>, scene: &GpuScene, moved: &[Moved]) -> Result<u32, RenderError> {
         let mut parameters = MovingParameters {
             triangle_count: scene.traced_triangles,
             moved_count: moved.len() as u32,
@@ -187,7 +188,7 @@ impl Moving {
         if let Some(tlas) = &scene.tlas {
             tlas.build(frame.encoder());
         }
-        Ok(())
+        Ok(1 + self.tree.as_ref().map_or(0, |tree| tree.levels.len() as u32))
     }
 }
 
@@ -205,13 +206,22 @@ impl Moved {
     }
 }
 
+/// What bringing a change to the device took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sent {
+    /// Bytes that the host sent.
+    pub bytes: u64,
+    /// Dispatches of the device.
+    pub dispatches: u32,
+}
+
 impl GpuScene {
     /// See [`crate::Renderer::move_instances`].
     pub(crate) fn move_instances(
         &mut self,
         frame: &mut Frame<'_>,
         moved: &[(usize, Affine3A)],
-    ) -> Result<(), RenderError> {
+    ) -> Result<Sent, RenderError> {
         self.placed.check_moves(moved)?;
         if let (true, Some(instance)) = (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
             return Err(RenderError::Changed {
@@ -226,12 +236,12 @@ impl GpuScene {
         last.reverse();
         last.retain(|(instance, transform)| self.placed.transform(*instance) != *transform);
         if last.is_empty() {
-            return Ok(());
+            return Ok(Sent::default());
         }
         for (instance, transform) in &last {
             self.placed.set_transform(*instance, *transform);
         }
-        self.geometry.place(frame.queue, self.placed.stands());
+        let mut sent = Sent { bytes: self.geometry.place(frame.queue, self.placed.stands()), dispatches: 0 };
         self.bounds = self.geometry.bounds();
         if self.needs.parts.rays() {
             if self.moving.is_none() {
@@ -239,9 +249,11 @@ impl GpuScene {
             }
             let list: Vec<Moved> = last.iter().map(|(instance, transform)| Moved::new(*instance, transform)).collect();
             let moving = self.moving.as_ref().expect("it was just made");
-            moving.record(frame, self, &list)?;
+            sent.dispatches = moving.record(frame, self, &list)?;
+            let uniforms = u64::from(sent.dispatches) * size_of::<MovingParameters>() as u64;
+            sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }
         self.placed.moved();
-        Ok(())
+        Ok(sent)
     }
 }

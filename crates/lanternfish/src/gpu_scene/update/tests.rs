@@ -123,7 +123,8 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
             // One stands where it did.
             now.instances[1].world_from_object = last.instances[1].world_from_object;
             let generation = by_device.generation();
-            renderer.move_instances(&mut by_device, &moves(&last, &now)).unwrap();
+            let sent = renderer.move_instances(&mut by_device, &moves(&last, &now)).unwrap();
+            assert!(sent.bytes > 0 && sent.bytes < 4096, "{name}: {sent:?}");
             assert_ne!(by_device.generation(), generation);
             renderer.update(&mut by_host, &now).unwrap();
             let (device, host) = (shown(&mut renderer, &by_device, &now), shown(&mut renderer, &by_host, &now));
@@ -171,6 +172,36 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
         let error = renderer.move_instances(&mut lit.unwrap(), &[(lamp.unwrap(), Affine3A::from_translation(Vec3::Y))]);
         assert_eq!(error.is_err(), name.contains("sampled"), "{name}: {error:?}");
     }
+}
+
+/// One light of many: its 64 bytes are sent, and the picture is that of a fresh upload.
+#[test]
+fn gpu_one_light_is_put_in_the_place_of_another() {
+    let Some(gpu) = testing::gpu("gpu_one_light_is_put_in_the_place_of_another") else { return };
+    let before = scene();
+    let mut renderer = renderer(gpu, Shadows::BVH);
+    let mut uploaded = renderer.upload(&before).unwrap();
+    let last = shown(&mut renderer, &uploaded, &before);
+    let mut now = before.clone();
+    let outside = 3.0 * Vec3::ONE;
+    for light in [
+        Light::point(Vec3::new(0.2, 0.4, 0.1), Vec3::splat(0.5)),
+        Light::directional(Vec3::new(-0.1, -1.0, -0.5), Vec3::ONE),
+        Light::rectangle(Vec3::new(0.0, 0.8, 0.0), Vec3::NEG_Y, Vec3::X, [0.3, 0.2], Vec3::splat(3.0)),
+        Light::point(outside, Vec3::splat(2.0)),
+    ] {
+        now.lights[7] = light.clone();
+        let sent = renderer.set_light(&mut uploaded, 7, &light).unwrap();
+        assert_eq!((sent.bytes, sent.dispatches), (64, 0));
+        let found = shown(&mut renderer, &uploaded, &now);
+        let fresh = renderer.upload(&now).unwrap();
+        assert_eq!(uploaded.lights.bounds, fresh.lights.bounds);
+        assert_eq!(differing(&found, &shown(&mut renderer, &fresh, &now)), 0, "{light:?}");
+        assert!(differing(&found, &last) > 100, "{light:?}: nothing has changed");
+    }
+    let dark = Light { range: Some(-1.0), ..now.lights[7].clone() };
+    assert!(renderer.set_light(&mut uploaded, 7, &dark).unwrap_err().to_string().contains("range"));
+    assert!(renderer.set_light(&mut uploaded, 99, &now.lights[7]).unwrap_err().to_string().contains("none is 99"));
 }
 
 #[test]
