@@ -11,9 +11,10 @@ use crate::{
     indirect::{IndirectPasses, IndirectSums},
     light_culling::{LightCulling, LightLists, Reach},
     occlusion::{OcclusionPasses, Openness},
-    output::Output,
+    output::{Output, display_target, present::Present},
     prepass::Prepass,
     progressive::Progressive,
+    request::Target,
     shading::{Arriving, Forward, NearestBlended},
     shadows::{Shadows, VisibilityPlan},
     sky::Sky,
@@ -39,13 +40,15 @@ pub(crate) struct Passes {
     pub progressive: Progressive,
     pub output: Output,
     pub debug_views: Option<DebugViews>,
+    pub present: Present,
 }
 
 /// What a frame leaves behind of a view.
 #[derive(Debug)]
 pub(crate) struct FrameResult {
     pub shaded: Shaded,
-    pub display: wgpu::TextureView,
+    /// What is shown of it, unless it is radiance that the caller wants.
+    pub display: Option<wgpu::TextureView>,
 }
 
 /// A view after shading.
@@ -64,6 +67,19 @@ pub(crate) struct Shaded {
 }
 
 impl Shaded {
+    /// A view of which nothing else was found.
+    pub fn of_lights(radiance: Radiance, lights: LightLists) -> Self {
+        Self {
+            radiance,
+            mean: None,
+            visibility: None,
+            openness: None,
+            indirect: None,
+            indirect_of_blended: None,
+            lights,
+        }
+    }
+
     /// Linear radiance, nits.
     fn picture(&self) -> &wgpu::TextureView {
         self.mean.as_ref().unwrap_or(&self.radiance.target)
@@ -81,6 +97,7 @@ impl Passes {
         }
         self.light_culling.forget();
         self.progressive.forget();
+        self.present.forget();
     }
 
     /// Records a frame of views of one scene.
@@ -89,6 +106,9 @@ impl Passes {
         frame: &mut Frame<'_>,
         context: &FrameContext<'_>,
     ) -> Result<Vec<FrameResult>, RenderError> {
+        if context.views.is_empty() {
+            return Ok(Vec::new());
+        }
         // What every view shows, then which lights reach it: views may share the work of finding them.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
         let views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
@@ -109,7 +129,8 @@ impl Passes {
                 None => None,
             };
             let Arriving { openness, indirect, .. } = arriving;
-            results.push(Shaded { radiance, mean: None, visibility, openness, indirect, indirect_of_blended, lights });
+            let shaded = Shaded::of_lights(radiance, lights);
+            results.push(Shaded { visibility, openness, indirect, indirect_of_blended, ..shaded });
         }
         // Only now it is certain whether the frame is whole.
         if context.is_averaged {
@@ -119,19 +140,26 @@ impl Passes {
             }
         }
         // One exposure for all views: two eyes see one world.
-        if self.debug_views.is_none() {
-            let pictures: Vec<_> = results.iter().map(Shaded::picture).collect();
+        let is_shown = |slot| !matches!(context.target(slot), Some((_, Target::Radiance(_))));
+        let shown = results.iter().enumerate().filter(|(slot, _)| is_shown(*slot));
+        let pictures: Vec<_> = shown.map(|(_, shaded)| shaded.picture()).collect();
+        if self.debug_views.is_none() && !pictures.is_empty() {
             self.output.meter(frame, &pictures)?;
         }
-        let results = views.iter().zip(results);
-        Ok(results.map(|(view, shaded)| FrameResult { display: self.display(frame, view, &shaded), shaded }).collect())
+        self.present.begin();
+        let mut finished = Vec::with_capacity(views.len());
+        for (slot, (view, shaded)) in views.iter().zip(results).enumerate() {
+            let display = self.finish(frame, view, &shaded, context.target(slot))?;
+            finished.push(FrameResult { shaded, display });
+        }
+        Ok(finished)
     }
 
     /// The prepass of one view.
     fn show<'a>(
         &mut self,
         frame: &mut Frame<'_>,
-        FrameContext { scene, views, is_averaged }: &FrameContext<'a>,
+        FrameContext { scene, views, is_averaged, .. }: &FrameContext<'a>,
         slot: usize,
     ) -> Result<ViewContext<'a>, RenderError> {
         let view = &views[slot];
@@ -200,13 +228,45 @@ impl Passes {
         Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 
+    /// Brings a view's picture where it is wanted; gives what is shown of it.
+    fn finish(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        shaded: &Shaded,
+        target: Option<(u64, Target<'_>)>,
+    ) -> Result<Option<wgpu::TextureView>, RenderError> {
+        match target {
+            Some((_, Target::Radiance(to))) => {
+                self.present.copy(frame, shaded.picture(), to)?;
+                Ok(None)
+            }
+            Some((key, Target::Display(to, format))) => {
+                let display = self.present.display(frame, key, view.view.size);
+                self.show_picture(frame, view, shaded, &display);
+                self.present.show(frame, &display, (to, format))?;
+                Ok(Some(display))
+            }
+            Some((_, Target::Own)) | None => {
+                let display = display_target(frame, view.view.size);
+                self.show_picture(frame, view, shaded, &display);
+                Ok(Some(display))
+            }
+        }
+    }
+
     /// What a display shows of a view: its picture, exposed, or the debug view.
-    fn display(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, shaded: &Shaded) -> wgpu::TextureView {
-        let Some(debug_views) = &self.debug_views else {
-            return self.output.record(frame, shaded.picture(), view.view.size);
-        };
-        let ray_counts = shaded.visibility.as_ref().and_then(VisibilityPlan::ray_counts);
-        debug_views.record(frame, view, &shaded.lights, shaded.openness.as_ref(), &shaded.radiance, ray_counts)
+    fn show_picture(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        shaded: &Shaded,
+        display: &wgpu::TextureView,
+    ) {
+        match &self.debug_views {
+            None => self.output.record(frame, shaded.picture(), display),
+            Some(debug_views) => debug_views.record(frame, view, shaded, display),
+        }
     }
 }
 

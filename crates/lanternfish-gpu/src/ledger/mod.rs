@@ -9,9 +9,13 @@ mod staging;
 #[cfg(all(test, feature = "testing"))]
 mod tests;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
-use self::{room::Room as History, staging::Staging};
+pub(crate) use self::staging::MOST_IN_FLIGHT;
+use self::{
+    room::Room as History,
+    staging::{Received, Staging},
+};
 use crate::{Bindings, ComputeKernel, Frame, GpuError, buffer::STORAGE, gpu_struct, made, primitives::SHADERS};
 
 gpu_struct! {
@@ -71,6 +75,21 @@ pub struct Arrived {
     pub held: u64,
 }
 
+/// What has become of a frame that did not wait.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// [`Frame::number`].
+    pub frame: u64,
+    /// Whether there was room for all of its lists: else it has drawn nothing.
+    pub is_whole: bool,
+    /// Whether the device has lost it, and most likely itself.
+    pub is_lost: bool,
+    /// Its lists by name, each with the number of elements that it needed room for.
+    pub lists: Vec<(&'static str, u64)>,
+    /// Those that get other room from now on.
+    pub resized: Vec<&'static str>,
+}
+
 /// Words a list in the ledger, and those before the first: `note.wesl`.
 pub(crate) const LIST_WORDS: usize = 4;
 const FIRST_LIST: usize = 8;
@@ -84,6 +103,8 @@ const LEDGER_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as u64;
 #[derive(Debug, Default)]
 pub(crate) struct Ledger {
     lists: HashMap<&'static str, History>,
+    growth: Growth,
+    /// There from the first frame on that does not wait.
     later: Option<Later>,
 }
 
@@ -97,20 +118,35 @@ struct Later {
     /// The lists of the frame in hand.
     noted: Vec<&'static str>,
     arrived: Arrived,
+    /// Of the frames that have arrived, the last [`MOST_IN_FLIGHT`] that nobody has asked for.
+    outcomes: VecDeque<Outcome>,
 }
 
 impl Ledger {
     /// From now on.
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
-        self.later = match growth {
-            Growth::Wait => None,
-            Growth::Later => Some(Later::new(device)?),
-        };
+        if growth == Growth::Later && self.later.is_none() {
+            self.later = Some(Later::new(device)?);
+        }
+        self.growth = growth;
         Ok(())
     }
 
+    pub fn growth(&self) -> Growth {
+        self.growth
+    }
+
+    /// What is needed of frames that do not wait, if they do not.
+    fn later(&self) -> Option<&Later> {
+        self.later.as_ref().filter(|_| self.growth == Growth::Later)
+    }
+
+    fn later_mut(&mut self) -> Option<&mut Later> {
+        self.later.as_mut().filter(|_| self.growth == Growth::Later)
+    }
+
     pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.later.as_ref().map(|later| later.words.clone())
+        self.later().map(|later| later.words.clone())
     }
 
     pub fn arrived(&self) -> Arrived {
@@ -118,29 +154,39 @@ impl Ledger {
     }
 
     /// Reads what has arrived, without waiting.
-    pub fn begin(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
+    pub fn collect(&mut self, device: &wgpu::Device) {
         let Some(later) = &mut self.later else { return };
         // What is wrong with the device shows where the frame is handed to it.
         let _ = device.poll(wgpu::PollType::Poll);
-        later.noted.clear();
-        for (lists, words) in later.staging.arrived() {
-            later.arrived.frames += 1;
-            later.arrived.held += u64::from(words[1] == 0);
-            let of_lists = words[FIRST_LIST..].chunks_exact(LIST_WORDS);
-            for (name, words) in lists.iter().zip(of_lists) {
-                let words = words.try_into().expect("a chunk has as many");
-                self.lists.get_mut(name).expect("it was asked for").arrives(words);
+        while let Some(received) = later.staging.received() {
+            let outcome = outcome(&mut self.lists, received);
+            later.arrived.frames += u64::from(!outcome.is_lost);
+            later.arrived.held += u64::from(!outcome.is_lost && !outcome.is_whole);
+            later.outcomes.push_back(outcome);
+            if later.outcomes.len() > MOST_IN_FLIGHT {
+                later.outcomes.pop_front();
             }
-            self.lists.values_mut().for_each(History::adapt);
         }
+    }
+
+    /// What has become of the oldest frame that has arrived and was not asked for yet.
+    pub fn outcome(&mut self) -> Option<Outcome> {
+        self.later.as_mut()?.outcomes.pop_front()
+    }
+
+    /// What comes first in a frame.
+    pub fn begin(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
+        self.collect(device);
+        let Some(later) = self.later_mut() else { return };
+        later.noted.clear();
         // Three vertices, one instance: as long as nothing is noted, the picture is drawn.
         queue.write_buffer(&later.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
     }
 
-    /// What comes last in the frame's commands.
-    pub fn end(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(later) = &mut self.later {
-            later.staging.copy(&later.words, &later.noted, encoder);
+    /// What comes last in a frame's commands.
+    pub fn end(&mut self, frame: u64, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(later) = self.later_mut() {
+            later.staging.copy(frame, &later.words, &later.noted, encoder);
         }
     }
 
@@ -150,6 +196,30 @@ impl Ledger {
             later.staging.map();
         }
     }
+
+    /// The commands will never be handed to the device.
+    pub fn discarded(&mut self) {
+        if let Some(later) = &mut self.later {
+            later.staging.give_up();
+        }
+    }
+}
+
+/// Notes what a frame has counted.
+fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -> Outcome {
+    let Received { frame, lists, words } = received;
+    let Some(words) = words else { return Outcome { frame, is_lost: true, ..Outcome::default() } };
+    let mut counted: Vec<(&'static str, u64)> = Vec::new();
+    for (name, words) in lists.iter().zip(words[FIRST_LIST..].chunks_exact(LIST_WORDS)) {
+        let words: [u32; LIST_WORDS] = words.try_into().expect("a chunk has as many");
+        histories.get_mut(name).expect("it was asked for").arrives(words);
+        match counted.iter_mut().find(|(known, _)| known == name) {
+            Some((_, elements)) => *elements += u64::from(words[0]),
+            None => counted.push((*name, words[0].into())),
+        }
+    }
+    let resized = histories.iter_mut().filter_map(|(name, history)| history.adapt().then_some(*name)).collect();
+    Outcome { frame, is_whole: words[1] == 1, is_lost: false, lists: counted, resized }
 }
 
 impl Later {
@@ -169,6 +239,7 @@ impl Later {
             staging: Staging::new(device, LEDGER_BYTES),
             noted: Vec::new(),
             arrived: Arrived::default(),
+            outcomes: VecDeque::new(),
         })
     }
 }
@@ -176,7 +247,7 @@ impl Later {
 impl Frame<'_> {
     /// When lists of this frame get more room.
     pub fn growth(&self) -> Growth {
-        if self.pool.ledger.later.is_some() { Growth::Later } else { Growth::Wait }
+        self.pool.ledger.growth()
     }
 
     /// Room for a list whose elements the commands so far have counted. Without waiting the frame notes, when it runs, whether the room
@@ -200,7 +271,7 @@ impl Frame<'_> {
     /// The words of the longest list of this name in the last frame that has arrived, where frames do not wait.
     pub fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
         let ledger = &self.pool.ledger;
-        let history = ledger.lists.get(list).filter(|_| ledger.later.is_some());
+        let history = ledger.lists.get(list).filter(|_| ledger.growth() == Growth::Later);
         history.map_or([0; LIST_WORDS], |history| history.last)
     }
 
@@ -261,6 +332,9 @@ impl Frame<'_> {
 
     /// Where frames do not wait, counts this one among the frames of a mean if it is whole; the first of a mean begins anew.
     pub fn count_frame(&mut self, is_first: bool) {
+        if self.growth() == Growth::Wait {
+            return;
+        }
         let Some(later) = self.pool.ledger.later.take() else { return };
         if is_first {
             self.encoder().clear_buffer(&later.words, 4 * FRAMES as u64, Some(4));
