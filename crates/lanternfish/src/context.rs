@@ -29,6 +29,11 @@ impl<'a> FrameContext<'a> {
         let request = self.requests.get(slot)?;
         (!matches!(request.target, Target::Own)).then_some((request.key, request.target))
     }
+
+    /// Whether light is summed for a view, and not shaded.
+    pub(crate) fn is_summed(&self, slot: usize) -> bool {
+        matches!(self.target(slot), Some((_, Target::Sums { .. })))
+    }
 }
 
 /// One view of a frame once its depth is there: what every pass after the prepass may ask of it.

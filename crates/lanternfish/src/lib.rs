@@ -92,5 +92,5 @@ pub use error::RenderError;
 pub use gpu_scene::GpuScene;
 pub use lanternfish_gpu::Engine;
 pub use renderer::{Change, FrameId, FrameReport, Picture, Renderer, Report};
-pub use request::{Target, ViewRequest};
+pub use request::{SurfaceSource, Target, ViewRequest};
 pub use settings::Settings;

@@ -10,6 +10,8 @@ mod area_lights;
 mod conformance;
 #[path = "pictures/corners.rs"]
 mod corners;
+#[path = "pictures/examples.rs"]
+mod examples;
 #[path = "pictures/ground_truth.rs"]
 mod ground_truth;
 #[path = "pictures/identical.rs"]

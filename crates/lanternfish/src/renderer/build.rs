@@ -20,7 +20,7 @@ use crate::{
     settings::{
         DebugView, Exposure, Indirect, Occlusion, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap,
     },
-    shading::{self, Forward, NearestBlended},
+    shading::{self, Forward, LightSums, NearestBlended},
     shadows::{self, Shadows},
     sky::Sky,
     texture::{RADIANCE_FORMAT, described},
@@ -100,6 +100,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         indirect: indirect::passes(device, &settings, tracer)?,
         nearest_blended: finds_arriving.then(|| NearestBlended::new(&settings, tracer)),
         forward: Forward::new(&settings, tracer),
+        sums: LightSums::new(&settings, tracer),
         sky: Sky::new(),
         progressive: Progressive::new(device)?,
         output: Output::new(device, settings.tone_map, settings.exposure)?,

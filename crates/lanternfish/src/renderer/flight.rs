@@ -57,33 +57,34 @@ impl Renderer {
     /// for the device. Without it the first frames take longer, and are not shown as long as they lack room.
     pub fn ready(&mut self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<(), RenderError> {
         let requested = self.requested(scene, views)?;
-        self.picture_frames(|this| {
-            this.frame(&FrameContext { scene, views: &requested, is_averaged: false, requests: &[] }).map(|_| ())
-        })?;
         let device = self.device.clone();
         let throw_away = |view: &ViewRequest<'_>, format| {
             target(&device, "ready", UVec2::from(view.size), format, wgpu::TextureUsages::empty())
         };
-        let textures: Vec<_> = views
+        let of = |view: &ViewRequest<'_>, to: &wgpu::TextureView| throw_away(view, to.texture().format());
+        let textures: Vec<Vec<_>> = views
             .iter()
             .map(|view| match view.target {
-                Target::Own => None,
-                Target::Display(_, format) => Some(throw_away(view, format)),
-                Target::Radiance(to) => Some(throw_away(view, to.texture().format())),
+                Target::Own => Vec::new(),
+                Target::Display(_, format) => vec![throw_away(view, format)],
+                Target::Radiance(to) => vec![of(view, to)],
+                Target::Sums { direct, indirect } => vec![of(view, direct), of(view, indirect)],
             })
             .collect();
-        let elsewhere: Vec<_> = views
-            .iter()
-            .zip(&textures)
-            .map(|(view, texture)| {
-                let target = match (view.target, texture) {
-                    (Target::Display(_, format), Some(texture)) => Target::Display(texture, format),
-                    (Target::Radiance(_), Some(texture)) => Target::Radiance(texture),
-                    (target, _) => target,
-                };
-                ViewRequest { target, ..*view }
-            })
-            .collect();
+        let elsewhere = views.iter().zip(&textures).map(|(view, textures)| {
+            let target = match (view.target, &textures[..]) {
+                (Target::Display(_, format), [texture]) => Target::Display(texture, format),
+                (Target::Radiance(_), [texture]) => Target::Radiance(texture),
+                (Target::Sums { .. }, [direct, indirect]) => Target::Sums { direct, indirect },
+                (target, _) => target,
+            };
+            ViewRequest { target, ..*view }
+        });
+        let elsewhere: Vec<_> = elsewhere.collect();
+        self.picture_frames(|this| {
+            let context = FrameContext { scene, views: &requested, is_averaged: false, requests: &elsewhere };
+            this.frame(&context).map(|_| ())
+        })?;
         let mut commands = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("ready") });
         let frame = self.record(&mut commands, scene, &elsewhere)?;
         self.queue.submit([commands.finish()]);
@@ -178,9 +179,8 @@ impl Renderer {
     /// The views that are asked for.
     fn requested(&self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
-        let (limit, features) = (self.device.limits().max_texture_dimension_2d, self.device.features());
         let view = |request: &ViewRequest<'_>| {
-            request.check(limit, features)?;
+            request.check(&self.device, &self.settings)?;
             let [clip_from_view, world_from_view] = request.matrices();
             // An image of the surroundings stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };

@@ -57,6 +57,10 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
         asked.entry("debug_views/debug").or_default().insert(debug_views::features(&settings));
         for tracer in [None].into_iter().chain(Tracer::ALL.iter().copied().map(Some)) {
             // What each draw asks for beside.
+            for lights in [&[][..], &[AREA_LIGHTS]] {
+                let features = [&shading::sums_features(&settings, tracer)[..], lights].concat();
+                asked.entry("shading/sums").or_default().insert(features);
+            }
             let [opaque, blended] = shading::features(&settings, tracer);
             for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (blended, &[&[]])] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));

@@ -94,7 +94,10 @@ pub fn converging(look: &Settings) -> Vec<Configuration> {
         ("sampled", Indirect::Sampled(Quality::Good.sampled())),
         ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
         ("photon-splatting", Indirect::PhotonSplatting(usual)),
-        ("photon-splatting, photon-count 16384", Indirect::PhotonSplatting(PhotonSplatting { count: 16384, ..usual })),
+        (
+            "photon-splatting, photon-count 16384",
+            Indirect::PhotonSplatting(PhotonSplatting { count: 16384, ..usual }),
+        ),
         (
             "photon-splatting, photon-tracer within-texel",
             Indirect::PhotonSplatting(PhotonSplatting { tracer: Tracer::WithinTexel, ..usual }),

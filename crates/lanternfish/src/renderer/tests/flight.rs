@@ -1,19 +1,19 @@
 //! Frames in the caller's commands: what they show is what pictures show, and nobody waits for them.
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Vec3, Vec4};
 use half::f16;
-use lanternfish_gpu::{
-    AdapterChoice, Bindings, ComputeKernel, Frame, Gpu, GpuError, Growth, Profiler, ShaderLibrary, checked,
-    read_texture, storage_buffer, testing,
-};
+use lanternfish_gpu::{AdapterChoice, Gpu, GpuError, Growth, checked, read_texture, storage_buffer, testing};
 use lanternfish_scene::{
-    Camera, Projection, Scene,
+    Camera, Light, Material, Projection, Scene,
     generate::{demo, light_rain},
 };
 
 use crate::{
-    FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
-    settings::{DebugView, DeepBuilder, DeepImageSettings, Exposure, Occlusion, Samples, Shadows, ToneMap},
+    FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, SurfaceSource, Target, ViewRequest,
+    settings::{
+        Culling, DebugView, DeepBuilder, DeepImageSettings, Exposure, Indirect, Materials, Occlusion, Sampled, Samples,
+        Shadows, Tiled, ToneMap,
+    },
 };
 
 const SIZE: [u32; 2] = [48, 32];
@@ -447,4 +447,76 @@ fn gpu_parallel_rays_may_be_asked_for() {
     let pairs = found.display.iter().zip(&expected.display);
     let same = pairs.filter(|(a, b)| a.iter().zip(b.iter()).all(|(a, b)| a.abs_diff(*b) <= 2)).count();
     assert!(same * 100 >= expected.display.len() * 98, "{same} of {}", expected.display.len());
+}
+
+/// What a white surface sends is direct and indirect light together; surfaces are the scene's.
+#[test]
+fn gpu_sums_of_white_surfaces_are_the_picture() {
+    let Some(gpu) = testing::gpu("gpu_sums_of_white_surfaces_are_the_picture") else { return };
+    let mut scene = lit();
+    for material in &mut scene.materials {
+        *material = Material { base_color: Vec4::ONE, double_sided: material.double_sided, ..Material::default() };
+    }
+    scene.sky = Vec3::splat(0.2);
+    let plain = Settings { materials: Materials::Lambert, ..bvh(Settings::direct_light()) };
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
+    let deep_images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
+    let disk = Light::disk(Vec3::new(0.0, 1.6, 0.0), Vec3::NEG_Y, 0.2, Vec3::splat(4.0));
+    let with_area = Scene { lights: scene.lights.iter().cloned().chain([disk]).collect(), ..scene.clone() };
+    for (name, scene, settings) in [
+        ("direct light", &scene, plain.clone()),
+        (
+            "no shadows, tiles",
+            &scene,
+            Settings { culling: Culling::Tiled(Tiled::default()), shadows: Shadows::None, ..plain.clone() },
+        ),
+        ("soft shadows", &scene, Settings { light_radius: 0.05, shadow_rays: 4, ..plain.clone() }),
+        ("a disk", &with_area, Settings { shadow_rays: 4, ..plain.clone() }),
+        ("indirect light", &scene, Settings { indirect: Indirect::Sampled(few), ..plain.clone() }),
+        ("occlusion", &scene, Settings { occlusion: Occlusion::deep(None), deep_images, ..plain.clone() }),
+    ] {
+        let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let uploaded = waiting.upload(scene).unwrap();
+        let camera = camera(scene, 0);
+        let expected = waiting.render(&uploaded, &camera, SIZE[0], SIZE[1]).unwrap().radiance;
+        let [direct, indirect] = [0, 1].map(|_| texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE));
+        let target = Target::Sums { direct: &direct, indirect: &indirect };
+        let view = [ViewRequest::of_camera(1, &camera, SIZE, target)];
+        let mut renderer = Renderer::with_engine(waiting.engine(), waiting.settings().clone()).unwrap();
+        renderer.ready(&uploaded, &view).unwrap();
+        let id = frame(gpu, &mut renderer, &uploaded, &view).unwrap();
+        assert!(report(gpu, &mut renderer, id).is_whole, "{name}");
+        let (direct, indirect) = (halves(gpu, &direct), halves(gpu, &indirect));
+        let finds_indirect = name == "indirect light" || name == "occlusion";
+        assert_eq!(indirect.iter().any(|texel| texel[..3].iter().any(|c| *c > 0.01)), finds_indirect, "{name}");
+        // Halves are rounded by 2^-11, and normals and points are not the very same: at edges of shadows a ray may end elsewhere.
+        let (mut off, mut covered) = (0, 0);
+        for (i, expected) in expected.iter().enumerate().filter(|(_, texel)| texel[3] == 1.0) {
+            let sum: Vec<f32> = (0..3).map(|c| direct[i][c] + indirect[i][c]).collect();
+            assert_eq!((direct[i][3], indirect[i][3]), (1.0, 1.0));
+            covered += 1;
+            off += usize::from(sum.iter().zip(expected).any(|(sum, e)| (sum - e).abs() > 0.004 * e + 1e-4));
+        }
+        println!("{name}: {off} of {covered} pixels are off");
+        assert!(covered > 500 && off * 50 < covered, "{name}: {off} of {covered} pixels are off");
+    }
+    // What cannot be summed.
+    let mut renderer =
+        Renderer::new(&gpu.device, &gpu.queue, Settings { samples: Samples::Four, ..plain.clone() }).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let (sum, depth) =
+        (texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE), texture(gpu, wgpu::TextureFormat::Depth32Float, SIZE));
+    let sums = ViewRequest::of_camera(1, &camera(&scene, 0), SIZE, Target::Sums { direct: &sum, indirect: &sum });
+    assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[sums]), Err(RenderError::Together { .. })));
+    renderer.set(plain).unwrap();
+    for surface in [
+        // Neither may be bound by shaders, and the second is no depth.
+        SurfaceSource::Given { depth: &depth, normal_roughness: &sum },
+        SurfaceSource::Given { depth: &sum, normal_roughness: &sum },
+    ] {
+        let given = ViewRequest { surface, ..sums };
+        assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[given]), Err(RenderError::Target { .. })));
+        let shaded = ViewRequest { target: Target::Own, ..given };
+        assert!(matches!(frame(gpu, &mut renderer, &uploaded, &[shaded]), Err(RenderError::Target { .. })));
+    }
 }
