@@ -34,9 +34,9 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Surfaces scatter evenly, as the program's do; what is shown is not mapped, as in `SHADE`.
+/// Surfaces scatter evenly, as the program's do, and what is shown is exposed as in `SHADE`.
 pub fn settings() -> Settings {
-    let (exposure, tone_map) = (Exposure::Ev(0.0), ToneMap::None);
+    let (exposure, tone_map) = (Exposure::Ev(-4.0), ToneMap::None);
     Settings { materials: Materials::Lambert, samples: Samples::One, exposure, tone_map, ..Settings::default() }
 }
 
@@ -112,7 +112,9 @@ pub fn scene() -> Scene {
         materials,
         ..Scene::default()
     };
-    scene.lights = light_rain(&scene.bounds(), 2000, Some(1.0), 1, 0.0);
+    let mut air = scene.bounds();
+    air.max.y = 2.0;
+    scene.lights = light_rain(&air, 2000, Some(1.0), 1, 0.0);
     scene
 }
 
@@ -145,7 +147,8 @@ const SHADE: &str = "
 @fragment fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2u(position.xy);
     let light = textureLoad(direct, pixel, 0).rgb + textureLoad(indirect, pixel, 0).rgb;
-    return vec4f(textureLoad(color, pixel, 0).rgb * light, 1.0);
+    // Four stops darker, so that it can be seen.
+    return vec4f(exp2(-4.0) * textureLoad(color, pixel, 0).rgb * light, 1.0);
 }";
 
 impl Program {

@@ -188,7 +188,7 @@ impl Renderer {
     /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.
     pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
         self.passes.output.set_exposure(&self.device, exposure)?;
-        self.settings.exposure = exposure;
+        (self.settings.exposure, self.effective.exposure) = (exposure, exposure);
         Ok(())
     }
 

@@ -19,6 +19,14 @@ pub(crate) struct GivenSurfaces {
 }
 
 impl GivenSurfaces {
+    /// Compiles the pass, if that has not been done.
+    pub fn ready(&mut self, device: &wgpu::Device) -> Result<&RasterPipeline, RenderError> {
+        Ok(match &mut self.pipeline {
+            Some(pipeline) => pipeline,
+            none => none.insert(pipeline(device)?),
+        })
+    }
+
     /// `depth`: reverse-Z, 0 where nothing is; `normals`: world space, and perceptual roughness.
     pub fn record(
         &mut self,
@@ -27,10 +35,7 @@ impl GivenSurfaces {
         normals: &wgpu::TextureView,
         size: UVec2,
     ) -> Result<Surface, RenderError> {
-        let pipeline = match &self.pipeline {
-            Some(pipeline) => pipeline,
-            None => self.pipeline.insert(pipeline(frame.device)?),
-        };
+        let pipeline = self.ready(frame.device)?;
         let none = wgpu::TextureUsages::empty();
         let mut target = |label, format| frame_target(frame, label, size, format, none, 1);
         let (own_depth, own_target) = (target("depth", DEPTH_FORMAT), target("surface", SURFACE_FORMAT));

@@ -110,8 +110,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
     let needs = Needs::new(&settings, parts, texture_arrays, anisotropy);
     let drawn = (asks_for_normals, one_sample, settings.samples, shading::features(&settings, tracer));
-    let meters = settings.exposure == Exposure::Auto && settings.debug_view.is_none();
-    let compiled = Compiled { asked: Asked::default(), drawn: format!("{drawn:?} {meters}") };
+    let compiled = Compiled { asked: Asked::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
 }
 

@@ -6,7 +6,11 @@ use super::{
     Renderer,
     build::{Built, build},
 };
-use crate::{error::RenderError, output::Output, settings::Settings};
+use crate::{
+    error::RenderError,
+    output::Output,
+    settings::{Exposure, Settings},
+};
 
 /// What other settings cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,7 +34,7 @@ impl Renderer {
         let Built { effective, needs, passes, compiled } = build(&self.engine, &settings)?;
         let cost = match self.needs.lacks(&needs) {
             Some(_) => Change::Upload,
-            None if compiled != self.compiled => Change::Relink,
+            None if compiled != self.compiled || meters(&effective) != meters(&self.effective) => Change::Relink,
             None => Change::Uniform,
         };
         let shown_alike = |settings: &Settings| {
@@ -50,4 +54,9 @@ impl Renderer {
         (self.settings, self.effective, self.compiled) = (settings, effective, compiled);
         Ok(cost)
     }
+}
+
+/// Whether frames find their own exposure, which is compiled with the first of them.
+fn meters(settings: &Settings) -> bool {
+    settings.exposure == Exposure::Auto && settings.debug_view.is_none()
 }

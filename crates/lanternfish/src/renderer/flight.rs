@@ -9,7 +9,7 @@ use crate::{
     error::RenderError,
     frame::FrameResult,
     gpu_scene::GpuScene,
-    request::{Target, ViewRequest},
+    request::{SurfaceSource, Target, ViewRequest},
     texture::target,
     view::View,
 };
@@ -54,7 +54,8 @@ struct Last {
 
 impl Renderer {
     /// Compiles what frames of these views need, and makes room for their lists: it renders them, into textures of its own, and waits
-    /// for the device. Without it the first frames take longer, and are not shown as long as they lack room.
+    /// for the device. Without it the first frames take longer, and are not shown as long as they lack room. Surfaces that are given need
+    /// not be there yet: the scene's own are rendered.
     pub fn ready(&mut self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<(), RenderError> {
         let requested = self.requested(scene, views)?;
         let device = self.device.clone();
@@ -78,10 +79,13 @@ impl Renderer {
                 (Target::Sums { .. }, [direct, indirect]) => Target::Sums { direct, indirect },
                 (target, _) => target,
             };
-            ViewRequest { target, ..*view }
+            ViewRequest { target, surface: SurfaceSource::Own, ..*view }
         });
         let elsewhere: Vec<_> = elsewhere.collect();
         self.picture_frames(|this| {
+            if views.iter().any(|view| matches!(view.surface, SurfaceSource::Given { .. })) {
+                this.engine.within(|| this.passes.sums.given.ready(&this.device).map(|_| ()))?;
+            }
             let context = FrameContext { scene, views: &requested, is_averaged: false, requests: &elsewhere };
             this.frame(&context).map(|_| ())
         })?;
@@ -101,6 +105,9 @@ impl Renderer {
     /// Hand the commands to the device, and then tell [`Self::submitted`]; frames are recorded one after the other, and any number of them
     /// may be on their way. Between the two, update no scene that it shows. After an error the commands hold a part of a frame, or nothing:
     /// drop them.
+    ///
+    /// Pictures may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
+    /// images are built again, means begin anew.
     ///
     /// With [`crate::Settings::accumulate`] above 1 each frame is added to the mean of those before it, as long as views and scene stay the
     /// same.
@@ -150,7 +157,7 @@ impl Renderer {
     }
 
     /// What has become of a frame that was submitted: of each once, in their order, as soon as the device is done with it. None: of no
-    /// further one yet. It never waits.
+    /// further one yet. It never waits. Of more than 64 frames that nobody has asked for, the oldest are forgotten.
     pub fn poll(&mut self) -> Option<FrameReport> {
         let pool = self.pool.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
         let outcome = pool.outcome(&self.device)?;

@@ -88,6 +88,11 @@ fn gpu_settings_that_cannot_be_leave_those_that_are() {
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| shown(renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap());
     let before = render(&mut renderer);
+    // An exposure that was set by itself is that of the settings too.
+    let auto = Settings { exposure: Exposure::Auto, ..bvh() };
+    renderer.set_exposure(Exposure::Auto).unwrap();
+    assert_eq!(renderer.set(auto).unwrap(), Change::Uniform);
+    renderer.set(bvh()).unwrap();
     for settings in [
         Settings { accumulate: 0, ..bvh() },
         Settings { exposure: Exposure::Ev(f32::NAN), ..bvh() },

@@ -2,7 +2,9 @@
 
 use glam::{Affine3A, Vec3, Vec4};
 use half::f16;
-use lanternfish_gpu::{AdapterChoice, Gpu, GpuError, Growth, checked, read_texture, storage_buffer, testing};
+use lanternfish_gpu::{
+    AdapterChoice, Gpu, GpuError, Growth, Made, checked, made, read_texture, storage_buffer, testing,
+};
 use lanternfish_scene::{
     Camera, Light, Material, Projection, Scene,
     generate::{demo, light_rain},
@@ -271,6 +273,36 @@ fn gpu_ten_frames_are_on_their_way() {
     }
     assert!(expected[0] != expected[9]);
     assert!(renderer.poll().is_none());
+}
+
+#[test]
+fn gpu_a_steady_frame_in_the_callers_commands_makes_nothing() {
+    let Some(gpu) = testing::gpu("gpu_a_steady_frame_in_the_callers_commands_makes_nothing") else { return };
+    let scene = lit();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let shown = texture(gpu, wgpu::TextureFormat::Bgra8Unorm, SIZE);
+    let sums = [0, 1].map(|_| texture(gpu, wgpu::TextureFormat::Rgba16Float, SIZE));
+    let mut made_by_frame = |step: usize| {
+        let camera = camera(&scene, step % 3);
+        let views = [
+            ViewRequest::of_camera(1, &camera, SIZE, Target::Display(&shown, wgpu::TextureFormat::Bgra8Unorm)),
+            ViewRequest::of_camera(2, &camera, SIZE, Target::Sums { direct: &sums[0], indirect: &sums[1] }),
+        ];
+        if step == 0 {
+            renderer.ready(&uploaded, &views).unwrap();
+        }
+        let before = made();
+        let id = frame(gpu, &mut renderer, &uploaded, &views).unwrap();
+        let made = made() - before;
+        report(gpu, &mut renderer, id);
+        made
+    };
+    let compiled = (0..12).map(|step| made_by_frame(step).pipelines).sum::<u64>();
+    assert_eq!(compiled, 0, "`ready` has left something to compile");
+    for step in 12..18 {
+        assert_eq!(made_by_frame(step), Made::default(), "frame {step}");
+    }
 }
 
 #[test]
