@@ -197,7 +197,7 @@ impl<'a> Frame<'a> {
             return;
         }
         self.profiler.compute_passes += 1;
-        let query = self.profiler.inner.begin_pass_query(kernel.label(), &mut *self.encoder);
+        let query = self.profiler.inner.begin_pass_query(kernel.label(), &mut self.encoder);
         let mut pass = self.encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(kernel.label()),
             timestamp_writes: query.compute_pass_timestamp_writes(),

@@ -312,11 +312,11 @@ impl Renderer {
             self.picture(counters, view, &result.shaded, display, exposure)
         });
         let mut pictures = pictures.collect::<Result<Vec<_>, _>>()?;
-        if let Some(first) = pictures.first_mut() {
-            if results[0].shaded.mean.is_some() {
-                let frames = self.passes.progressive.frames();
-                first.report.counters.push(("progressive/frames".to_owned(), u64::from(frames)));
-            }
+        if let Some(first) = pictures.first_mut()
+            && results[0].shaded.mean.is_some()
+        {
+            let frames = self.passes.progressive.frames();
+            first.report.counters.push(("progressive/frames".to_owned(), u64::from(frames)));
         }
         Ok(pictures)
     }

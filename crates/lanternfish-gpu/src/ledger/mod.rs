@@ -6,17 +6,14 @@
 
 mod room;
 mod staging;
+mod state;
 #[cfg(all(test, feature = "testing"))]
 mod tests;
 
-use std::collections::{HashMap, VecDeque};
-
-pub(crate) use self::staging::MOST_IN_FLIGHT;
-use self::{
-    room::Room as History,
-    staging::{Received, Staging},
-};
-use crate::{Bindings, ComputeKernel, Frame, GpuError, buffer::STORAGE, gpu_struct, made, primitives::SHADERS};
+pub(crate) use self::{staging::MOST_IN_FLIGHT, state::Ledger};
+#[cfg(test)]
+use crate::primitives::SHADERS;
+use crate::{Bindings, Frame, GpuError, gpu_struct};
 
 gpu_struct! {
     /// A list of the frame.
@@ -98,151 +95,6 @@ const FRAMES: usize = 4;
 /// Lists of a frame at most.
 const MOST_LISTS: usize = 1022;
 const LEDGER_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as u64;
-
-/// Room of all lists, kept from frame to frame.
-#[derive(Debug, Default)]
-pub(crate) struct Ledger {
-    lists: HashMap<&'static str, History>,
-    growth: Growth,
-    /// There from the first frame on that does not wait.
-    later: Option<Later>,
-}
-
-/// What frames that do not wait need.
-#[derive(Debug)]
-struct Later {
-    note: ComputeKernel,
-    count_frame: ComputeKernel,
-    words: wgpu::Buffer,
-    staging: Staging,
-    /// The lists of the frame in hand.
-    noted: Vec<&'static str>,
-    arrived: Arrived,
-    /// Of the frames that have arrived, the last [`MOST_IN_FLIGHT`] that nobody has asked for.
-    outcomes: VecDeque<Outcome>,
-}
-
-impl Ledger {
-    /// From now on.
-    pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
-        if growth == Growth::Later && self.later.is_none() {
-            self.later = Some(Later::new(device)?);
-        }
-        self.growth = growth;
-        Ok(())
-    }
-
-    pub fn growth(&self) -> Growth {
-        self.growth
-    }
-
-    /// What is needed of frames that do not wait, if they do not.
-    fn later(&self) -> Option<&Later> {
-        self.later.as_ref().filter(|_| self.growth == Growth::Later)
-    }
-
-    fn later_mut(&mut self) -> Option<&mut Later> {
-        self.later.as_mut().filter(|_| self.growth == Growth::Later)
-    }
-
-    pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.later().map(|later| later.words.clone())
-    }
-
-    pub fn arrived(&self) -> Arrived {
-        self.later.as_ref().map_or_else(Arrived::default, |later| later.arrived)
-    }
-
-    /// Reads what has arrived, without waiting.
-    pub fn collect(&mut self, device: &wgpu::Device) {
-        let Some(later) = &mut self.later else { return };
-        // What is wrong with the device shows where the frame is handed to it.
-        let _ = device.poll(wgpu::PollType::Poll);
-        while let Some(received) = later.staging.received() {
-            let outcome = outcome(&mut self.lists, received);
-            later.arrived.frames += u64::from(!outcome.is_lost);
-            later.arrived.held += u64::from(!outcome.is_lost && !outcome.is_whole);
-            later.outcomes.push_back(outcome);
-            if later.outcomes.len() > MOST_IN_FLIGHT {
-                later.outcomes.pop_front();
-            }
-        }
-    }
-
-    /// What has become of the oldest frame that has arrived and was not asked for yet.
-    pub fn outcome(&mut self) -> Option<Outcome> {
-        self.later.as_mut()?.outcomes.pop_front()
-    }
-
-    /// What comes first in a frame.
-    pub fn begin(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
-        self.collect(device);
-        let Some(later) = self.later_mut() else { return };
-        later.noted.clear();
-        // Three vertices, one instance: as long as nothing is noted, the picture is drawn.
-        queue.write_buffer(&later.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
-    }
-
-    /// What comes last in a frame's commands.
-    pub fn end(&mut self, frame: u64, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(later) = self.later_mut() {
-            later.staging.copy(frame, &later.words, &later.noted, encoder);
-        }
-    }
-
-    /// The commands are on their way.
-    pub fn submitted(&mut self) {
-        if let Some(later) = &mut self.later {
-            later.staging.map();
-        }
-    }
-
-    /// The commands will never be handed to the device.
-    pub fn discarded(&mut self) {
-        if let Some(later) = &mut self.later {
-            later.staging.give_up();
-        }
-    }
-}
-
-/// Notes what a frame has counted.
-fn outcome(histories: &mut HashMap<&'static str, History>, received: Received) -> Outcome {
-    let Received { frame, lists, words } = received;
-    let Some(words) = words else { return Outcome { frame, is_lost: true, ..Outcome::default() } };
-    let mut counted: Vec<(&'static str, u64)> = Vec::new();
-    for (name, words) in lists.iter().zip(words[FIRST_LIST..].chunks_exact(LIST_WORDS)) {
-        let words: [u32; LIST_WORDS] = words.try_into().expect("a chunk has as many");
-        histories.get_mut(name).expect("it was asked for").arrives(words);
-        match counted.iter_mut().find(|(known, _)| known == name) {
-            Some((_, elements)) => *elements += u64::from(words[0]),
-            None => counted.push((*name, words[0].into())),
-        }
-    }
-    let resized = histories.iter_mut().filter_map(|(name, history)| history.adapt().then_some(*name)).collect();
-    Outcome { frame, is_whole: words[1] == 1, is_lost: false, lists: counted, resized }
-}
-
-impl Later {
-    fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
-        let shader = SHADERS.link("ledger/note", &[])?;
-        made::count(|made| made.buffers += 1);
-        let words = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("ledger"),
-            size: LEDGER_BYTES,
-            usage: STORAGE | wgpu::BufferUsages::INDIRECT,
-            mapped_at_creation: false,
-        });
-        Ok(Self {
-            note: ComputeKernel::new(device, &shader, "note", "ledger/note"),
-            count_frame: ComputeKernel::new(device, &shader, "count_frame", "ledger/count_frame"),
-            words,
-            staging: Staging::new(device, LEDGER_BYTES),
-            noted: Vec::new(),
-            arrived: Arrived::default(),
-            outcomes: VecDeque::new(),
-        })
-    }
-}
 
 impl Frame<'_> {
     /// When lists of this frame get more room.

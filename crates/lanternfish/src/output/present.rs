@@ -1,6 +1,6 @@
 //! Pictures in textures of the caller.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, hash_map::Entry};
 
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
@@ -93,13 +93,14 @@ impl Present {
         format: wgpu::TextureFormat,
         decoded: bool,
     ) -> Result<&RasterPipeline, RenderError> {
-        let key = (format, decoded);
-        if !self.pipelines.contains_key(&key) {
-            let shader = SHADERS.link("output/present", if decoded { &[DECODED] } else { &[] })?;
-            let state = RasterState { targets: &[Some(format.into())], ..Default::default() };
-            self.pipelines.insert(key, RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state));
-        }
-        Ok(&self.pipelines[&key])
+        Ok(match self.pipelines.entry((format, decoded)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(slot) => {
+                let shader = SHADERS.link("output/present", if decoded { &[DECODED] } else { &[] })?;
+                let state = RasterState { targets: &[Some(format.into())], ..Default::default() };
+                slot.insert(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
+            }
+        })
     }
 }
 
