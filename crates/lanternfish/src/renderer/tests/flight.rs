@@ -340,6 +340,38 @@ fn gpu_a_frame_that_lacks_room_shows_what_was_there_before() {
     assert!(renderer.render(&scenes[0], &view, SIZE[0], SIZE[1]).unwrap().display == before.display);
 }
 
+/// Updates between frames that are on their way: each frame shows the scene as it was when its commands were submitted.
+#[test]
+fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted() {
+    let Some(gpu) = testing::gpu("gpu_frames_show_a_scene_as_it_was_when_they_were_submitted") else { return };
+    let mut scene = demo("cornell").unwrap();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::default())).unwrap();
+    let mut waiting = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let view = camera(&scene, 0);
+    let format = wgpu::TextureFormat::Rgba8Unorm;
+    let textures: Vec<_> = (0..4).map(|_| texture(gpu, format, SIZE)).collect();
+    let request = |i: usize| [ViewRequest::of_camera(1, &view, SIZE, Target::Display(&textures[i], format))];
+    renderer.ready(&uploaded, &request(0)).unwrap();
+    let mut expected = Vec::new();
+    for i in 0..textures.len() {
+        let last = scene.instances.last_mut().expect("the box has things in it");
+        last.world_from_object = Affine3A::from_translation(0.05 * Vec3::Y) * last.world_from_object;
+        scene.lights[0].intensity *= 0.9;
+        renderer.update(&mut uploaded, &scene).unwrap();
+        frame(gpu, &mut renderer, &uploaded, &request(i)).unwrap();
+        expected.push(scene.clone());
+    }
+    // Only now anybody waits.
+    let mut own = waiting.upload(&demo("cornell").unwrap()).unwrap();
+    for (i, scene) in expected.iter().enumerate() {
+        waiting.update(&mut own, scene).unwrap();
+        let picture = waiting.render(&own, &view, SIZE[0], SIZE[1]).unwrap();
+        assert!(bytes(gpu, &textures[i]) == picture.display, "frame {i}");
+        assert!(i == 0 || bytes(gpu, &textures[i - 1]) != picture.display, "nothing has moved");
+    }
+}
+
 #[test]
 fn gpu_a_mean_goes_on_from_frame_to_frame() {
     let Some(gpu) = testing::gpu("gpu_a_mean_goes_on_from_frame_to_frame") else { return };
