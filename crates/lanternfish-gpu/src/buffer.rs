@@ -180,6 +180,15 @@ pub fn is_same_device(a: &wgpu::Device, b: &wgpu::Device) -> bool {
     pollster::block_on(of_a.pop()).is_none()
 }
 
+/// Whether a device is lost: nothing that is asked of it is done, and nothing is said of that. What tells it: an error on it is not found.
+pub fn is_lost(device: &wgpu::Device) -> bool {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let usage = wgpu::BufferUsages::empty();
+    let refused = wgpu::BufferDescriptor { label: Some("of no use"), size: 4, usage, mapped_at_creation: false };
+    let _ = device.create_buffer(&refused);
+    pollster::block_on(scope.pop()).is_none()
+}
+
 /// Waits for the device and gives what is in a buffer that may be mapped.
 pub(crate) fn with_mapped<R>(
     device: &wgpu::Device,
@@ -212,7 +221,9 @@ mod tests {
             is_same_device(&gpu.device, &gpu.device.clone()) && is_same_device(&other.device, &other.device.clone())
         );
         assert!(!is_same_device(&gpu.device, &other.device) && !is_same_device(&other.device, &gpu.device));
+        assert!(!is_lost(&other.device));
         other.device.destroy();
+        assert!(is_lost(&other.device) && !is_lost(&gpu.device));
         assert!(is_same_device(&other.device, &other.device.clone()), "lost, it is another device");
         assert!(!is_same_device(&gpu.device, &other.device), "another one that is lost is this one");
     }

@@ -1,7 +1,9 @@
 //! A compute pipeline whose resources are bound by name.
 
 use crate::{
-    Bindings, LinkedShader, made,
+    Bindings, LinkedShader,
+    engine::{self, PipelineKey},
+    made,
     pool::BindGroups,
     reflect::{Layouts, layouts},
 };
@@ -15,7 +17,7 @@ pub(crate) enum Workgroups<'a> {
 }
 
 /// One entry point of a compute shader, ready to run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct ComputeKernel {
     label: String,
     pipeline: wgpu::ComputePipeline,
@@ -25,7 +27,13 @@ pub struct ComputeKernel {
 
 impl ComputeKernel {
     /// Compiles `entry` of `shader`. The label, a path such as `light_culling/tiled/assign`, names the pass in reports.
+    /// Within an [`Engine`](crate::Engine) that has compiled it before, it is that one's.
     pub fn new(device: &wgpu::Device, shader: &LinkedShader, entry: &str, label: &str) -> Self {
+        let key = || PipelineKey::new(shader, &(entry, label));
+        engine::kernel(device, key, || Self::compile(device, shader, entry, label))
+    }
+
+    fn compile(device: &wgpu::Device, shader: &LinkedShader, entry: &str, label: &str) -> Self {
         let layouts = layouts(device, shader, &[entry], &[]);
         made::count(|made| made.pipelines += 1);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

@@ -64,6 +64,15 @@ pub enum GpuError {
         /// wgpu's reason.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// The device is gone, and all that was on it.
+    #[error("the device is lost: open it again, make the renderer again, and upload its scenes")]
+    Lost,
+    /// A frame in the caller's commands cannot be handed to the device before it is finished.
+    #[error("{what}: read by the host in the middle of a frame, where frames may not wait")]
+    Waits {
+        /// What is read.
+        what: &'static str,
+    },
     /// The device stopped answering.
     #[error("{what}: the device was lost or refused to be read: {source}")]
     ReadBack {

@@ -1,61 +1,14 @@
 //! The commands of a frame, each dispatch and each render pass timed under its label.
 
+mod profiler;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
-
+pub use self::profiler::{PassTime, Profiler};
 use crate::{
     BindGroups, Bindings, BufferPart, ComputeKernel, GpuError, Pool, buffer::with_mapped, compute::Workgroups,
     pool::Use,
 };
-
-/// Device time of a pass.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PassTime {
-    /// The pass's label, a path.
-    pub name: String,
-    /// Milliseconds on the device.
-    pub ms: f64,
-}
-
-/// Times passes where the device has timestamp queries, and does nothing elsewhere.
-pub struct Profiler {
-    inner: GpuProfiler,
-    period: f32,
-    /// Whether dispatches may share a pass: each can then be timed by itself, or nothing is timed at all.
-    shares_passes: bool,
-    compute_passes: u64,
-}
-
-impl std::fmt::Debug for Profiler {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Profiler").field("period", &self.period).finish_non_exhaustive()
-    }
-}
-
-impl Profiler {
-    /// A profiler for frames of this device.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
-        let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
-        let inner = GpuProfiler::new(device, settings).expect("the settings are valid");
-        let has = |feature| device.features().contains(feature);
-        let shares_passes = has(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) || !has(wgpu::Features::TIMESTAMP_QUERY);
-        Self { inner, period: queue.get_timestamp_period(), shares_passes, compute_passes: 0 }
-    }
-
-    /// Number of compute passes in all frames so far. Dispatches that follow each other share one, where that does not keep them from
-    /// being timed.
-    pub fn compute_passes(&self) -> u64 {
-        self.compute_passes
-    }
-
-    /// Times of the oldest finished frame, in the order of its passes; empty when none is finished or nothing is timed.
-    pub fn finished(&mut self) -> Vec<PassTime> {
-        let results: Vec<GpuTimerQueryResult> = self.inner.process_finished_frame(self.period).unwrap_or_default();
-        let ms = |r: &GpuTimerQueryResult| r.time.as_ref().map(|t| 1e3 * (t.end - t.start));
-        results.iter().filter_map(|r| Some(PassTime { name: r.label.clone(), ms: ms(r)? })).collect()
-    }
-}
 
 /// One frame's commands while they are recorded.
 #[derive(Debug)]
@@ -64,12 +17,41 @@ pub struct Frame<'a> {
     pub device: &'a wgpu::Device,
     /// Queue that the frame is submitted to; what is written with it arrives before the frame runs.
     pub queue: &'a wgpu::Queue,
-    encoder: wgpu::CommandEncoder,
+    encoder: Commands<'a>,
     /// The compute pass in hand, which the next dispatch shares.
     pass: Option<wgpu::ComputePass<'static>>,
     profiler: &'a mut Profiler,
     pub(crate) pool: FramePool<'a>,
     number: u64,
+}
+
+/// What a frame records into.
+#[derive(Debug)]
+enum Commands<'a> {
+    /// Commands of its own, which it hands to the device.
+    Own(wgpu::CommandEncoder),
+    /// Those of the caller, who does.
+    Callers(&'a mut wgpu::CommandEncoder),
+}
+
+impl std::ops::Deref for Commands<'_> {
+    type Target = wgpu::CommandEncoder;
+
+    fn deref(&self) -> &wgpu::CommandEncoder {
+        match self {
+            Self::Own(encoder) => encoder,
+            Self::Callers(encoder) => encoder,
+        }
+    }
+}
+
+impl std::ops::DerefMut for Commands<'_> {
+    fn deref_mut(&mut self) -> &mut wgpu::CommandEncoder {
+        match self {
+            Self::Own(encoder) => encoder,
+            Self::Callers(encoder) => encoder,
+        }
+    }
 }
 
 /// Where a frame's buffers, textures and bind groups come from.
@@ -104,7 +86,7 @@ impl std::ops::DerefMut for FramePool<'_> {
 impl<'a> Frame<'a> {
     /// An empty frame that makes what it needs.
     pub fn new(device: &'a wgpu::Device, queue: &'a wgpu::Queue, profiler: &'a mut Profiler) -> Self {
-        Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))))
+        Self::with(device, queue, profiler, FramePool::Own(Box::new(Pool::new(device))), own_commands(device))
     }
 
     /// An empty frame that uses again what earlier frames of the pool have used: what those got from it is the new frame's.
@@ -114,7 +96,19 @@ impl<'a> Frame<'a> {
         profiler: &'a mut Profiler,
         pool: &'a mut Pool,
     ) -> Self {
-        Self::with(device, queue, profiler, FramePool::Shared(pool))
+        Self::with(device, queue, profiler, FramePool::Shared(pool), own_commands(device))
+    }
+
+    /// The same in the caller's commands, which are handed to the device before the next frame of the pool begins: what the host writes for
+    /// a frame arrives with the next submission. It ends with [`Self::finish`], and the host can read nothing in the middle of it.
+    pub fn within(
+        device: &'a wgpu::Device,
+        queue: &'a wgpu::Queue,
+        profiler: &'a mut Profiler,
+        pool: &'a mut Pool,
+        commands: &'a mut wgpu::CommandEncoder,
+    ) -> Self {
+        Self::with(device, queue, profiler, FramePool::Shared(pool), Commands::Callers(commands))
     }
 
     fn with(
@@ -122,8 +116,8 @@ impl<'a> Frame<'a> {
         queue: &'a wgpu::Queue,
         profiler: &'a mut Profiler,
         mut pool: FramePool<'a>,
+        mut encoder: Commands<'a>,
     ) -> Self {
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         pool.begin(&mut encoder);
         pool.ledger.begin(device, queue);
         static FRAMES: AtomicU64 = AtomicU64::new(0);
@@ -210,7 +204,7 @@ impl<'a> Frame<'a> {
         });
         dispatch(&mut self.pool.bind_groups, &mut pass);
         drop(pass);
-        self.profiler.inner.end_query(&mut self.encoder, query);
+        self.profiler.inner.end_query(&mut *self.encoder, query);
     }
 
     /// Adds a render pass; `draw` fills it.
@@ -233,19 +227,24 @@ impl<'a> Frame<'a> {
         });
         draw(&mut self.pool.bind_groups, &mut pass);
         drop(pass);
-        self.profiler.inner.end_query(&mut self.encoder, query);
+        self.profiler.inner.end_query(&mut *self.encoder, query);
     }
 
     /// Hands the commands so far to the device, waits for them, and reads the first `count` elements of a buffer.
     ///
     /// Passes before and after this call are timed as one frame.
     pub fn read_now<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        if let Commands::Callers(_) = self.encoder {
+            return Err(GpuError::Waits { what: "a buffer" });
+        }
         let bytes = (count * size_of::<T>()) as u64;
         let copied = bytes.next_multiple_of(4);
         let staging = self.pool.buffers.get(Use::Read, "read_now", copied)?;
         self.encoder().copy_buffer_to_buffer(buffer, 0, &staging, 0, copied);
-        let fresh = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        let recorded = std::mem::replace(self.encoder(), fresh);
+        let fresh = own_commands(self.device);
+        self.pass = None;
+        let recorded = std::mem::replace(&mut self.encoder, fresh);
+        let Commands::Own(recorded) = recorded else { unreachable!("asked above") };
         self.pool.submitting(self.queue);
         self.queue.submit([recorded.finish()]);
         self.pool.waits += 1;
@@ -254,17 +253,45 @@ impl<'a> Frame<'a> {
         read
     }
 
-    /// Hands the commands to the device.
+    /// Hands the commands to the device; those of the caller are left to him ([`Self::finish`]).
     pub fn submit(mut self) {
+        self.close();
+        let Self { queue, encoder, profiler, mut pool, number, .. } = self;
+        if let Commands::Own(encoder) = encoder {
+            queue.submit([encoder.finish()]);
+            submitted(number, profiler, &mut pool);
+        }
+    }
+
+    /// Ends a frame in the caller's commands, and gives its number: [`submitted`] is told it once they are handed to the device.
+    pub fn finish(mut self) -> u64 {
+        self.close();
+        self.number
+    }
+
+    fn close(&mut self) {
         self.pass = None;
         self.profiler.inner.resolve_queries(&mut self.encoder);
-        self.pool.ledger.end(&mut self.encoder);
+        self.pool.ledger.end(self.number, &mut self.encoder);
         self.pool.submitting(self.queue);
-        self.queue.submit([self.encoder.finish()]);
-        self.pool.ledger.submitted();
-        // Fails only when a query was left open, which `dispatch` and `render` never do.
-        self.profiler.inner.end_frame().expect("every query is closed");
     }
+}
+
+/// Says that the caller's commands, in which the frame of this number is, were handed to the device.
+pub fn submitted(frame: u64, profiler: &mut Profiler, pool: &mut Pool) {
+    pool.ledger.submitted();
+    profiler.submitted(frame);
+}
+
+/// Says that the commands of the last frame will never be handed to the device.
+pub fn discarded(device: &wgpu::Device, queue: &wgpu::Queue, profiler: &mut Profiler, pool: &mut Pool) {
+    pool.ledger.discarded();
+    // Its queries are among those that are closed and were never resolved.
+    profiler.renew(device, queue);
+}
+
+fn own_commands<'a>(device: &wgpu::Device) -> Commands<'a> {
+    Commands::Own(device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") }))
 }
 
 #[cfg(all(test, feature = "testing"))]

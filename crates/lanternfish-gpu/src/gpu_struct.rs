@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    fn linked(fields: &'static str) -> LinkedShader {
+    fn linked(fields: &'static str) -> std::sync::Arc<LinkedShader> {
         let text = format!(
             "struct Sphere {{ {fields} }}\n@group(0) var<storage, read_write> s: array<Sphere>;\n\
              @compute @workgroup_size(1) fn main() {{ s[0] = s[1]; }}"

@@ -4,6 +4,7 @@
 //! - [`ShaderLibrary`]: WESL sources, linked, validated and reflected.
 //! - [`gpu_struct!`]: a struct both sides share, its layout checked against the shader's.
 //! - [`ComputeKernel`], [`RasterPipeline`]: pipelines whose resources are bound by name ([`Bindings`]).
+//! - [`Engine`]: what has been compiled for a device, so that it is compiled once.
 //! - [`Frame`]: the commands of a frame, timed pass by pass; what it needs for them it takes from a [`Pool`].
 //! - Scans and other parallel building blocks, in [`primitives`].
 
@@ -15,6 +16,7 @@ mod bindings;
 mod buffer;
 mod compute;
 mod driver;
+mod engine;
 mod error;
 mod frame;
 mod gpu_struct;
@@ -31,15 +33,16 @@ pub mod testing;
 pub use adapter::{AdapterChoice, AdapterDescription, Gpu, adapters};
 pub use bindings::{Bindings, BufferPart};
 pub use buffer::{
-    checked, indirect_buffer, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of, texture_of,
-    uniform_buffer_of,
+    checked, indirect_buffer, is_lost, is_same_device, read_back, read_texture, storage_buffer, storage_buffer_of,
+    texture_of, uniform_buffer_of,
 };
 pub use compute::ComputeKernel;
 pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};
+pub use engine::{Asked, Compilations, Engine};
 pub use error::GpuError;
-pub use frame::{Frame, PassTime, Profiler};
+pub use frame::{Frame, PassTime, Profiler, discarded, submitted};
 pub use gpu_struct::{Field, GpuStruct, LayoutError, SharedStruct, WgslType, check_layout};
-pub use ledger::{Arrived, Counted, Growth, ListRoom};
+pub use ledger::{Arrived, Counted, Growth, ListRoom, Outcome};
 pub use made::{Made, made};
 pub use pool::{BindGroups, Pool};
 pub use raster::{RasterPipeline, RasterState};

@@ -1,7 +1,9 @@
 //! A render pipeline whose resources are bound by name.
 
 use crate::{
-    BindGroups, Bindings, LinkedShader, made,
+    BindGroups, Bindings, LinkedShader,
+    engine::{self, PipelineKey},
+    made,
     reflect::{Layouts, layouts},
 };
 
@@ -23,7 +25,7 @@ pub struct RasterState<'a> {
 }
 
 /// A vertex and a fragment entry point of one shader, ready to draw.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct RasterPipeline {
     label: String,
     pipeline: wgpu::RenderPipeline,
@@ -32,12 +34,23 @@ pub struct RasterPipeline {
 
 impl RasterPipeline {
     /// Compiles the entry points `vertex` and, where the shader has one, `fragment` of `shader`. Without it, only depth is
-    /// written.
+    /// written. Within an [`Engine`](crate::Engine) that has compiled it before, it is that one's.
     pub fn new(
         device: &wgpu::Device,
         shader: &LinkedShader,
         vertex: &str,
         fragment: &str,
+        label: &str,
+        state: &RasterState<'_>,
+    ) -> Self {
+        let key = || PipelineKey::new(shader, &(vertex, fragment, label, state));
+        engine::raster(device, key, || Self::compile(device, shader, [vertex, fragment], label, state))
+    }
+
+    fn compile(
+        device: &wgpu::Device,
+        shader: &LinkedShader,
+        [vertex, fragment]: [&str; 2],
         label: &str,
         state: &RasterState<'_>,
     ) -> Self {

@@ -5,7 +5,7 @@ use naga::{AddressSpace, GlobalVariable, Handle, ImageClass, ImageDimension, Sca
 use crate::{LinkedShader, shader::item_name};
 
 /// The resources a pipeline uses, by group.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Layouts {
     /// One a group from 0 up to the highest in use; empty groups between have an empty layout.
     pub groups: Vec<wgpu::BindGroupLayout>,

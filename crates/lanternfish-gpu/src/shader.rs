@@ -1,6 +1,6 @@
 //! WESL sources: linked into WGSL, validated and reflected without a GPU.
 
-use std::{borrow::Cow, collections::BTreeMap};
+use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use wesl::{
@@ -8,7 +8,7 @@ use wesl::{
     syntax::{Attribute, Expression, GlobalDeclaration, LiteralExpression, PathOrigin, TranslationUnit},
 };
 
-use crate::GpuError;
+use crate::{GpuError, engine};
 
 /// A choice that a shader makes when it is linked: the name of an `@if`. A constant where what it means is declared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -47,9 +47,15 @@ impl ShaderLibrary {
         self.sources
     }
 
-    /// Links `module` with its imports, these `@if` features on and all others off, numbers its bindings, and validates it.
-    pub fn link(&self, module: &str, features: &[Feature]) -> Result<LinkedShader, GpuError> {
+    /// Links `module` with its imports, these `@if` features on and all others off, numbers its bindings, and validates it. Within an
+    /// [`Engine`](crate::Engine) that has done so before, it is that one's.
+    pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
         let label = features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{}", feature.0));
+        let library = self.sources.as_ptr().addr();
+        engine::linked(library, &label, || self.link_anew(module, features, label.clone()))
+    }
+
+    fn link_anew(&self, module: &str, features: &[Feature], label: String) -> Result<LinkedShader, GpuError> {
         let fail = |what: String| GpuError::Shader { shader: label.clone(), what };
 
         let mut resolver = VirtualResolver::new();

@@ -5,6 +5,7 @@ use glam::Quat;
 use crate::{
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::Surface,
+    request::{Target, ViewRequest},
     view::{View, ViewBuffer},
 };
 
@@ -18,6 +19,21 @@ pub struct FrameContext<'a> {
     /// Whether the frame is added to the mean of those before it. What is shown is that mean, and deep images are turned from frame to
     /// frame.
     pub is_averaged: bool,
+    /// What the caller wants of each view; none: what is shown of them is kept for [`crate::Renderer::render`].
+    pub requests: &'a [ViewRequest<'a>],
+}
+
+impl<'a> FrameContext<'a> {
+    /// Where the picture of a view goes, if it is not kept.
+    pub(crate) fn target(&self, slot: usize) -> Option<(u64, Target<'a>)> {
+        let request = self.requests.get(slot)?;
+        (!matches!(request.target, Target::Own)).then_some((request.key, request.target))
+    }
+
+    /// Whether light is summed for a view, and not shaded.
+    pub(crate) fn is_summed(&self, slot: usize) -> bool {
+        matches!(self.target(slot), Some((_, Target::Sums { .. })))
+    }
 }
 
 /// One view of a frame once its depth is there: what every pass after the prepass may ask of it.

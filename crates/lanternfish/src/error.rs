@@ -95,6 +95,22 @@ pub enum RenderError {
         /// What is wrong with it, and how it is put right.
         what: String,
     },
+    /// The picture of a view cannot go where it is wanted.
+    #[error("the target of view {key}: {what}")]
+    Target {
+        /// [`crate::ViewRequest::key`].
+        key: u64,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The frame before is recorded in the caller's commands, and nobody has said what became of them.
+    #[error(
+        "the frame before was not submitted: call `submitted` after its commands were, or `discard` if they never will be"
+    )]
+    NotSubmitted,
+    /// A frame has made place for another one, or was never there.
+    #[error("the frame is no longer there: only the last one that was recorded can be read")]
+    Gone,
     /// What has changed since the upload is more than can be brought to the device.
     #[error("{what}: an update brings only what moves, lights and factors of materials; upload the scene again")]
     Changed {

@@ -8,14 +8,16 @@ use crate::{
     debug_views::DebugViews,
     deep_images::{KeptDeepImages, directions::rotation_of_turn},
     error::RenderError,
+    gpu_scene::VisibleDraws,
     indirect::{IndirectPasses, IndirectSums},
     light_culling::{LightCulling, LightLists, Reach},
     occlusion::{OcclusionPasses, Openness},
-    output::Output,
+    output::{Output, display_target, present::Present},
     prepass::Prepass,
     progressive::Progressive,
-    shading::{Arriving, Forward, NearestBlended},
-    shadows::{Shadows, VisibilityPlan},
+    request::{SurfaceSource, Target},
+    shading::{Arriving, Forward, LightSums, NearestBlended, Sums},
+    shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
     view::View,
@@ -35,23 +37,29 @@ pub(crate) struct Passes {
     /// Where light arrives otherwise than straight from the lights.
     pub nearest_blended: Option<NearestBlended>,
     pub forward: Forward,
+    /// Where sums are wanted in the place of a picture.
+    pub sums: LightSums,
     pub sky: Sky,
     pub progressive: Progressive,
     pub output: Output,
     pub debug_views: Option<DebugViews>,
+    pub present: Present,
 }
 
 /// What a frame leaves behind of a view.
 #[derive(Debug)]
 pub(crate) struct FrameResult {
     pub shaded: Shaded,
-    pub display: wgpu::TextureView,
+    /// What is shown of it, unless it is radiance that the caller wants.
+    pub display: Option<wgpu::TextureView>,
 }
 
 /// A view after shading.
 #[derive(Debug)]
 pub(crate) struct Shaded {
     pub radiance: Radiance,
+    /// The other sum, where the radiance is that of direct light on white.
+    pub indirect_light: Option<wgpu::TextureView>,
     /// Mean radiance of this frame and the frames before it, where frames are averaged.
     pub mean: Option<wgpu::TextureView>,
     pub visibility: Option<VisibilityPlan>,
@@ -64,6 +72,20 @@ pub(crate) struct Shaded {
 }
 
 impl Shaded {
+    /// A view of which nothing else was found.
+    pub fn of_lights(radiance: Radiance, lights: LightLists) -> Self {
+        Self {
+            radiance,
+            indirect_light: None,
+            mean: None,
+            visibility: None,
+            openness: None,
+            indirect: None,
+            indirect_of_blended: None,
+            lights,
+        }
+    }
+
     /// Linear radiance, nits.
     fn picture(&self) -> &wgpu::TextureView {
         self.mean.as_ref().unwrap_or(&self.radiance.target)
@@ -81,6 +103,7 @@ impl Passes {
         }
         self.light_culling.forget();
         self.progressive.forget();
+        self.present.forget();
     }
 
     /// Records a frame of views of one scene.
@@ -89,6 +112,9 @@ impl Passes {
         frame: &mut Frame<'_>,
         context: &FrameContext<'_>,
     ) -> Result<Vec<FrameResult>, RenderError> {
+        if context.views.is_empty() {
+            return Ok(Vec::new());
+        }
         // What every view shows, then which lights reach it: views may share the work of finding them.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
         let views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
@@ -102,6 +128,10 @@ impl Passes {
         // Then each view by itself.
         let mut results = Vec::with_capacity(views.len());
         for (slot, ((view, lights), arriving)) in views.iter().zip(lights).zip(arriving).enumerate() {
+            if context.is_summed(slot) {
+                results.push(self.sum(frame, view, lights, arriving)?);
+                continue;
+            }
             let (radiance, visibility) = self.shade(frame, view, &lights, &arriving)?;
             self.sky.record(frame, view, &radiance)?;
             let indirect_of_blended = match blended_lights.get(slot) {
@@ -109,7 +139,8 @@ impl Passes {
                 None => None,
             };
             let Arriving { openness, indirect, .. } = arriving;
-            results.push(Shaded { radiance, mean: None, visibility, openness, indirect, indirect_of_blended, lights });
+            let shaded = Shaded::of_lights(radiance, lights);
+            results.push(Shaded { visibility, openness, indirect, indirect_of_blended, ..shaded });
         }
         // Only now it is certain whether the frame is whole.
         if context.is_averaged {
@@ -119,30 +150,50 @@ impl Passes {
             }
         }
         // One exposure for all views: two eyes see one world.
-        if self.debug_views.is_none() {
-            let pictures: Vec<_> = results.iter().map(Shaded::picture).collect();
+        let is_shown = |slot| !matches!(context.target(slot), Some((_, Target::Radiance(_) | Target::Sums { .. })));
+        let shown = results.iter().enumerate().filter(|(slot, _)| is_shown(*slot));
+        let pictures: Vec<_> = shown.map(|(_, shaded)| shaded.picture()).collect();
+        if self.debug_views.is_none() && !pictures.is_empty() {
             self.output.meter(frame, &pictures)?;
         }
-        let results = views.iter().zip(results);
-        Ok(results.map(|(view, shaded)| FrameResult { display: self.display(frame, view, &shaded), shaded }).collect())
+        self.present.begin();
+        let mut finished = Vec::with_capacity(views.len());
+        for (slot, (view, shaded)) in views.iter().zip(results).enumerate() {
+            let display = self.finish(frame, view, &shaded, context.target(slot))?;
+            finished.push(FrameResult { shaded, display });
+        }
+        Ok(finished)
     }
 
     /// The prepass of one view.
     fn show<'a>(
         &mut self,
         frame: &mut Frame<'_>,
-        FrameContext { scene, views, is_averaged }: &FrameContext<'a>,
+        context: &FrameContext<'a>,
         slot: usize,
     ) -> Result<ViewContext<'a>, RenderError> {
+        let FrameContext { scene, views, is_averaged, requests } = *context;
         let view = &views[slot];
         let buffer = view.record(frame);
         let draws = scene.visible_draws(view);
+        let rotation = rotation_of(view, is_averaged);
+        if context.is_summed(slot) {
+            let surface = match requests[slot].surface {
+                SurfaceSource::Own => self.sums.prepass.record(frame, scene, &draws, &buffer, view.size)?,
+                SurfaceSource::Given { depth, normal_roughness } => {
+                    self.sums.given.record(frame, depth, normal_roughness, view.size)?
+                }
+            };
+            // Blended surfaces are the caller's.
+            let draws = VisibleDraws { solid: draws.solid, blended: Vec::new() };
+            return Ok(ViewContext { scene, view, buffer, draws, middle: surface.clone(), surface, rotation });
+        }
         let surface = self.prepass.record(frame, scene, &draws, &buffer, view.size)?;
         let middle = match &mut self.one_sample {
             None => surface.clone(),
             Some(prepass) => prepass.record(frame, scene, &draws, &buffer, view.size)?,
         };
-        Ok(ViewContext { scene, view, buffer, draws, surface, middle, rotation: rotation_of(view, *is_averaged) })
+        Ok(ViewContext { scene, view, buffer, draws, surface, middle, rotation })
     }
 
     /// What arrives from other surfaces and the surroundings in every view, for the surface at each pixel's middle, as far as it is
@@ -161,7 +212,7 @@ impl Passes {
         views.iter().map(&mut of_view).collect()
     }
 
-    /// Opaque surfaces, shadowed and lit. Where the visibility of all pixels does not fit one buffer, in bands of rows.
+    /// Opaque surfaces, shadowed and lit.
     fn shade(
         &mut self,
         frame: &mut Frame<'_>,
@@ -170,18 +221,51 @@ impl Passes {
         arriving: &Arriving,
     ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
         let radiance = self.forward.target(frame, view.view.size);
+        let plan = self.by_bands(frame, view, lights, |passes, frame, visibility| {
+            passes.forward.record(frame, view, lights, arriving, visibility, &radiance)
+        })?;
+        Ok((radiance, plan))
+    }
+
+    /// The light of surfaces, shadowed and summed.
+    fn sum(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        lights: LightLists,
+        arriving: Arriving,
+    ) -> Result<Shaded, RenderError> {
+        let sums = self.sums.target(frame, view);
+        let visibility = self.by_bands(frame, view, &lights, |passes, frame, visibility| {
+            passes.sums.record(frame, view, &lights, &arriving, visibility, &sums)
+        })?;
+        let Sums { direct, indirect } = sums;
+        let shaded = Shaded::of_lights(Radiance { target: direct, drawn: None }, lights);
+        Ok(Shaded { indirect_light: Some(indirect), visibility, openness: arriving.openness, ..shaded })
+    }
+
+    /// Traces the shadows of a view, and lights by them. Where the visibility of all pixels does not fit one buffer, in bands of rows.
+    fn by_bands(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        lights: &LightLists,
+        mut light: impl FnMut(&mut Self, &mut Frame<'_>, Option<&Visibility<'_>>) -> Result<(), RenderError>,
+    ) -> Result<Option<VisibilityPlan>, RenderError> {
         let Some(shadows) = &mut self.shadows else {
-            self.forward.record(frame, view, lights, arriving, None, &radiance)?;
-            return Ok((radiance, None));
+            light(self, frame, None)?;
+            return Ok(None);
         };
+        let uses_deep_images = shadows.uses_deep_images();
         let plan = shadows.plan(frame, view, lights)?;
-        let images = self.deep_images.as_mut().filter(|_| shadows.uses_deep_images());
-        let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
         for band in plan.bands() {
+            let Some(shadows) = &mut self.shadows else { unreachable!("asked above") };
+            let images = self.deep_images.as_mut().filter(|_| uses_deep_images);
+            let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
             let visibility = shadows.record(frame, view, lights, images, &plan, band);
-            self.forward.record(frame, view, lights, arriving, Some(&visibility), &radiance)?;
+            light(self, frame, Some(&visibility))?;
         }
-        Ok((radiance, Some(plan)))
+        Ok(Some(plan))
     }
 
     /// Blended surfaces, over the picture so far; gives the indirect light at the nearest of them.
@@ -200,13 +284,52 @@ impl Passes {
         Ok(nearest.and_then(|nearest| nearest.indirect))
     }
 
+    /// Brings a view's picture where it is wanted; gives what is shown of it.
+    fn finish(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        shaded: &Shaded,
+        target: Option<(u64, Target<'_>)>,
+    ) -> Result<Option<wgpu::TextureView>, RenderError> {
+        match target {
+            Some((_, Target::Radiance(to))) => {
+                self.present.copy(frame, shaded.picture(), to)?;
+                Ok(None)
+            }
+            Some((_, Target::Sums { direct, indirect })) => {
+                self.present.copy(frame, &shaded.radiance.target, direct)?;
+                if let Some(light) = &shaded.indirect_light {
+                    self.present.copy(frame, light, indirect)?;
+                }
+                Ok(None)
+            }
+            Some((key, Target::Display(to, format))) => {
+                let display = self.present.display(frame, key, view.view.size);
+                self.show_picture(frame, view, shaded, &display);
+                self.present.show(frame, &display, (to, format))?;
+                Ok(Some(display))
+            }
+            Some((_, Target::Own)) | None => {
+                let display = display_target(frame, view.view.size);
+                self.show_picture(frame, view, shaded, &display);
+                Ok(Some(display))
+            }
+        }
+    }
+
     /// What a display shows of a view: its picture, exposed, or the debug view.
-    fn display(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, shaded: &Shaded) -> wgpu::TextureView {
-        let Some(debug_views) = &self.debug_views else {
-            return self.output.record(frame, shaded.picture(), view.view.size);
-        };
-        let ray_counts = shaded.visibility.as_ref().and_then(VisibilityPlan::ray_counts);
-        debug_views.record(frame, view, &shaded.lights, shaded.openness.as_ref(), &shaded.radiance, ray_counts)
+    fn show_picture(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        shaded: &Shaded,
+        display: &wgpu::TextureView,
+    ) {
+        match &self.debug_views {
+            None => self.output.record(frame, shaded.picture(), display),
+            Some(debug_views) => debug_views.record(frame, view, shaded, display),
+        }
     }
 }
 

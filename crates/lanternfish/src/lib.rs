@@ -76,6 +76,7 @@ pub mod prepass;
 pub mod progressive;
 pub mod rays;
 mod renderer;
+mod request;
 pub mod rooms;
 pub mod settings;
 pub mod shaders;
@@ -89,5 +90,7 @@ pub mod view;
 
 pub use error::RenderError;
 pub use gpu_scene::{GpuScene, Sent};
-pub use renderer::{Picture, Renderer, Report};
+pub use lanternfish_gpu::Engine;
+pub use renderer::{Change, FrameId, FrameReport, Picture, Renderer, Report};
+pub use request::{SurfaceSource, Target, ViewRequest};
 pub use settings::Settings;

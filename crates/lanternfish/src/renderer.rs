@@ -1,5 +1,8 @@
 //! From a scene and a camera to a picture.
 
+mod build;
+mod change;
+mod flight;
 mod frames;
 #[cfg(test)]
 mod tests;
@@ -11,37 +14,33 @@ use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
-use lanternfish_gpu::{Frame, Gpu, Growth, PassTime, Pool, Profiler, checked, read_back, read_texture};
+use lanternfish_gpu::{Engine, Frame, Growth, PassTime, Pool, Profiler, checked, discarded, read_back, read_texture};
 use lanternfish_scene::{Camera, Light, Scene};
 
+use self::{
+    build::{Built, Compiled, build},
+    flight::{Flight, check_lost},
+};
 use crate::{
     context::FrameContext,
-    debug_views::DebugViews,
-    deep_images::KeptDeepImages,
     error::RenderError,
-    frame::{FrameResult, Passes},
-    gpu_scene::Sent,
-    gpu_scene::{GpuScene, Needs, Parts, anisotropy},
-    indirect::{self, IndirectSums},
-    light_culling::{LightCulling, clustered::GridContents},
-    occlusion,
-    output::Output,
-    prepass::{DEPTH_FORMAT, Prepass},
-    progressive::Progressive,
-    rays::Tracer,
-    settings::{
-        DebugView, Exposure, Indirect, Occlusion, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap,
-    },
-    shading::{Forward, NearestBlended},
-    shadows::Shadows,
-    sky::Sky,
-    texture::{RADIANCE_FORMAT, described},
+    frame::{FrameResult, Passes, Shaded},
+    gpu_scene::{GpuScene, Needs, Sent},
+    indirect::IndirectSums,
+    light_culling::clustered::GridContents,
+    settings::{Exposure, Settings},
     view::View,
+};
+
+pub use self::{
+    change::Change,
+    flight::{FrameId, FrameReport},
 };
 
 /// Renders scenes on the caller's device, under one choice of settings.
 #[derive(Debug)]
 pub struct Renderer {
+    engine: Engine,
     device: wgpu::Device,
     queue: wgpu::Queue,
     /// As they were given.
@@ -50,10 +49,16 @@ pub struct Renderer {
     effective: Settings,
     /// What it needs of a scene.
     needs: Needs,
+    compiled: Compiled,
     pub(crate) profiler: Profiler,
     /// What its frames use again. Locked by nobody for longer than a call.
     pub(crate) pool: Mutex<Pool>,
     pub(crate) passes: Passes,
+    flight: Flight,
+    /// When lists of frames get more room that are rendered into pictures.
+    picture_growth: Growth,
+    /// The number of the last of those frames.
+    last_frame: u64,
 }
 
 /// A finished picture. Rows from the top.
@@ -86,57 +91,37 @@ impl Renderer {
     /// Compiles the passes that these settings need.
     ///
     /// The device may be any; optional features that it was opened with are used
-    /// ([`Gpu::WANTED_FEATURES`] lists them), and a setting that needs one that is missing is an error.
+    /// ([`lanternfish_gpu::Gpu::WANTED_FEATURES`] lists them), and a setting that needs one that is missing is an error.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Self, RenderError> {
-        let (given, mut settings) = (settings.clone(), settings);
-        if settings.debug_view == Some(DebugView::BaseColor) {
-            // A colour is shown as it is, and no light is asked for.
-            (settings.exposure, settings.tone_map, settings.shadows) =
-                (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
-            settings.occlusion = Occlusion::None;
-        }
-        if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
-            // What is shown is not what arrives, and is of the surface at each pixel's middle.
-            (settings.indirect, settings.samples) = (Indirect::None, Samples::One);
-        }
-        let tracer = tracer(device, settings.shadows)?;
-        check_samples(device, &settings)?;
-        frames::check(&settings)?;
-        crate::shadows::check(&settings)?;
-        let texture_arrays = texture_arrays(device, settings.textures)?;
-        let shadows = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
-        let occlusion = occlusion::passes(device, &settings)?;
-        let of_shadows = tracer.is_some_and(Tracer::uses_deep_images);
-        if of_shadows {
-            crate::shadows::check_driver(&device.adapter_info())?;
-        }
-        let openness = if occlusion.is_some() { settings.occlusion.parts() } else { Parts::NONE };
-        let parts = tracer.map_or(Parts::NONE, Tracer::parts) | settings.indirect.parts() | openness;
-        let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
-        let finds_arriving = occlusion.is_some() || settings.indirect != Indirect::None;
-        let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
-        // What is found for a pixel is of the surface at its middle.
-        let one_sample = (finds_arriving || tracer.is_some()) && settings.samples != Samples::One;
-        let passes = Passes {
-            prepass: Prepass::new(asks_for_normals, settings.samples.count()),
-            one_sample: one_sample.then(|| Prepass::new(true, 1)),
-            light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
-            occlusion,
-            shadows,
-            deep_images,
-            indirect: indirect::passes(device, &settings, tracer)?,
-            nearest_blended: finds_arriving.then(|| NearestBlended::new(&settings, tracer)),
-            forward: Forward::new(&settings, tracer),
-            sky: Sky::new(),
-            progressive: Progressive::new(device)?,
-            output: Output::new(device, settings.tone_map, settings.exposure)?,
-            debug_views: DebugViews::new(device, &settings)?,
-        };
-        let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
-        let needs = Needs::new(&settings, parts, texture_arrays, anisotropy);
-        let (profiler, pool) = (Profiler::new(device, queue), Mutex::new(Pool::new(device)));
-        let (device, queue) = (device.clone(), queue.clone());
-        Ok(Self { device, queue, settings: given, effective: settings, needs, profiler, pool, passes })
+        Self::with_engine(&Engine::new(device, queue), settings)
+    }
+
+    /// The same for the device of an engine: what other renderers of the engine have compiled is not compiled again.
+    pub fn with_engine(engine: &Engine, settings: Settings) -> Result<Self, RenderError> {
+        let Built { effective, needs, passes, compiled } = build(engine, &settings)?;
+        let (device, queue) = (engine.device.clone(), engine.queue.clone());
+        let (profiler, pool) = (Profiler::new(&device, &queue), Mutex::new(Pool::new(&device)));
+        let engine = engine.clone();
+        Ok(Self {
+            engine,
+            device,
+            queue,
+            settings,
+            effective,
+            needs,
+            compiled,
+            profiler,
+            pool,
+            passes,
+            flight: Flight::default(),
+            picture_growth: Growth::Wait,
+            last_frame: 0,
+        })
+    }
+
+    /// What it has compiled, for further renderers of its device.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
     }
 
     /// The settings it was made with, as they were given, at the exposure of now.
@@ -154,9 +139,11 @@ impl Renderer {
     /// A renderer holds on to a scene that it has rendered, dropped or not, until it uploads another, is dropped itself, or has
     /// rendered others for five frames.
     pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
+        check_lost(&self.device)?;
         // A scene that is gone frees its memory before the next one takes its own, as far as this renderer's frames hold it.
         self.pool.lock().unwrap_or_else(PoisonError::into_inner).forget_bind_groups();
-        checked(&self.device, "upload", || GpuScene::new(&self.device, &self.queue, scene, &self.effective, self.needs))
+        let upload = || GpuScene::new(&self.device, &self.queue, scene, &self.effective, self.needs);
+        checked(&self.device, "upload", || self.engine.within(upload))
     }
 
     /// Brings what has changed in `scene` since it was uploaded to the device: where its instances stand; positions, normals and tangents
@@ -176,8 +163,10 @@ impl Renderer {
     /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both, unless the scene
     /// has nodes that move ([`Scene::motion`]); one that loses its area is met by nothing. After any other error update again, or upload.
     pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
+        check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
-        checked(&self.device, "update", || gpu_scene.update(&self.device, &self.queue, scene, &self.effective))
+        let update = || gpu_scene.update(&self.device, &self.queue, scene, &self.effective);
+        checked(&self.device, "update", || self.engine.within(update))
     }
 
     /// Moves instances of an uploaded scene, on the device: by their index in the scene's list, each to where it stands now, world from
@@ -188,14 +177,16 @@ impl Renderer {
     /// is not finite, one that mirrors what was not mirrored, and, where indirect light is looked for, instances that shine: `update`
     /// moves these.
     pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
+        check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
-        checked(&self.device, "move", || {
+        let record = || {
             let mut profiler = Profiler::new(&self.device, &self.queue);
             let mut frame = Frame::new(&self.device, &self.queue, &mut profiler);
             let sent = gpu_scene.move_instances(&mut frame, moved)?;
             frame.submit();
             Ok(sent)
-        })
+        };
+        checked(&self.device, "move", || self.engine.within(record))
     }
 
     /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
@@ -203,6 +194,7 @@ impl Renderer {
     /// An error, and nothing is done, for a light that is not there or is not valid ([`Scene::validate`]), and where indirect light is
     /// looked for: lights are then in a tree that [`Self::update`] makes again.
     pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
+        check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
         gpu_scene.set_light(&self.queue, index, light, &self.effective)
     }
@@ -210,7 +202,7 @@ impl Renderer {
     /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.
     pub fn set_exposure(&mut self, exposure: Exposure) -> Result<(), RenderError> {
         self.passes.output.set_exposure(&self.device, exposure)?;
-        self.settings.exposure = exposure;
+        (self.settings.exposure, self.effective.exposure) = (exposure, exposure);
         Ok(())
     }
 
@@ -263,37 +255,63 @@ impl Renderer {
     pub(crate) fn frame(&mut self, context: &FrameContext<'_>) -> Result<Vec<FrameResult>, RenderError> {
         let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
         let mut frame = Frame::pooled(&self.device, &self.queue, &mut self.profiler, pool);
-        let results = self.passes.record(&mut frame, context)?;
+        self.last_frame = frame.number();
+        let results = self.engine.within(|| self.passes.record(&mut frame, context))?;
         frame.submit();
+        self.flight = Flight::default();
         Ok(results)
     }
 
     /// Forgets what frames have kept, as after an error: a frame that was recorded in part never ran, and what the device refused to make
     /// may be among what is used again.
     fn forget_frames(&mut self) {
-        self.pool.get_mut().unwrap_or_else(PoisonError::into_inner).empty(&self.device);
+        let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
+        discarded(&self.device, &self.queue, &mut self.profiler, pool);
+        pool.empty(&self.device);
         self.passes.forget();
     }
 
-    /// When lists of frames get more room: in the frame that needs it, which waits for the device, unless something else is said here. A
-    /// frame that may not wait, and for which there is not room enough, draws nothing: its display and its mean are those of the last one
-    /// that was whole, of that size. What [`Self::render`] gives of it otherwise is not whole either.
-    #[cfg_attr(not(test), expect(dead_code, reason = "a window asks for it; until there is one, tests do"))]
+    /// When lists of pictures' frames get more room: in the frame that needs it, which waits for the device, unless something else is said
+    /// here. What [`Self::render`] gives of a frame that may not wait is not whole where there is not room enough.
+    #[cfg(test)]
     pub(crate) fn set_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
+        self.picture_growth = growth;
+        self.use_growth(growth)
+    }
+
+    /// When lists of the next frames get more room. A frame that may not wait, and for which there is not room enough, draws nothing: its
+    /// display and its mean are those of the last one that was whole, of that size.
+    fn use_growth(&mut self, growth: Growth) -> Result<(), RenderError> {
+        let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if pool.growth() == growth {
+            return Ok(());
+        }
         self.passes.deep_images.as_ref().map_or(Ok(()), |images| images.check_growth(growth))?;
         self.passes.occlusion.as_ref().map_or(Ok(()), |occlusion| occlusion.check_growth(growth))?;
-        // What a frame has kept that was not whole is not for those that wait.
+        // What a frame has kept that was not whole is not for those that wait, and the frames of a mean are counted on the device or on
+        // the host.
         self.passes.forget();
-        let pool = self.pool.get_mut().unwrap_or_else(PoisonError::into_inner);
-        // The frames of a mean are counted on the device or on the host.
-        self.passes.progressive.reset();
-        Ok(pool.set_growth(&self.device, growth)?)
+        Ok(self.engine.within(|| pool.set_growth(&self.device, growth))?)
     }
 
-    /// Reads back what the last frame left.
+    /// Reads back what the last frame of a scene left.
     pub(crate) fn pictures(
         &mut self,
         scene: &GpuScene,
+        views: &[View],
+        results: &[FrameResult],
+    ) -> Result<Vec<Picture>, RenderError> {
+        let mut pictures = self.pictures_of(scene.counters(), views, results)?;
+        if let Some(first) = pictures.first_mut() {
+            first.report.passes = self.profiler.times_of(self.last_frame);
+        }
+        Ok(pictures)
+    }
+
+    /// The same, without times; `counters` are the scene's. A view of which nothing was shown has no picture.
+    fn pictures_of(
+        &mut self,
+        counters: &[(String, u64)],
         views: &[View],
         results: &[FrameResult],
     ) -> Result<Vec<Picture>, RenderError> {
@@ -301,27 +319,30 @@ impl Renderer {
             None => Some(self.passes.output.exposure(&self.device, &self.queue)?),
             Some(_) => None,
         };
-        let pictures = views.iter().zip(results).map(|(view, result)| self.picture(scene, view, result, exposure));
+        let shown =
+            views.iter().zip(results).filter_map(|(view, result)| Some((view, result, result.display.as_ref()?)));
+        let pictures = shown.map(|(view, result, display)| {
+            let display = read_texture::<[u8; 4]>(&self.device, &self.queue, display.texture())?;
+            self.picture(counters, view, &result.shaded, display, exposure)
+        });
         let mut pictures = pictures.collect::<Result<Vec<_>, _>>()?;
-        if let Some(first) = pictures.first_mut() {
-            first.report.passes = self.profiler.finished();
-            if results[0].shaded.mean.is_some() {
-                let frames = self.passes.progressive.frames();
-                first.report.counters.push(("progressive/frames".to_owned(), u64::from(frames)));
-            }
+        if let Some(first) = pictures.first_mut()
+            && results[0].shaded.mean.is_some()
+        {
+            let frames = self.passes.progressive.frames();
+            first.report.counters.push(("progressive/frames".to_owned(), u64::from(frames)));
         }
         Ok(pictures)
     }
 
     fn picture(
         &self,
-        scene: &GpuScene,
+        counters: &[(String, u64)],
         view: &View,
-        result: &FrameResult,
+        shaded: &Shaded,
+        display: Vec<[u8; 4]>,
         exposure: Option<f32>,
     ) -> Result<Picture, RenderError> {
-        let FrameResult { shaded, display } = result;
-        let display = read_texture::<[u8; 4]>(&self.device, &self.queue, display.texture())?;
         let radiance = match &shaded.mean {
             Some(mean) => read_texture(&self.device, &self.queue, mean.texture())?,
             None => {
@@ -332,7 +353,7 @@ impl Renderer {
             }
         };
 
-        let mut counters = scene.counters().to_vec();
+        let mut counters = counters.to_vec();
         counters.push(("light_culling/light_tests".to_owned(), shaded.lights.tests));
         counters.push(("light_culling/listed_lights".to_owned(), shaded.lights.listed));
         if let Some(clusters) = &shaded.lights.clusters {
@@ -362,52 +383,5 @@ impl Renderer {
         }
         let report = Report { passes: Vec::new(), counters };
         Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, exposure, report })
-    }
-}
-
-fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Option<Tracer>, RenderError> {
-    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
-    match setting {
-        ShadowSetting::None => Ok(None),
-        // A software adapter's ray query is slower than the walk in compute.
-        ShadowSetting::Auto if !software && Tracer::RayQuery.is_supported(device) => Ok(Some(Tracer::RayQuery)),
-        ShadowSetting::Auto => Ok(Some(Tracer::Bvh)),
-        ShadowSetting::Traced(tracer) => tracer.check(device, "`shadows ray-query`", "`shadows bvh`").map(Some),
-    }
-}
-
-/// An error unless the device can draw with as many samples.
-fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), RenderError> {
-    let count = settings.samples.count();
-    if count == 1 {
-        return Ok(());
-    }
-    let try_targets = || {
-        for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {
-            let _ =
-                device.create_texture(&described("samples", UVec2::ONE, format, wgpu::TextureUsages::empty(), count));
-        }
-        Ok::<(), RenderError>(())
-    };
-    checked(device, "samples", try_targets).map_err(|_| RenderError::MissingFeature {
-        setting: "`samples`",
-        feature: "so many samples a pixel",
-        instead: "`samples 4`",
-    })
-}
-
-fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool, RenderError> {
-    let has = device.features().contains(Gpu::TEXTURE_ARRAYS);
-    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
-    match setting {
-        // A software adapter reads what is chosen by index for each fragment by itself.
-        TextureBinding::Auto => Ok(has && !software),
-        TextureBinding::PerMaterial => Ok(false),
-        TextureBinding::Array if has => Ok(true),
-        TextureBinding::Array => Err(RenderError::MissingFeature {
-            setting: "`textures array`",
-            feature: "texture binding arrays",
-            instead: "`textures per-material`",
-        }),
     }
 }

@@ -1,5 +1,7 @@
 //! The library's shaders, and every variant of them that a room can ask for.
 
+use std::sync::Arc;
+
 use lanternfish_gpu::{Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, SharedStruct};
 
 use crate::{indirect::Indirect, light_culling::Culling, occlusion::Occlusion};
@@ -129,7 +131,7 @@ impl Package {
     ///
     /// Panics with debug assertions, so in every test, where no folder declares the file, or its folder does not declare these features
     /// for it: a bug.
-    pub fn link(&self, module: &str, features: &[Feature]) -> Result<LinkedShader, GpuError> {
+    pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
         debug_assert!(is_declared(module, features), "{module}: its folder does not declare {features:?}");
         self.0.link(module, features)
     }

@@ -10,6 +10,9 @@ mod area_lights;
 mod conformance;
 #[path = "pictures/corners.rs"]
 mod corners;
+#[path = "pictures/examples.rs"]
+#[allow(clippy::duplicate_mod, reason = "each example has the module that it shares with the others")]
+mod examples;
 #[path = "pictures/ground_truth.rs"]
 mod ground_truth;
 #[path = "pictures/identical.rs"]

@@ -6,13 +6,14 @@
 
 mod room;
 mod staging;
+mod state;
 #[cfg(all(test, feature = "testing"))]
 mod tests;
 
-use std::collections::HashMap;
-
-use self::{room::Room as History, staging::Staging};
-use crate::{Bindings, ComputeKernel, Frame, GpuError, buffer::STORAGE, gpu_struct, made, primitives::SHADERS};
+pub(crate) use self::{staging::MOST_IN_FLIGHT, state::Ledger};
+#[cfg(test)]
+use crate::primitives::SHADERS;
+use crate::{Bindings, Frame, GpuError, gpu_struct};
 
 gpu_struct! {
     /// A list of the frame.
@@ -71,6 +72,21 @@ pub struct Arrived {
     pub held: u64,
 }
 
+/// What has become of a frame that did not wait.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// [`Frame::number`].
+    pub frame: u64,
+    /// Whether there was room for all of its lists: else it has drawn nothing.
+    pub is_whole: bool,
+    /// Whether the device has lost it, and most likely itself.
+    pub is_lost: bool,
+    /// Its lists by name, each with the number of elements that it needed room for.
+    pub lists: Vec<(&'static str, u64)>,
+    /// Those that get other room from now on.
+    pub resized: Vec<&'static str>,
+}
+
 /// Words a list in the ledger, and those before the first: `note.wesl`.
 pub(crate) const LIST_WORDS: usize = 4;
 const FIRST_LIST: usize = 8;
@@ -80,103 +96,10 @@ const FRAMES: usize = 4;
 const MOST_LISTS: usize = 1022;
 const LEDGER_BYTES: u64 = 4 * (FIRST_LIST + LIST_WORDS * MOST_LISTS) as u64;
 
-/// Room of all lists, kept from frame to frame.
-#[derive(Debug, Default)]
-pub(crate) struct Ledger {
-    lists: HashMap<&'static str, History>,
-    later: Option<Later>,
-}
-
-/// What frames that do not wait need.
-#[derive(Debug)]
-struct Later {
-    note: ComputeKernel,
-    count_frame: ComputeKernel,
-    words: wgpu::Buffer,
-    staging: Staging,
-    /// The lists of the frame in hand.
-    noted: Vec<&'static str>,
-    arrived: Arrived,
-}
-
-impl Ledger {
-    /// From now on.
-    pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
-        self.later = match growth {
-            Growth::Wait => None,
-            Growth::Later => Some(Later::new(device)?),
-        };
-        Ok(())
-    }
-
-    pub fn whole(&self) -> Option<wgpu::Buffer> {
-        self.later.as_ref().map(|later| later.words.clone())
-    }
-
-    pub fn arrived(&self) -> Arrived {
-        self.later.as_ref().map_or_else(Arrived::default, |later| later.arrived)
-    }
-
-    /// Reads what has arrived, without waiting.
-    pub fn begin(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
-        let Some(later) = &mut self.later else { return };
-        // What is wrong with the device shows where the frame is handed to it.
-        let _ = device.poll(wgpu::PollType::Poll);
-        later.noted.clear();
-        for (lists, words) in later.staging.arrived() {
-            later.arrived.frames += 1;
-            later.arrived.held += u64::from(words[1] == 0);
-            let of_lists = words[FIRST_LIST..].chunks_exact(LIST_WORDS);
-            for (name, words) in lists.iter().zip(of_lists) {
-                let words = words.try_into().expect("a chunk has as many");
-                self.lists.get_mut(name).expect("it was asked for").arrives(words);
-            }
-            self.lists.values_mut().for_each(History::adapt);
-        }
-        // Three vertices, one instance: as long as nothing is noted, the picture is drawn.
-        queue.write_buffer(&later.words, 0, bytemuck::bytes_of(&[3u32, 1, 0, 0]));
-    }
-
-    /// What comes last in the frame's commands.
-    pub fn end(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(later) = &mut self.later {
-            later.staging.copy(&later.words, &later.noted, encoder);
-        }
-    }
-
-    /// The commands are on their way.
-    pub fn submitted(&mut self) {
-        if let Some(later) = &mut self.later {
-            later.staging.map();
-        }
-    }
-}
-
-impl Later {
-    fn new(device: &wgpu::Device) -> Result<Self, GpuError> {
-        let shader = SHADERS.link("ledger/note", &[])?;
-        made::count(|made| made.buffers += 1);
-        let words = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("ledger"),
-            size: LEDGER_BYTES,
-            usage: STORAGE | wgpu::BufferUsages::INDIRECT,
-            mapped_at_creation: false,
-        });
-        Ok(Self {
-            note: ComputeKernel::new(device, &shader, "note", "ledger/note"),
-            count_frame: ComputeKernel::new(device, &shader, "count_frame", "ledger/count_frame"),
-            words,
-            staging: Staging::new(device, LEDGER_BYTES),
-            noted: Vec::new(),
-            arrived: Arrived::default(),
-        })
-    }
-}
-
 impl Frame<'_> {
     /// When lists of this frame get more room.
     pub fn growth(&self) -> Growth {
-        if self.pool.ledger.later.is_some() { Growth::Later } else { Growth::Wait }
+        self.pool.ledger.growth()
     }
 
     /// Room for a list whose elements the commands so far have counted. Without waiting the frame notes, when it runs, whether the room
@@ -200,7 +123,7 @@ impl Frame<'_> {
     /// The words of the longest list of this name in the last frame that has arrived, where frames do not wait.
     pub fn last_counted(&self, list: &'static str) -> [u32; LIST_WORDS] {
         let ledger = &self.pool.ledger;
-        let history = ledger.lists.get(list).filter(|_| ledger.later.is_some());
+        let history = ledger.lists.get(list).filter(|_| ledger.growth() == Growth::Later);
         history.map_or([0; LIST_WORDS], |history| history.last)
     }
 
@@ -261,6 +184,9 @@ impl Frame<'_> {
 
     /// Where frames do not wait, counts this one among the frames of a mean if it is whole; the first of a mean begins anew.
     pub fn count_frame(&mut self, is_first: bool) {
+        if self.growth() == Growth::Wait {
+            return;
+        }
         let Some(later) = self.pool.ledger.later.take() else { return };
         if is_first {
             self.encoder().clear_buffer(&later.words, 4 * FRAMES as u64, Some(4));

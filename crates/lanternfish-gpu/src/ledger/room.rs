@@ -54,17 +54,19 @@ impl Room {
     }
 
     /// All lists of a frame have arrived: half as much room again as the most that was needed lately, as soon as four fifths of what is
-    /// there are used; less, where less than a half of it would do.
-    pub fn adapt(&mut self) {
-        let Some(needed) = self.arriving.take() else { return };
+    /// there are used; less, where less than a half of it would do. Whether that is other room.
+    pub fn adapt(&mut self) -> bool {
+        let Some(needed) = self.arriving.take() else { return false };
         self.recent.truncate(RECENT_FRAMES - 1);
         self.recent.push_front(needed);
         let most = self.recent.iter().copied().max().unwrap_or(0);
         let wanted = (most + most / 2).clamp(LEAST.min(self.limit), self.limit);
-        if 5 * most > 4 * self.capacity || 2 * wanted < self.capacity {
-            tracing::debug!(most, capacity = self.capacity, wanted, "a list gets other room");
+        let before = self.capacity;
+        if 5 * most > 4 * before || 2 * wanted < before {
+            tracing::debug!(most, capacity = before, wanted, "a list gets other room");
             self.capacity = wanted;
         }
+        self.capacity != before
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) use self::{
     uniforms::Uniforms,
 };
 
-use crate::{Arrived, GpuError, Growth, ledger::Ledger};
+use crate::{Arrived, GpuError, Growth, Outcome, ledger::Ledger};
 
 /// Frames that a thing is kept for while nothing asks for it. More: less is made where a view changes back and forth, and more memory
 /// waits.
@@ -58,6 +58,18 @@ impl Pool {
     /// When lists get more room from the next frame on: in the frame that needs it, unless something else is said here.
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
         self.ledger.set_growth(device, growth)
+    }
+
+    /// When lists get more room.
+    pub fn growth(&self) -> Growth {
+        self.ledger.growth()
+    }
+
+    /// What has become of a frame that did not wait, each once, the oldest first; none while the device is still busy with it. It never
+    /// waits.
+    pub fn outcome(&mut self, device: &wgpu::Device) -> Option<Outcome> {
+        self.ledger.collect(device);
+        self.ledger.outcome()
     }
 
     /// Where frames do not wait: the words of [`crate::Frame::whole`].

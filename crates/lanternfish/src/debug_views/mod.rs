@@ -10,12 +10,14 @@ use lanternfish_gpu::{
 use crate::{
     context::ViewContext,
     error::RenderError,
-    light_culling::{LightCulling, LightLists},
+    frame::Shaded,
+    light_culling::LightCulling,
     occlusion::{self, Openness},
-    output::{DISPLAY_FORMAT, fullscreen},
+    output::{DISPLAY_FORMAT, show},
     settings::{Culling, DebugView, Occlusion, Settings},
     shaders::{Root, SHADERS, Shaders},
-    texture::{Radiance, frame_target},
+    shadows::VisibilityPlan,
+    texture::frame_target,
 };
 
 pub use scale::Scale;
@@ -114,16 +116,16 @@ impl DebugViews {
         }))
     }
 
-    /// Draws the debug view. `ray_counts`: shadow rays of each pixel, where shadows were traced.
-    pub fn record(
+    /// Draws the debug view into what is shown.
+    pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, surface, .. }: &ViewContext<'_>,
-        lights: &LightLists,
-        openness: Option<&Openness>,
-        radiance: &Radiance,
-        ray_counts: Option<&wgpu::TextureView>,
-    ) -> wgpu::TextureView {
+        Shaded { radiance, visibility, openness, lights, .. }: &Shaded,
+        display: &wgpu::TextureView,
+    ) {
+        // Shadow rays of each pixel, where shadows were traced.
+        let ray_counts = visibility.as_ref().and_then(VisibilityPlan::ray_counts);
         let no_rays;
         let ray_counts = match ray_counts {
             Some(counts) => counts,
@@ -139,9 +141,9 @@ impl DebugViews {
             .texture("ray_count_texture", ray_counts);
         let scene_bindings = scene.bindings();
         let shared = buffer.bindings().with(&scene_bindings);
-        let openness = openness.map(Openness::bindings).unwrap_or_default();
+        let openness = openness.as_ref().map(Openness::bindings).unwrap_or_default();
         let bindings = shared.with(&surface.bindings()).with(&lights.bindings()).with(&openness).with(&own);
-        fullscreen(frame, &self.pipeline, "debug_views", &bindings, surface.size)
+        show(frame, (&self.pipeline, "debug_views"), &bindings, display);
     }
 }
 

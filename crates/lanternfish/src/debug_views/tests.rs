@@ -9,7 +9,8 @@ use lanternfish_scene::{AlphaMode, Camera, Light, Material, Primitive, Projectio
 use super::*;
 use crate::{
     GpuScene, Renderer,
-    light_culling::Reach,
+    light_culling::{LightLists, Reach},
+    output::display_target,
     prepass::Prepass,
     rooms::Family,
     settings::{ClusterShape, Clustered, Samples, Shadows},
@@ -159,7 +160,9 @@ impl<'g> Harness<'g> {
         let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE).unwrap();
         let radiance = forward.target(&mut frame, SIZE);
         let view = context(scene, &view, &buffer, &surface);
-        let picture = debug_views.record(&mut frame, &view, &lists, None, &radiance, None);
+        let shaded = Shaded::of_lights(radiance, lists);
+        let picture = display_target(&mut frame, SIZE);
+        debug_views.record(&mut frame, &view, &shaded, &picture);
         frame.submit();
         let colors: Vec<[u8; 4]> = read_texture(&gpu.device, &gpu.queue, picture.texture()).unwrap();
         // Black is where nothing is: one fragment is blue, and none magenta.

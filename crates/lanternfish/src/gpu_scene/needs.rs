@@ -45,6 +45,26 @@ impl Needs {
             parts,
         }
     }
+
+    /// The same for the renderer that had other needs before.
+    pub fn of_renderer(self, before: &Self) -> Self {
+        Self { renderer: before.renderer, ..self }
+    }
+
+    /// What a scene that was uploaded for these needs does not have of others, if anything.
+    pub fn lacks(&self, needed: &Self) -> Option<&'static str> {
+        let faults = [
+            (self.shading != needed.shading, "its materials are for another `Settings::materials`, or a debug view"),
+            (self.texture_arrays != needed.texture_arrays, "its textures are for another `Settings::textures`"),
+            (self.anisotropy != needed.anisotropy, "its samplers are for another `Settings::anisotropy`"),
+            (
+                self.lights != needed.lights,
+                "its lights are for another attenuation, range threshold, light radius or number of shadow rays",
+            ),
+        ];
+        let fault = faults.iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| *what);
+        fault.or_else(|| self.parts.lacks(needed.parts))
+    }
 }
 
 impl GpuScene {
@@ -55,17 +75,7 @@ impl GpuScene {
         if has.renderer != needed.renderer {
             self.check_device(device)?;
         }
-        let faults = [
-            (has.shading != needed.shading, "its materials are for another `Settings::materials`, or a debug view"),
-            (has.texture_arrays != needed.texture_arrays, "its textures are for another `Settings::textures`"),
-            (has.anisotropy != needed.anisotropy, "its samplers are for another `Settings::anisotropy`"),
-            (
-                has.lights != needed.lights,
-                "its lights are for another attenuation, range threshold, light radius or number of shadow rays",
-            ),
-        ];
-        let fault = faults.iter().find(|(is_fault, _)| *is_fault).map(|(_, what)| *what);
-        lacks(fault.or_else(|| has.parts.lacks(needed.parts)))
+        lacks(has.lacks(needed))
     }
 
     /// An error unless it lies on this device and has these parts.

@@ -1,6 +1,6 @@
 //! Drawing a scene: the pipelines of a pass over its geometry, and the loop over its draws.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 use lanternfish_gpu::{BindGroups, Bindings, Feature, LinkedShader, RasterPipeline, RasterState};
 
@@ -30,7 +30,7 @@ pub(crate) struct SceneRaster {
     /// Whether scenes with area lights get the `area_lights` variant.
     distinguish_area_lights: bool,
     state: PassState,
-    shaders: HashMap<Vec<Feature>, LinkedShader>,
+    shaders: HashMap<Vec<Feature>, Arc<LinkedShader>>,
     pipelines: HashMap<Key, RasterPipeline>,
 }
 

@@ -34,7 +34,7 @@ fn openness(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, camera: &Camer
     let views = [View::new(camera, SIZE, Vec3::ZERO, &scene.bounds)];
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let context = FrameContext { scene, views: &views, is_averaged: false };
+    let context = FrameContext { scene, views: &views, is_averaged: false, requests: &[] };
     let result = renderer.passes.record(&mut frame, &context).unwrap().remove(0);
     frame.submit();
     read_texture(&gpu.device, &gpu.queue, result.shaded.openness.unwrap().texture.texture()).unwrap()

@@ -1,6 +1,7 @@
 //! From radiance to what a display shows: exposure, tone map, sRGB encoding.
 
 mod meter;
+pub(crate) mod present;
 #[cfg(test)]
 mod tests;
 mod twin;
@@ -31,7 +32,7 @@ gpu_struct! {
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::new("output/meter"), Root::new("output/output")],
+    roots: &[Root::new("output/meter"), Root::new("output/output"), present::ROOT],
     structs: &[SharedStruct::of::<OutputParameters>()],
 };
 
@@ -91,13 +92,13 @@ impl Output {
         }
     }
 
-    /// Makes the picture as a display shows it, of linear radiance (nits).
-    pub fn record(&self, frame: &mut Frame<'_>, radiance: &wgpu::TextureView, size: UVec2) -> wgpu::TextureView {
+    /// Draws the picture as a display shows it, of linear radiance (nits), into a texture of [`DISPLAY_FORMAT`].
+    pub fn record(&self, frame: &mut Frame<'_>, radiance: &wgpu::TextureView, display: &wgpu::TextureView) {
         let bindings = Bindings::new()
             .buffer("output_parameters", &self.parameters)
             .buffer("exposure", &self.level)
             .texture("radiance_texture", radiance);
-        fullscreen(frame, &self.pipeline, "output", &bindings, size)
+        show(frame, (&self.pipeline, "output"), &bindings, display);
     }
 }
 
@@ -114,8 +115,7 @@ fn level_of(device: &wgpu::Device, exposure: Exposure) -> Result<wgpu::Buffer, R
     Ok(storage_buffer_of(device, "output/exposure", &[ev, 0.0, 0.0, 0.0], wgpu::BufferUsages::empty())?)
 }
 
-/// Runs a pipeline over a display target of `size`. Where frames do not wait, one that is not whole leaves there what an earlier one has
-/// drawn: frames ask for their displays in the same order, and so get the same.
+/// Runs a pipeline over a display target of `size`.
 pub(crate) fn fullscreen(
     frame: &mut Frame<'_>,
     pipeline: &RasterPipeline,
@@ -123,12 +123,28 @@ pub(crate) fn fullscreen(
     bindings: &Bindings<'_>,
     size: UVec2,
 ) -> wgpu::TextureView {
-    let display = frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1);
-    match frame.whole() {
-        None => cover(frame, pipeline, label, bindings, &display),
-        Some(whole) => draw_over(frame, (pipeline, label), bindings, (&display, wgpu::LoadOp::Load), Some(&whole)),
-    }
+    let display = display_target(frame, size);
+    show(frame, (pipeline, label), bindings, &display);
     display
+}
+
+/// What is shown of a view. Frames ask for their displays in the same order, and so get the same.
+pub(crate) fn display_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+    frame_target(frame, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC, 1)
+}
+
+/// Runs a pipeline over every pixel of what is shown. Where frames do not wait, one that is not whole leaves there what an earlier one has
+/// drawn.
+pub(crate) fn show(
+    frame: &mut Frame<'_>,
+    (pipeline, label): (&RasterPipeline, &str),
+    bindings: &Bindings<'_>,
+    target: &wgpu::TextureView,
+) {
+    match frame.whole() {
+        None => cover(frame, pipeline, label, bindings, target),
+        Some(whole) => draw_over(frame, (pipeline, label), bindings, (target, wgpu::LoadOp::Load), Some(&whole)),
+    }
 }
 
 /// Runs a pipeline over every pixel of a target.

@@ -1,5 +1,7 @@
 //! Depth and the thin surface target of what the view shows [Elagabani2025, §4.1].
 
+mod given;
+
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame};
 
@@ -11,6 +13,8 @@ use crate::{
     texture::frame_target,
     view::ViewBuffer,
 };
+
+pub(crate) use self::given::GivenSurfaces;
 
 /// Depth of every pixel; its precision is what reverse-Z is for.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -27,6 +31,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
         Root::of("prepass/prepass", &[&[&[], &[MASKED], &[BLENDED]], TEXTURES]),
         Root::of("prepass/depth", &[&[&[], &[MASKED]], TEXTURES]),
+        given::ROOT,
     ],
     structs: &[],
 };

@@ -68,7 +68,8 @@ fn gpu_the_mean_is_that_of_its_frames() {
     let still = plain.views(&uploaded, &views).unwrap();
     let mut single = |index: u32| {
         let moved = [still[0].of_frame(index)];
-        let results = plain.frame(&FrameContext { scene: &uploaded, views: &moved, is_averaged: false }).unwrap();
+        let results =
+            plain.frame(&FrameContext { scene: &uploaded, views: &moved, is_averaged: false, requests: &[] }).unwrap();
         plain.pictures(&uploaded, &moved, &results).unwrap().remove(0)
     };
     let singles: Vec<Picture> = (0..=COUNT).map(&mut single).collect();
@@ -126,7 +127,8 @@ fn gpu_a_moved_frame_is_that_of_a_moved_window() {
     };
     let (moved, still) = (window(jitter_of_frame(5)), window(Vec2::ZERO));
     let views = [renderer.views(&uploaded, &view(&scene.cameras[0])).unwrap()[0].of_frame(5)];
-    let results = renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged: false }).unwrap();
+    let results =
+        renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged: false, requests: &[] }).unwrap();
     let frame = renderer.pictures(&uploaded, &views, &results).unwrap().remove(0);
     let different = |other: &Picture| {
         let pairs = frame.radiance.iter().zip(&other.radiance);

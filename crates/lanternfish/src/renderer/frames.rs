@@ -34,9 +34,9 @@ impl Renderer {
         mut tell: impl FnMut(u32),
     ) -> Result<Vec<Picture>, RenderError> {
         let views = self.views(scene, views)?;
-        self.checked_frames(|this| {
+        self.picture_frames(|this| {
             if this.effective.accumulate == 1 {
-                let results = this.frame(&FrameContext { scene, views: &views, is_averaged: false })?;
+                let results = this.frame(&FrameContext { scene, views: &views, is_averaged: false, requests: &[] })?;
                 return this.pictures(scene, &views, &results);
             }
             this.passes.progressive.reset();
@@ -65,14 +65,24 @@ impl Renderer {
             return Err(NO_MEAN_OF_DEBUG_VIEWS);
         }
         let views = self.views(scene, views)?;
-        self.checked_frames(|this| {
+        self.picture_frames(|this| {
             let results = this.next_frame(scene, &views)?;
             this.pictures(scene, &views, &results)
         })
     }
 
+    /// Runs `work`, which renders pictures: its frames wait where they need to.
+    pub(super) fn picture_frames<R>(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
+    ) -> Result<R, RenderError> {
+        self.check_device()?;
+        self.use_growth(self.picture_growth)?;
+        self.checked_work(work)
+    }
+
     /// Runs `work`, which renders, and turns what the device reports into an error; after any, no frame relies on one before it.
-    pub(super) fn checked_frames<R>(
+    pub(super) fn checked_work<R>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<R, RenderError>,
     ) -> Result<R, RenderError> {
@@ -93,7 +103,7 @@ impl Renderer {
     pub(super) fn next_frame(&mut self, scene: &GpuScene, views: &[View]) -> Result<Vec<FrameResult>, RenderError> {
         let index = self.passes.progressive.begin(scene, views);
         let moved: Vec<View> = views.iter().map(|view| view.of_frame(index)).collect();
-        let results = self.frame(&FrameContext { scene, views: &moved, is_averaged: true })?;
+        let results = self.frame(&FrameContext { scene, views: &moved, is_averaged: true, requests: &[] })?;
         self.passes.progressive.finish(scene, views, index);
         Ok(results)
     }
@@ -102,7 +112,7 @@ impl Renderer {
     fn finished(&mut self) -> Result<Vec<PassTime>, RenderError> {
         let lost = |error| GpuError::ReadBack { what: "frame".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
-        Ok(self.profiler.finished())
+        Ok(self.profiler.times_of(self.last_frame))
     }
 }
 

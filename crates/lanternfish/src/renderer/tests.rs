@@ -1,3 +1,5 @@
+mod change;
+mod flight;
 mod later;
 mod steady;
 

@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    sync::LazyLock,
+    sync::{Arc, LazyLock},
 };
 
 use wgpu::naga::{AddressSpace, Module, TypeInner, proc::Layouter};
@@ -57,6 +57,10 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
         asked.entry("debug_views/debug").or_default().insert(debug_views::features(&settings));
         for tracer in [None].into_iter().chain(Tracer::ALL.iter().copied().map(Some)) {
             // What each draw asks for beside.
+            for lights in [&[][..], &[AREA_LIGHTS]] {
+                let features = [&shading::sums_features(&settings, tracer)[..], lights].concat();
+                asked.entry("shading/sums").or_default().insert(features);
+            }
             let [opaque, blended] = shading::features(&settings, tracer);
             for (features, draws) in [(opaque, &[&[][..], &[MASKED]][..]), (blended, &[&[]])] {
                 let drawn = draws.iter().flat_map(|draw| TEXTURES.iter().map(move |textures| [*draw, *textures]));
@@ -78,7 +82,7 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
     asked
 }
 
-fn all_variants() -> Vec<LinkedShader> {
+fn all_variants() -> Vec<Arc<LinkedShader>> {
     let link = |root: &'static Root| {
         let linked = variants(root).into_iter().map(|features| SHADERS.link(root.module, &features));
         linked.map(|shader| shader.unwrap_or_else(|error| panic!("{error}")))
@@ -101,7 +105,7 @@ fn every_variant_validates_and_fits_the_floor_and_shares_its_structs() {
     check_shared_structs(&shaders);
 }
 
-fn check_entry_points(shaders: &[LinkedShader]) {
+fn check_entry_points(shaders: &[Arc<LinkedShader>]) {
     for (path, text) in SHADERS.sources() {
         let declares_entry = ["@compute", "@vertex", "@fragment"].iter().any(|stage| text.contains(stage));
         let roots = roots().filter(|root| root.module == *path).count();
@@ -183,7 +187,7 @@ fn resources(shader: &LinkedShader, entry: usize) -> Use {
     found
 }
 
-fn check_floor(shaders: &[LinkedShader]) {
+fn check_floor(shaders: &[Arc<LinkedShader>]) {
     // WebGPU's default limits, https://www.w3.org/TR/webgpu/#limits.
     let floor = wgpu::Limits::default();
     let mut most_storage_buffers = 0;
@@ -211,11 +215,12 @@ fn check_floor(shaders: &[LinkedShader]) {
     assert!(most_storage_buffers >= 7, "{most_storage_buffers} storage buffers found at most");
 }
 
-fn check_shared_structs(shaders: &[LinkedShader]) {
+fn check_shared_structs(shaders: &[Arc<LinkedShader>]) {
     let mut checked = BTreeSet::new();
     for SharedStruct { name, check } in folders().flat_map(|folder| folder.structs) {
-        let has_it =
-            |shader: &&LinkedShader| shader.module.types.iter().any(|(_, ty)| item_name(ty.name.as_deref()) == *name);
+        let has_it = |shader: &&Arc<LinkedShader>| {
+            shader.module.types.iter().any(|(_, ty)| item_name(ty.name.as_deref()) == *name)
+        };
         for shader in shaders.iter().filter(has_it) {
             check(shader).unwrap_or_else(|error| panic!("{error}"));
             checked.insert(name.to_string());

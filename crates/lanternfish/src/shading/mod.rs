@@ -2,6 +2,7 @@
 
 mod arriving;
 mod nearest_blended;
+mod sums;
 #[cfg(test)]
 mod tests;
 
@@ -24,7 +25,12 @@ use crate::{
 };
 
 pub use self::arriving::Arriving;
-pub(crate) use self::nearest_blended::NearestBlended;
+#[cfg(test)]
+pub(crate) use self::sums::sums_features;
+pub(crate) use self::{
+    nearest_blended::NearestBlended,
+    sums::{LightSums, Sums},
+};
 
 /// Blended surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature("transparent");
@@ -34,8 +40,14 @@ const SHADOW_BITS: Feature = Feature("shadow_bits");
 const SHADOW_RAYS: Feature = Feature("shadow_rays");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders =
-    Shaders { roots: &[Root::by_settings("shading/forward"), Root::of("shading/dim", &[TEXTURES])], structs: &[] };
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::by_settings("shading/forward"),
+        Root::by_settings("shading/sums"),
+        Root::of("shading/dim", &[TEXTURES]),
+    ],
+    structs: &[],
+};
 
 /// The passes that shade opaque and blended surfaces.
 #[derive(Debug)]

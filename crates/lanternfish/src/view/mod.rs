@@ -2,6 +2,7 @@
 
 pub mod frustum;
 mod jitter;
+pub(crate) mod matrices;
 
 use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, BufferPart, Frame, SharedStruct, gpu_struct};
@@ -43,16 +44,28 @@ pub(crate) const DECLARED: Shaders = Shaders { roots: &[], structs: &[SharedStru
 impl View {
     /// What `camera` sees of a scene within `bounds` and under `sky` (nits), in an image of `size` pixels.
     pub fn new(camera: &Camera, size: UVec2, sky: Vec3, bounds: &Bounds) -> Self {
-        let world_from_view = Mat4::from(camera.world_from_camera);
         let projection = tightened(camera, bounds);
+        let clip_from_view = clip_from_view(&projection, size.x as f32 / size.y as f32);
+        Self::of_matrices(clip_from_view, camera.world_from_camera, size, sky, bounds)
+    }
+
+    /// The same of a projection as [`matrices::check`] lets it through.
+    pub(crate) fn of_matrices(
+        clip_from_view: Mat4,
+        world_from_camera: Affine3A,
+        size: UVec2,
+        sky: Vec3,
+        bounds: &Bounds,
+    ) -> Self {
+        let eye = Vec3::from(world_from_camera.translation);
         Self {
-            clip_from_view: clip_from_view(&projection, size.x as f32 / size.y as f32),
-            view_from_world: Mat4::from(camera.world_from_camera.inverse()),
-            world_from_view,
-            eye: camera.eye(),
-            orthographic: u32::from(matches!(camera.projection, Projection::Orthographic { .. })),
+            clip_from_view,
+            view_from_world: Mat4::from(world_from_camera.inverse()),
+            world_from_view: Mat4::from(world_from_camera),
+            eye,
+            orthographic: u32::from(clip_from_view.w_axis.w == 1.0),
             size,
-            far: 2.0 * bounds.size().length() + bounds.center().distance(camera.eye()) + 1.0,
+            far: 2.0 * bounds.size().length() + bounds.center().distance(eye) + 1.0,
             samples: 1,
             sky,
             frame_index: 0,
@@ -140,7 +153,7 @@ pub(crate) fn tightened(camera: &Camera, bounds: &Bounds) -> Projection {
 
 /// Reverse-Z projection [Elagabani2025, eq. 2.1, corrected]: depth = near / distance, so 1 at the near plane and 0 at
 /// infinity; for orthographic views (far − distance) / (far − near).
-fn clip_from_view(projection: &Projection, aspect: f32) -> Mat4 {
+pub(crate) fn clip_from_view(projection: &Projection, aspect: f32) -> Mat4 {
     match *projection {
         Projection::Perspective { fov_y, near } => {
             let scale = 1.0 / (0.5 * fov_y).tan();

@@ -255,7 +255,8 @@ fn raster(
     let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
     let targets = [Some(nothing)];
     let state = RasterState { targets: &targets, ..Default::default() };
-    Ok(RasterPipeline::new(device, &SHADERS.link(module, features)?, "vertex", "fragment", label, &state))
+    let shader = SHADERS.link(module, features)?;
+    Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
 }
 
 /// Draws all triangles, pulled by their index, into nothing.

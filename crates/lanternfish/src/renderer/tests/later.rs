@@ -116,9 +116,9 @@ fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
         }
         counts.push(lights);
         let views = later.views(&uploaded, &[(&camera, width, height)]).unwrap();
-        let context = FrameContext { scene: &uploaded, views: &views, is_averaged: false };
+        let context = FrameContext { scene: &uploaded, views: &views, is_averaged: false, requests: &[] };
         let result = later.frame(&context).unwrap().remove(0);
-        sent.push(copy_of(&later, &result.display));
+        sent.push(copy_of(&later, &result.display.expect("it is shown")));
         if i + 1 >= IN_FLIGHT {
             let submission_index = Some(sent[i + 1 - IN_FLIGHT].submission.clone());
             gpu.device.poll(wgpu::PollType::Wait { submission_index, timeout: None }).unwrap();

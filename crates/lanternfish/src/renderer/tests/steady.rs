@@ -32,7 +32,7 @@ fn camera(scene: &Scene, frame: u32) -> Camera {
 fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_averaged: bool) -> Made {
     let views = renderer.views(scene, &[(camera, 32, 24)]).unwrap();
     let before = made();
-    renderer.frame(&FrameContext { scene, views: &views, is_averaged }).unwrap();
+    renderer.frame(&FrameContext { scene, views: &views, is_averaged, requests: &[] }).unwrap();
     let made = made() - before;
     // What the frame has counted has arrived when the next one begins.
     renderer.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
@@ -85,7 +85,7 @@ fn gpu_a_steady_frame_makes_nothing() {
         // It can fail: a frame of another size makes what it needs.
         let views = renderer.views(&uploaded, &[(&scene.cameras[0], 80, 60)]).unwrap();
         let before = made();
-        renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged }).unwrap();
+        renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();
         let other = made() - before;
         assert!(other.buffers > 0 && other.textures > 0 && other.bind_groups > 0, "{name}: {other:?}");
     }
@@ -107,7 +107,7 @@ fn gpu_after_an_error_frames_begin_anew() {
     };
     let (radiance, builds, bytes) = render(&mut renderer);
     assert_eq!(render(&mut renderer), (radiance.clone(), builds, bytes), "what a frame kept is used again");
-    let failed = renderer.checked_frames::<()>(|_| Err(RenderError::NoFrames));
+    let failed = renderer.checked_work::<()>(|_| Err(RenderError::NoFrames));
     assert!(matches!(failed, Err(RenderError::NoFrames)));
     assert!(renderer.pool.get_mut().unwrap().bytes() < bytes, "nothing was dropped");
     assert_eq!(render(&mut renderer), (radiance, builds.map(|builds| builds + 1), bytes));
@@ -134,7 +134,7 @@ fn bytes_after(gpu: &Gpu, settings: Settings, first: u32, second: u32) -> [u64; 
         let views: Vec<_> = cameras.iter().take(1 + (i / 10 % 2) as usize).map(|camera| (camera, size, size)).collect();
         let views = renderer.views(&uploaded, &views).unwrap();
         let is_averaged = i % 20 < 10;
-        renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged }).unwrap();
+        renderer.frame(&FrameContext { scene: &uploaded, views: &views, is_averaged, requests: &[] }).unwrap();
         if [first, second].contains(&i) {
             bytes.push(renderer.pool.get_mut().unwrap().bytes());
         }

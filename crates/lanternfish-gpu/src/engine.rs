@@ -1,0 +1,206 @@
+//! What has been compiled for a device, so that it is compiled once.
+
+use std::{
+    cell::RefCell,
+    collections::{BTreeSet, HashMap},
+    hash::{DefaultHasher, Hash, Hasher},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline};
+
+/// A device, its queue, and every shader and pipeline that has been compiled for them. Clones share it.
+///
+/// What is linked and compiled within [`Self::within`] is looked up here first, and kept. It is kept until the last clone is dropped: a
+/// program that goes through all settings holds the pipelines of all of them.
+#[derive(Clone, Debug)]
+pub struct Engine {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    compiled: Arc<Mutex<Compiled>>,
+}
+
+/// How much an engine has compiled so far: what was found in it is not counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Compilations {
+    /// Shaders linked and validated.
+    pub shaders: u64,
+    /// Pipelines, of compute and of drawing.
+    pub pipelines: u64,
+}
+
+#[derive(Debug, Default)]
+struct Compiled {
+    shaders: HashMap<ShaderKey, Arc<LinkedShader>>,
+    kernels: HashMap<PipelineKey, ComputeKernel>,
+    rasters: HashMap<PipelineKey, RasterPipeline>,
+    count: Compilations,
+}
+
+/// Where the sources of a library lie, which are static; a module and its features.
+type ShaderKey = (usize, String);
+
+/// What a pipeline is made of: the label of its shader and a hash of the linked text, its entry points and its own label, and its
+/// state as `Debug` writes it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct PipelineKey {
+    shader: String,
+    text: u64,
+    rest: String,
+}
+
+impl PipelineKey {
+    pub fn new(shader: &LinkedShader, rest: &dyn std::fmt::Debug) -> Self {
+        let mut hasher = DefaultHasher::new();
+        shader.source.hash(&mut hasher);
+        Self { shader: shader.label.clone(), text: hasher.finish(), rest: format!("{rest:?}") }
+    }
+}
+
+/// The pipelines that some work has asked an engine for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Asked(BTreeSet<PipelineKey>);
+
+thread_local! {
+    /// The engine that the calling thread compiles for, and what it has been asked for.
+    static CURRENT: RefCell<Option<(Engine, Asked)>> = const { RefCell::new(None) };
+}
+
+/// Puts back the engine that was there before, also where the work panics.
+struct Before(Option<(Engine, Asked)>);
+
+impl Drop for Before {
+    fn drop(&mut self) {
+        CURRENT.set(self.0.take());
+    }
+}
+
+impl Engine {
+    /// One for which nothing has been compiled yet.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        Self { device: device.clone(), queue: queue.clone(), compiled: Arc::default() }
+    }
+
+    /// Runs `work`. What it links, and what it compiles for this device, in the calling thread, is taken from this engine, or kept in it.
+    pub fn within<R>(&self, work: impl FnOnce() -> R) -> R {
+        self.asked_within(work).0
+    }
+
+    /// The same, and which pipelines the work has asked for, whether or not they were there.
+    pub fn asked_within<R>(&self, work: impl FnOnce() -> R) -> (R, Asked) {
+        let _before = Before(CURRENT.replace(Some((self.clone(), Asked::default()))));
+        let result = work();
+        let asked = CURRENT.take().map(|(_, asked)| asked).unwrap_or_default();
+        (result, asked)
+    }
+
+    /// How much it has compiled so far.
+    pub fn compilations(&self) -> Compilations {
+        self.compiled().count
+    }
+
+    /// Drops everything: after an error, something that the device refused to compile may be among it. What is in use stays.
+    pub fn forget(&self) {
+        let count = self.compilations();
+        *self.compiled() = Compiled { count, ..Compiled::default() };
+    }
+
+    fn compiled(&self) -> MutexGuard<'_, Compiled> {
+        self.compiled.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The engine of the calling thread.
+fn current() -> Option<Engine> {
+    CURRENT.with_borrow(|current| current.as_ref().map(|(engine, _)| engine.clone()))
+}
+
+/// The shader of this label in a library, which `link` links.
+pub(crate) fn linked(
+    library: usize,
+    label: &str,
+    link: impl FnOnce() -> Result<LinkedShader, GpuError>,
+) -> Result<Arc<LinkedShader>, GpuError> {
+    let Some(engine) = current() else { return link().map(Arc::new) };
+    let key = (library, label.to_owned());
+    if let Some(known) = engine.compiled().shaders.get(&key) {
+        return Ok(known.clone());
+    }
+    // Not under the lock: another thread may compile meanwhile, at worst the same.
+    let shader = Arc::new(link()?);
+    let mut compiled = engine.compiled();
+    compiled.count.shaders += 1;
+    compiled.shaders.insert(key, shader.clone());
+    Ok(shader)
+}
+
+/// The pipeline of compute that `compile` makes.
+pub(crate) fn kernel(
+    device: &wgpu::Device,
+    key: impl FnOnce() -> PipelineKey,
+    compile: impl FnOnce() -> ComputeKernel,
+) -> ComputeKernel {
+    of_engine(device, |compiled| &mut compiled.kernels, key, compile)
+}
+
+/// The pipeline of drawing that `compile` makes.
+pub(crate) fn raster(
+    device: &wgpu::Device,
+    key: impl FnOnce() -> PipelineKey,
+    compile: impl FnOnce() -> RasterPipeline,
+) -> RasterPipeline {
+    of_engine(device, |compiled| &mut compiled.rasters, key, compile)
+}
+
+fn of_engine<P: Clone>(
+    device: &wgpu::Device,
+    kept: impl Fn(&mut Compiled) -> &mut HashMap<PipelineKey, P>,
+    key: impl FnOnce() -> PipelineKey,
+    compile: impl FnOnce() -> P,
+) -> P {
+    let Some(engine) = current().filter(|engine| engine.device == *device) else { return compile() };
+    let key = key();
+    CURRENT.with_borrow_mut(|current| {
+        if let Some((_, asked)) = current {
+            asked.0.insert(key.clone());
+        }
+    });
+    if let Some(known) = kept(&mut engine.compiled()).get(&key) {
+        return known.clone();
+    }
+    let pipeline = compile();
+    let mut compiled = engine.compiled();
+    compiled.count.pipelines += 1;
+    kept(&mut compiled).insert(key, pipeline.clone());
+    pipeline
+}
+
+#[cfg(all(test, feature = "testing"))]
+mod tests {
+    use super::*;
+    use crate::{primitives::Scan, testing};
+
+    #[test]
+    fn gpu_an_engine_compiles_a_thing_once() {
+        let Some(gpu) = testing::gpu("gpu_an_engine_compiles_a_thing_once") else { return };
+        let engine = Engine::new(&gpu.device, &gpu.queue);
+        let scan = |label| Scan::new(&gpu.device, label).unwrap();
+        let (_, asked) = engine.asked_within(|| scan("test"));
+        let once = engine.compilations();
+        assert_eq!(once, Compilations { shaders: 1, pipelines: 2 });
+        let (_, again) = engine.clone().asked_within(|| scan("test"));
+        assert_eq!((engine.compilations(), &again), (once, &asked));
+        // Outside of it nothing is looked up and nothing kept.
+        scan("test");
+        assert_eq!(engine.compilations(), once);
+        // Another label is another pass in reports, of the same shader.
+        let (_, other) = engine.asked_within(|| scan("other"));
+        assert_eq!(engine.compilations(), Compilations { shaders: 1, pipelines: 4 });
+        assert!(other != asked);
+        engine.forget();
+        engine.within(|| scan("test"));
+        assert_eq!(engine.compilations(), Compilations { shaders: 2, pipelines: 6 });
+    }
+}

@@ -1,0 +1,96 @@
+//! Times of passes.
+
+use std::collections::VecDeque;
+
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
+
+use crate::ledger::MOST_IN_FLIGHT;
+
+/// Device time of a pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// The pass's label, a path.
+    pub name: String,
+    /// Milliseconds on the device.
+    pub ms: f64,
+}
+
+/// Times passes where the device has timestamp queries, and does nothing elsewhere.
+pub struct Profiler {
+    pub(super) inner: GpuProfiler,
+    period: f32,
+    /// Whether dispatches may share a pass: each can then be timed by itself, or nothing is timed at all.
+    pub(super) shares_passes: bool,
+    pub(super) compute_passes: u64,
+    /// Frames whose times are on their way.
+    pending: VecDeque<u64>,
+}
+
+impl std::fmt::Debug for Profiler {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Profiler").field("period", &self.period).finish_non_exhaustive()
+    }
+}
+
+impl Profiler {
+    /// A profiler for frames of this device.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let settings = GpuProfilerSettings {
+            enable_debug_groups: false,
+            max_num_pending_frames: MOST_IN_FLIGHT,
+            ..Default::default()
+        };
+        let inner = GpuProfiler::new(device, settings).expect("the settings are valid");
+        let has = |feature| device.features().contains(feature);
+        let shares_passes = has(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES) || !has(wgpu::Features::TIMESTAMP_QUERY);
+        Self { inner, period: queue.get_timestamp_period(), shares_passes, compute_passes: 0, pending: VecDeque::new() }
+    }
+
+    /// Forgets every frame whose times are not there yet.
+    pub(super) fn renew(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
+        *self = Self { compute_passes: self.compute_passes, ..Self::new(device, queue) };
+    }
+
+    /// Number of compute passes in all frames so far. Dispatches that follow each other share one, where that does not keep them from
+    /// being timed.
+    pub fn compute_passes(&self) -> u64 {
+        self.compute_passes
+    }
+
+    /// Times of the oldest finished frame, in the order of its passes; empty when none is finished or nothing is timed.
+    pub fn finished(&mut self) -> Vec<PassTime> {
+        self.next().map(|(_, times)| times).unwrap_or_default()
+    }
+
+    /// Times of a finished frame, by its number, in the order of its passes; empty when it is not finished or nothing is timed. Those of
+    /// frames before it are dropped.
+    pub fn times_of(&mut self, frame: u64) -> Vec<PassTime> {
+        while self.pending.front().is_some_and(|number| *number <= frame) {
+            match self.next() {
+                Some((number, times)) if number == frame => return times,
+                Some(_) => (),
+                None => break,
+            }
+        }
+        Vec::new()
+    }
+
+    /// The commands of a frame were handed to the device.
+    pub(super) fn submitted(&mut self, frame: u64) {
+        if self.pending.len() == MOST_IN_FLIGHT {
+            // The one before is the one that is given up.
+            self.pending.pop_back();
+        }
+        // Fails only when a query was left open, which `dispatch` and `render` never do.
+        self.inner.end_frame().expect("every query is closed");
+        self.pending.push_back(frame);
+    }
+
+    fn next(&mut self) -> Option<(u64, Vec<PassTime>)> {
+        let results: Vec<GpuTimerQueryResult> = self.inner.process_finished_frame(self.period)?;
+        let frame = self.pending.pop_front()?;
+        let ms = |r: &GpuTimerQueryResult| r.time.as_ref().map(|t| 1e3 * (t.end - t.start));
+        let times = results.iter().filter_map(|r| Some(PassTime { name: r.label.clone(), ms: ms(r)? })).collect();
+        Some((frame, times))
+    }
+}

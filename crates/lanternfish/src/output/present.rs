@@ -1,0 +1,107 @@
+//! Pictures in textures of the caller.
+
+use std::collections::{HashMap, hash_map::Entry};
+
+use glam::UVec2;
+use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
+
+use super::{DISPLAY_FORMAT, cover, show};
+use crate::{
+    error::RenderError,
+    shaders::{Root, SHADERS},
+    texture::target,
+};
+
+/// The picture is sRGB-encoded, and the texture encodes what is written to it.
+const DECODED: Feature = Feature("decoded");
+
+pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED]]]);
+
+/// Frames that a display is kept for while no frame has a view of its key.
+const KEPT_FRAMES: u64 = 64;
+
+/// Copies pictures, and keeps what each view has shown last.
+#[derive(Debug, Default)]
+pub(crate) struct Present {
+    pipelines: HashMap<(wgpu::TextureFormat, bool), RasterPipeline>,
+    displays: HashMap<u64, Kept>,
+    frame: u64,
+}
+
+/// What a view has shown last.
+#[derive(Debug)]
+struct Kept {
+    display: wgpu::TextureView,
+    size: UVec2,
+    last_frame: u64,
+}
+
+impl Present {
+    /// A frame begins.
+    pub fn begin(&mut self) {
+        self.frame += 1;
+        let frame = self.frame;
+        self.displays.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= frame);
+    }
+
+    /// Forgets what was shown: the device may have refused to make it.
+    pub fn forget(&mut self) {
+        self.displays.clear();
+    }
+
+    /// The display of the view of this key; black at first.
+    pub fn display(&mut self, frame: &Frame<'_>, key: u64, size: UVec2) -> wgpu::TextureView {
+        let new = |last_frame| {
+            let display = target(frame.device, "display", size, DISPLAY_FORMAT, wgpu::TextureUsages::COPY_SRC);
+            Kept { display, size, last_frame }
+        };
+        let kept = self.displays.entry(key).or_insert_with(|| new(0));
+        if kept.size != size {
+            *kept = new(0);
+        }
+        kept.last_frame = self.frame;
+        kept.display.clone()
+    }
+
+    /// Copies a display, which is always that of a whole frame.
+    pub fn show(
+        &mut self,
+        frame: &mut Frame<'_>,
+        display: &wgpu::TextureView,
+        (to, format): (&wgpu::TextureView, wgpu::TextureFormat),
+    ) -> Result<(), RenderError> {
+        let pipeline = self.pipeline(frame.device, format, format.is_srgb())?;
+        cover(frame, pipeline, LABEL, &Bindings::new().texture("picture_texture", display), to);
+        Ok(())
+    }
+
+    /// Copies radiance, where the frame is whole.
+    pub fn copy(
+        &mut self,
+        frame: &mut Frame<'_>,
+        radiance: &wgpu::TextureView,
+        to: &wgpu::TextureView,
+    ) -> Result<(), RenderError> {
+        let pipeline = self.pipeline(frame.device, to.texture().format(), false)?;
+        show(frame, (pipeline, LABEL), &Bindings::new().texture("picture_texture", radiance), to);
+        Ok(())
+    }
+
+    fn pipeline(
+        &mut self,
+        device: &wgpu::Device,
+        format: wgpu::TextureFormat,
+        decoded: bool,
+    ) -> Result<&RasterPipeline, RenderError> {
+        Ok(match self.pipelines.entry((format, decoded)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(slot) => {
+                let shader = SHADERS.link("output/present", if decoded { &[DECODED] } else { &[] })?;
+                let state = RasterState { targets: &[Some(format.into())], ..Default::default() };
+                slot.insert(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
+            }
+        })
+    }
+}
+
+const LABEL: &str = "output/present";

@@ -1,0 +1,162 @@
+//! From settings to the passes that they ask for.
+
+use glam::UVec2;
+use lanternfish_gpu::{Asked, Engine, Gpu, checked};
+
+use super::flight::check_lost;
+use crate::{
+    debug_views::DebugViews,
+    deep_images::KeptDeepImages,
+    error::RenderError,
+    frame::Passes,
+    gpu_scene::{Needs, Parts, anisotropy},
+    indirect,
+    light_culling::LightCulling,
+    occlusion,
+    output::{Output, present::Present},
+    prepass::{DEPTH_FORMAT, Prepass},
+    progressive::Progressive,
+    rays::Tracer,
+    settings::{
+        DebugView, Exposure, Indirect, Occlusion, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap,
+    },
+    shading::{self, Forward, LightSums, NearestBlended},
+    shadows::{self, Shadows},
+    sky::Sky,
+    texture::{RADIANCE_FORMAT, described},
+};
+
+/// What settings ask of a device.
+#[derive(Debug)]
+pub(super) struct Built {
+    /// The settings as the passes take them: what a debug view does not show is left out.
+    pub effective: Settings,
+    /// What is needed of a scene.
+    pub needs: Needs,
+    pub passes: Passes,
+    pub compiled: Compiled,
+}
+
+/// Which shaders and pipelines the passes run.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Compiled {
+    /// Those that are compiled with the passes.
+    asked: Asked,
+    /// Those that are compiled when the first scene is drawn: what chooses them, as `Debug` writes it.
+    drawn: String,
+}
+
+/// The passes for these settings; what the engine has of them is not compiled again.
+pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, RenderError> {
+    check_lost(&engine.device)?;
+    let built = checked(&engine.device, "settings", || {
+        let (built, asked) = engine.asked_within(|| passes(&engine.device, settings.clone()));
+        let mut built = built?;
+        built.compiled.asked = asked;
+        Ok(built)
+    });
+    if let Err(RenderError::Gpu(_)) = built {
+        engine.forget();
+    }
+    built
+}
+
+fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, RenderError> {
+    if settings.debug_view == Some(DebugView::BaseColor) {
+        // A colour is shown as it is, and no light is asked for.
+        (settings.exposure, settings.tone_map, settings.shadows) =
+            (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
+        settings.occlusion = Occlusion::None;
+    }
+    if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
+        // What is shown is not what arrives, and is of the surface at each pixel's middle.
+        (settings.indirect, settings.samples) = (Indirect::None, Samples::One);
+    }
+    let tracer = tracer(device, settings.shadows)?;
+    check_samples(device, &settings)?;
+    super::frames::check(&settings)?;
+    shadows::check(&settings)?;
+    let texture_arrays = texture_arrays(device, settings.textures)?;
+    let shadow_passes = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
+    let openness_passes = occlusion::passes(device, &settings)?;
+    let of_shadows = tracer.is_some_and(Tracer::uses_deep_images);
+    if of_shadows {
+        shadows::check_driver(&device.adapter_info())?;
+    }
+    let openness = if openness_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
+    let parts = tracer.map_or(Parts::NONE, Tracer::parts) | settings.indirect.parts() | openness;
+    let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
+    let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::None;
+    let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
+    // What is found for a pixel is of the surface at its middle.
+    let one_sample = (finds_arriving || tracer.is_some()) && settings.samples != Samples::One;
+    let passes = Passes {
+        prepass: Prepass::new(asks_for_normals, settings.samples.count()),
+        one_sample: one_sample.then(|| Prepass::new(true, 1)),
+        light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
+        occlusion: openness_passes,
+        shadows: shadow_passes,
+        deep_images,
+        indirect: indirect::passes(device, &settings, tracer)?,
+        nearest_blended: finds_arriving.then(|| NearestBlended::new(&settings, tracer)),
+        forward: Forward::new(&settings, tracer),
+        sums: LightSums::new(&settings, tracer),
+        sky: Sky::new(),
+        progressive: Progressive::new(device)?,
+        output: Output::new(device, settings.tone_map, settings.exposure)?,
+        debug_views: DebugViews::new(device, &settings)?,
+        present: Present::default(),
+    };
+    let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
+    let needs = Needs::new(&settings, parts, texture_arrays, anisotropy);
+    let drawn = (asks_for_normals, one_sample, settings.samples, shading::features(&settings, tracer));
+    let compiled = Compiled { asked: Asked::default(), drawn: format!("{drawn:?}") };
+    Ok(Built { effective: settings, needs, passes, compiled })
+}
+
+fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Option<Tracer>, RenderError> {
+    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    match setting {
+        ShadowSetting::None => Ok(None),
+        // A software adapter's ray query is slower than the walk in compute.
+        ShadowSetting::Auto if !software && Tracer::RayQuery.is_supported(device) => Ok(Some(Tracer::RayQuery)),
+        ShadowSetting::Auto => Ok(Some(Tracer::Bvh)),
+        ShadowSetting::Traced(tracer) => tracer.check(device, "`shadows ray-query`", "`shadows bvh`").map(Some),
+    }
+}
+
+/// An error unless the device can draw with as many samples.
+fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), RenderError> {
+    let count = settings.samples.count();
+    if count == 1 {
+        return Ok(());
+    }
+    let try_targets = || {
+        for format in [RADIANCE_FORMAT, DEPTH_FORMAT] {
+            let _ =
+                device.create_texture(&described("samples", UVec2::ONE, format, wgpu::TextureUsages::empty(), count));
+        }
+        Ok::<(), RenderError>(())
+    };
+    checked(device, "samples", try_targets).map_err(|_| RenderError::MissingFeature {
+        setting: "`samples`",
+        feature: "so many samples a pixel",
+        instead: "`samples 4`",
+    })
+}
+
+fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool, RenderError> {
+    let has = device.features().contains(Gpu::TEXTURE_ARRAYS);
+    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+    match setting {
+        // A software adapter reads what is chosen by index for each fragment by itself.
+        TextureBinding::Auto => Ok(has && !software),
+        TextureBinding::PerMaterial => Ok(false),
+        TextureBinding::Array if has => Ok(true),
+        TextureBinding::Array => Err(RenderError::MissingFeature {
+            setting: "`textures array`",
+            feature: "texture binding arrays",
+            instead: "`textures per-material`",
+        }),
+    }
+}

@@ -1,0 +1,105 @@
+//! Other settings for a renderer that is there, and several renderers of one engine.
+
+use lanternfish_gpu::{Engine, testing};
+use lanternfish_scene::generate::demo;
+
+use crate::{
+    Change, Picture, RenderError, Renderer, Settings,
+    settings::{
+        Attenuation, Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Sampled, Samples, Shadows, Tiled,
+        ToneMap, Tracer,
+    },
+};
+
+fn bvh() -> Settings {
+    Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(0.0), ..Settings::direct_light() }
+}
+
+/// What two pictures of the same settings have in common.
+fn shown(picture: Picture) -> (Vec<[f32; 4]>, Vec<[u8; 4]>, Option<f32>) {
+    (picture.radiance, picture.display, picture.exposure)
+}
+
+#[test]
+fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
+    let test = "gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let scene = demo("cornell").unwrap();
+    let camera = &scene.cameras[0];
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    let mut renderer = Renderer::with_engine(&engine, bvh()).unwrap();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    renderer.render(&uploaded, camera, 32, 24).unwrap();
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
+    let sampled = Settings { indirect: Indirect::Sampled(few), ..bvh() };
+    let more = Settings { indirect: Indirect::Sampled(Sampled { diffuse_rays: 2, ..few }), ..bvh() };
+    let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
+    for (name, settings, expected) in [
+        ("the same", bvh(), Change::Uniform),
+        ("a tone map", Settings { tone_map: ToneMap::Aces, ..bvh() }, Change::Uniform),
+        ("an exposure", Settings { exposure: Exposure::Ev(1.5), ..bvh() }, Change::Uniform),
+        ("an exposure that is found", Settings { exposure: Exposure::Auto, ..bvh() }, Change::Relink),
+        ("a mean of frames", Settings { accumulate: 3, exposure: Exposure::Auto, ..bvh() }, Change::Uniform),
+        ("tiles", Settings { culling: Culling::Tiled(Tiled::default()), ..bvh() }, Change::Relink),
+        ("four samples", Settings { samples: Samples::Four, ..bvh() }, Change::Relink),
+        ("no shadows", Settings { shadows: Shadows::None, ..bvh() }, Change::Relink),
+        ("occlusion", Settings { occlusion: Occlusion::deep(None), deep_images, ..bvh() }, Change::Upload),
+        ("another attenuation", Settings { attenuation: Attenuation::Physical, ..bvh() }, Change::Upload),
+        ("indirect light", sampled, Change::Upload),
+        ("more rays", more, Change::Uniform),
+        // A scene that has more than is needed will do.
+        ("back again", bvh(), Change::Relink),
+    ] {
+        let before = engine.compilations();
+        let change = renderer.set(settings.clone()).unwrap();
+        let compiled = engine.compilations();
+        println!("{name}: {change:?}, {before:?} -> {compiled:?}");
+        assert_eq!(change, expected, "{name}");
+        if change == Change::Upload {
+            let refused = renderer.render(&uploaded, camera, 32, 24);
+            assert!(matches!(refused, Err(RenderError::OtherSettings { .. })), "{name}");
+            uploaded = renderer.upload(&scene).unwrap();
+        }
+        let found = shown(renderer.render(&uploaded, camera, 32, 24).unwrap());
+        if change == Change::Uniform {
+            assert_eq!(engine.compilations(), before, "{name}");
+        }
+        let mut fresh = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let its_own = fresh.upload(&scene).unwrap();
+        let picture = shown(fresh.render(&its_own, camera, 32, 24).unwrap());
+        assert!(found == picture, "{name}: another picture");
+        assert_eq!(renderer.settings(), &settings);
+        // A renderer of the same settings compiles nothing, and what is compiled for others only once.
+        let compiled = engine.compilations();
+        let mut second = Renderer::with_engine(&engine, settings).unwrap();
+        let uploaded = second.upload(&scene).unwrap();
+        assert!(shown(second.render(&uploaded, camera, 32, 24).unwrap()) == picture, "{name}: another picture");
+        assert_eq!(engine.compilations(), compiled, "{name}: compiled again");
+        // It can fail: an engine of its own compiles more than what the change alone asked for.
+        assert!(compiled.pipelines - before.pipelines < fresh.engine().compilations().pipelines, "{name}");
+    }
+}
+
+#[test]
+fn gpu_settings_that_cannot_be_leave_those_that_are() {
+    let Some(gpu) = testing::gpu("gpu_settings_that_cannot_be_leave_those_that_are") else { return };
+    let scene = demo("cornell").unwrap();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh()).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let render = |renderer: &mut Renderer| shown(renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap());
+    let before = render(&mut renderer);
+    // An exposure that was set by itself is that of the settings too.
+    let auto = Settings { exposure: Exposure::Auto, ..bvh() };
+    renderer.set_exposure(Exposure::Auto).unwrap();
+    assert_eq!(renderer.set(auto).unwrap(), Change::Uniform);
+    renderer.set(bvh()).unwrap();
+    for settings in [
+        Settings { accumulate: 0, ..bvh() },
+        Settings { exposure: Exposure::Ev(f32::NAN), ..bvh() },
+        Settings { shadows: Shadows::Traced(Tracer::Bvh), light_radius: -1.0, ..bvh() },
+    ] {
+        assert!(renderer.set(settings.clone()).is_err(), "{settings:?}");
+        assert_eq!(renderer.settings(), &bvh());
+        assert!(render(&mut renderer) == before);
+    }
+}

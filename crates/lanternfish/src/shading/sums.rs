@@ -1,0 +1,112 @@
+//! The light that arrives at what is visible, without the surface's colours: for programs that shade by themselves.
+
+use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState};
+
+use super::{Arriving, features};
+use crate::{
+    context::ViewContext,
+    error::RenderError,
+    light_culling::LightLists,
+    lights::AREA_LIGHTS,
+    prepass::{GivenSurfaces, Prepass},
+    rays::Tracer,
+    settings::{Samples, Settings},
+    shaders::SHADERS,
+    shadows::Visibility,
+    texture::{RADIANCE_FORMAT, frame_target},
+};
+
+/// The pass, and what finds the surfaces that it lights. Compiled when the first sums are asked for.
+#[derive(Debug)]
+pub(crate) struct LightSums {
+    /// Of a view whose surfaces are the scene's.
+    pub prepass: Prepass,
+    /// Of one whose surfaces are the caller's.
+    pub given: GivenSurfaces,
+    features: Vec<Feature>,
+    /// Without area lights, and with.
+    pipelines: [Option<RasterPipeline>; 2],
+}
+
+/// What a white surface that scatters evenly would send to the viewer, linear, nits; alpha: 1 where a surface is.
+#[derive(Clone, Debug)]
+pub(crate) struct Sums {
+    /// Of light straight from the listed lights.
+    pub direct: wgpu::TextureView,
+    /// Of light from other surfaces and the surroundings.
+    pub indirect: wgpu::TextureView,
+}
+
+/// Features of the shader, before that of a scene with area lights. There is one sample a pixel.
+pub(crate) fn sums_features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
+    let [opaque, _] = features(&Settings { samples: Samples::One, ..settings.clone() }, tracer);
+    opaque
+}
+
+impl LightSums {
+    /// Nothing is compiled yet.
+    pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
+        Self {
+            prepass: Prepass::new(true, 1),
+            given: GivenSurfaces::default(),
+            features: sums_features(settings, tracer),
+            pipelines: [None, None],
+        }
+    }
+
+    /// Where a view's sums go.
+    pub fn target(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Sums {
+        let none = wgpu::TextureUsages::empty();
+        let mut target = |label| frame_target(frame, label, view.surface.size, RADIANCE_FORMAT, none, 1);
+        Sums { direct: target("sums/direct"), indirect: target("sums/indirect") }
+    }
+
+    /// Sums the light of the visibility's rows, or of the whole view where there are no shadows. The call for the first row clears the
+    /// sums.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { scene, buffer, surface, .. }: &ViewContext<'_>,
+        lights: &LightLists,
+        arriving: &Arriving,
+        visibility: Option<&Visibility<'_>>,
+        sums: &Sums,
+    ) -> Result<(), RenderError> {
+        let slot = &mut self.pipelines[usize::from(scene.has_area_lights)];
+        let pipeline = match slot {
+            Some(pipeline) => pipeline,
+            none => none.insert(pipeline(frame.device, &self.features, scene.has_area_lights)?),
+        };
+        let (scene_bindings, light_bindings, arriving_bindings) =
+            (scene.bindings(), lights.bindings(), arriving.bindings());
+        let mut bindings = buffer.bindings().with(&scene_bindings).with(&light_bindings).with(&arriving_bindings);
+        let mut rows = 0..surface.size.y;
+        let visibility_bindings = visibility.map(Visibility::bindings);
+        if let (Some(visibility), Some(more)) = (visibility, &visibility_bindings) {
+            rows = visibility.rows.clone();
+            bindings = bindings.with(more);
+        }
+        let load = if rows.start == 0 { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+        let color = |view| {
+            let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
+            Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops })
+        };
+        frame.render(LABEL, &[color(&sums.direct), color(&sums.indirect)], None, |groups, pass| {
+            pass.set_scissor_rect(0, rows.start, surface.size.x, rows.end - rows.start);
+            pipeline.set(pass);
+            pipeline.bind(groups, pass, &bindings, 4);
+            pass.draw(0..3, 0..1);
+        });
+        Ok(())
+    }
+}
+
+const LABEL: &str = "shading/sums";
+
+fn pipeline(device: &wgpu::Device, features: &[Feature], has_areas: bool) -> Result<RasterPipeline, RenderError> {
+    let areas: &[Feature] = if has_areas { &[AREA_LIGHTS] } else { &[] };
+    let shader = SHADERS.link("shading/sums", &[features, areas].concat())?;
+    let target = Some(RADIANCE_FORMAT.into());
+    let state = RasterState { targets: &[target.clone(), target], ..Default::default() };
+    Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
+}

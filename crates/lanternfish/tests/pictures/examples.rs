@@ -1,0 +1,72 @@
+//! The examples do what they say.
+
+use lanternfish::{Settings, settings::Shadows};
+use lanternfish_gpu::testing;
+
+use super::support::render;
+
+#[path = "../../examples/in_flight.rs"]
+#[expect(dead_code, reason = "`main` is for the example alone")]
+mod in_flight;
+#[path = "../../examples/own_g_buffer.rs"]
+#[expect(dead_code, reason = "`main` is for the example alone")]
+mod own_g_buffer;
+#[path = "../../examples/own_texture.rs"]
+#[expect(dead_code, reason = "`main` is for the example alone")]
+mod own_texture;
+
+fn bvh(settings: Settings) -> Settings {
+    Settings { shadows: Shadows::BVH, ..settings }
+}
+
+#[test]
+fn gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit() {
+    let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit") else { return };
+    let settings = bvh(Settings::default());
+    let found = own_texture::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let scene = lanternfish_scene::load("demo:cornell").unwrap();
+    let [width, height] = own_texture::SIZE;
+    let camera = scene.default_camera(width as f32 / height as f32);
+    let expected = render(gpu, &scene, &camera, (width, height), settings.clone());
+    assert!(found == expected.display);
+    // It can fail.
+    let other = render(gpu, &scene, &camera, (width, height), bvh(Settings::direct_light()));
+    assert!(found != other.display);
+}
+
+#[test]
+fn gpu_ten_frames_of_a_window_are_reported() {
+    let Some(gpu) = testing::gpu("gpu_ten_frames_of_a_window_are_reported") else { return };
+    let reports = in_flight::frames(&gpu.device, &gpu.queue, bvh(Settings::direct_light()), 10).unwrap();
+    assert_eq!(reports.len(), 10);
+    assert!(reports.is_sorted_by_key(|report| report.frame));
+    assert!(reports.last().is_some_and(|last| last.is_whole), "{reports:?}");
+    assert!(reports.iter().all(|report| !report.is_lost));
+}
+
+/// What the program makes of the sums is what Lanternfish makes of the same scene: up to normals of 16 bits, and to points that are found
+/// again from depth.
+#[test]
+fn gpu_a_program_that_shades_by_itself_gets_the_light_of_the_picture() {
+    let test = "gpu_a_program_that_shades_by_itself_gets_the_light_of_the_picture";
+    let Some(gpu) = testing::gpu(test) else { return };
+    let settings = bvh(own_g_buffer::settings());
+    let found = own_g_buffer::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let [width, height] = own_g_buffer::SIZE;
+    let picture = |settings| render(gpu, &own_g_buffer::scene(), &own_g_buffer::camera(), (width, height), settings);
+    let expected = picture(settings.clone());
+    let apart = |a: &[[u8; 4]], b: &[[u8; 4]]| {
+        let pairs = a.iter().zip(b).filter(|(a, b)| a[..3].iter().zip(&b[..3]).any(|(a, b)| a.abs_diff(*b) > 2));
+        pairs.count() as f64 / a.len() as f64
+    };
+    let (share, unshadowed) =
+        (apart(&found, &expected.display), picture(Settings { shadows: Shadows::None, ..settings.clone() }));
+    let without = picture(Settings { indirect: Settings::direct_light().indirect, ..settings });
+    let others = [apart(&found, &unshadowed.display), apart(&found, &without.display)];
+    println!("{share} of the pixels differ by more than 2 of 255; without shadows, without indirect light {others:?}");
+    assert!(share < 0.005, "{share}");
+    // It can fail.
+    assert!(others.iter().all(|share| *share > 0.02), "{others:?}");
+    let lit = found.iter().filter(|pixel| pixel[..3].iter().any(|c| *c > 20)).count();
+    assert!(lit * 2 > found.len(), "{lit} pixels are lit");
+}
