@@ -105,7 +105,7 @@ pub enum RenderError {
     },
     /// The frame before is recorded in the caller's commands, and nobody has said what became of them.
     #[error(
-        "the frame before was not submitted: call `submitted` after its commands were, or `discard` if they never will be"
+        "the frame before was not submitted: call `Renderer::submitted` after its commands were, or `Renderer::discard` if they never will be"
     )]
     NotSubmitted,
     /// A frame has made place for another one, or was never there.

@@ -133,7 +133,7 @@ impl<'a> ViewRequest<'a> {
                     None => continue,
                 },
             };
-            return Err(RenderError::Target { key: self.key, what: format!("`{name}`: {fault}") });
+            return Err(RenderError::Target { key: self.key, what: format!("{name}: {fault}") });
         }
         Ok(())
     }

@@ -299,7 +299,7 @@ fn gpu_a_steady_frame_in_the_callers_commands_makes_nothing() {
         made
     };
     let compiled = (0..12).map(|step| made_by_frame(step).pipelines).sum::<u64>();
-    assert_eq!(compiled, 0, "`ready` has left something to compile");
+    assert_eq!(compiled, 0, "something was left to compile");
     for step in 12..18 {
         assert_eq!(made_by_frame(step), Made::default(), "frame {step}");
     }
