@@ -139,10 +139,11 @@ impl Film {
         sums: impl ExactSizeIterator<Item = [[i128; 3]; 2]>,
     ) -> Result<Self, ReferenceError> {
         let height = row_samples.len();
-        let mut film = Self::part(width, height, first)?;
-        if sums.len() != film.pixels.len() {
+        // Before there is room made for as many.
+        if Some(sums.len()) != width.checked_mul(height) {
             return Err(ReferenceError::PixelCount { got: sums.len(), width, height });
         }
+        let mut film = Self::part(width, height, first)?;
         film.samples = row_samples.to_vec();
         film.pixels = sums.map(|[value, square]| Sums { value, square }).collect();
         Ok(film)

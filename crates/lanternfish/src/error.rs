@@ -117,6 +117,12 @@ pub enum RenderError {
         /// The first thing that is not as it was uploaded.
         what: String,
     },
+    /// One thing cannot be brought to the device by itself.
+    #[error("{what}: `Renderer::update` brings it, with the whole scene")]
+    NeedsUpdate {
+        /// Why it cannot.
+        what: String,
+    },
     /// A set of directions that cannot be made.
     #[error("deep images: {what}")]
     Directions {

@@ -156,8 +156,8 @@ impl Renderer {
     /// volume of materials; textures, samplers, images, the environment. Anything else is [`RenderError::Changed`], and nothing is done;
     /// nor is it for a scene that is not valid ([`Scene::validate`]) or was not uploaded for this renderer. An image, and the
     /// environment, are recognised by their size and 1,024 of their texels: painting a few of more than that goes unseen. Names and
-    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices: [`Self::move_instances`] and
-    /// [`Self::set_light`] do not.
+    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices; [`Self::move_instances`] and
+    /// [`Self::set_light`] bring one thing and look at no vertex.
     ///
     /// The BVH keeps its tree and gets new boxes: things that move far apart make its rays slower. Upload again to build it
     /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both, unless the scene
@@ -174,8 +174,8 @@ impl Renderer {
     /// structure again. Instances that are not named stay; one that is named twice goes where it is said last.
     ///
     /// The BVH keeps its tree: see [`Self::update`]. An error, and nothing is done, for an instance that is not there, a transform that
-    /// is not finite, one that mirrors what was not mirrored, and, where indirect light is looked for, instances that shine: `update`
-    /// moves these.
+    /// is not finite, one that mirrors what was not mirrored, and, where indirect light is looked for, instances that shine ([`RenderError::NeedsUpdate`]):
+    /// [`Self::update`] moves these. After an error of the device call `update`.
     pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
@@ -186,13 +186,17 @@ impl Renderer {
             frame.submit();
             Ok(sent)
         };
-        checked(&self.device, "move", || self.engine.within(record))
+        let result = checked(&self.device, "move", || self.engine.within(record));
+        if result.is_err() {
+            gpu_scene.is_unsure_of_triangles();
+        }
+        result
     }
 
     /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
     ///
     /// An error, and nothing is done, for a light that is not there or is not valid ([`Scene::validate`]), and where indirect light is
-    /// looked for: lights are then in a tree that [`Self::update`] makes again.
+    /// looked for: lights are then in a tree that [`Self::update`] makes again ([`RenderError::NeedsUpdate`]).
     pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;

@@ -6,6 +6,8 @@
 mod animation;
 #[path = "pictures/area_lights.rs"]
 mod area_lights;
+#[path = "pictures/changes.rs"]
+mod changes;
 #[path = "pictures/conformance.rs"]
 mod conformance;
 #[path = "pictures/corners.rs"]

@@ -37,7 +37,7 @@ use crate::{
     light_rig::{self, Lighting},
     motion::{Motion, NOTHING_MOVES},
     output,
-    parse::Size,
+    parse::{Frames, Size},
     progress::Progress,
     render::apply_lights,
     report::grouped,
@@ -47,7 +47,11 @@ use crate::{
 /// Traces, and gives what the process exits with: 0, or what Ctrl-C and the like exit with.
 pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     let mut shot = shot::resolve(&args.scene)?;
-    let is_track = shot.args.track.frames.take().is_some();
+    let frames = shot.args.track.frames.take();
+    let is_track = frames.is_some();
+    if let Some(Frames::Span(_)) = frames {
+        shot.args.track.time = Some(0.0);
+    }
     let frame = shot.first();
     let (flags, size) = (&shot.args, shot.args.output.size);
     let settings = args.settings(flags, args.samples.seed.unwrap_or(0))?;
@@ -84,6 +88,7 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
         Ok::<_, CliError>((scene, rain))
     })?;
     let motion = Motion::of(&scene, &flags.track, rain)?;
+    motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }
@@ -98,9 +103,8 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
     // As `render` does: cameras and light are chosen as things are at 0 s, and then all that moves is moved.
     if let (Some(motion), Some(time)) = (motion, frame.time) {
         let bounds = scene.bounds();
-        if motion.at_time(&mut scene, time) {
-            camera = camera::follow(&scene, &bounds, &frame.view, aspect, &camera)?;
-        }
+        motion.at_time(&mut scene, time);
+        camera = camera::follow(&scene, &bounds, &frame.view, aspect, &camera)?;
     }
     let camera = &camera;
 

@@ -72,6 +72,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         Ok::<_, CliError>((scene, rain))
     })?;
     let motion = Motion::of(&scene, &args.track, rain)?;
+    motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }

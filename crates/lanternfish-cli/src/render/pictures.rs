@@ -1,7 +1,7 @@
 //! Frame after frame: each moved to its time, rendered, written.
 
 use lanternfish::{
-    GpuScene, Picture, Renderer, Report,
+    GpuScene, Picture, RenderError, Renderer, Report,
     debug_views::Scale,
     settings::{Exposure, Settings},
 };
@@ -155,9 +155,14 @@ impl<'a> Pictures<'a> {
         let mut camera = camera.clone();
         if let (Some(motion), Some(scene), Some(bounds), Some(time)) =
             (&self.motion, &mut self.scene, &self.bounds, frame.time)
-            && motion.at_time(scene, time)
         {
-            progress.step("move", "Moving", || self.renderer.update(&mut self.uploaded, scene))?;
+            motion.at_time(scene, time);
+            let (renderer, uploaded) = (&self.renderer, &mut self.uploaded);
+            progress.step("move", "Moving", || match renderer.update(uploaded, scene) {
+                // What is turned inside out, say.
+                Err(RenderError::Changed { .. }) => renderer.upload(scene).map(|again| *uploaded = again),
+                done => done,
+            })?;
             camera = camera::follow(scene, bounds, &frame.view, self.aspect, &camera)?;
         }
         let eyes = self.args.stereo.stereo.map(|eyes| eyes.cameras(&camera, self.aspect)).transpose()?;

@@ -93,6 +93,25 @@ fn gpu_a_still_is_the_frame_of_its_time() {
     }
 }
 
+/// An animated file: bent vertices, by the renderer and by the path tracer.
+#[test]
+fn gpu_an_animated_file_is_at_each_time_what_it_is() {
+    let test = "gpu_an_animated_file_is_at_each_time_what_it_is";
+    let Some(man) = lanternfish_gpu::testing::shared(test, "assets/conformance/CesiumMan.glb") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    let render = |words: &str| {
+        run(folder.path(), &format!("render {} --adapter cpu --size 48x36 --exposure 1 {words}", man.display()))
+    };
+    render("--frames 3-6 --fps 10 -o a.exr");
+    render("--animation 0 --time 0.5 -o b.exr");
+    assert!(read("a.0005.exr") == read("b.exr") && read("a.0004.exr") != read("b.exr"));
+    let (_, stderr) =
+        run(folder.path(), &format!("reference {} --size 48x36 --spp 4 --time 0.5 -o c.exr", man.display()));
+    run(folder.path(), &format!("reference {} --size 48x36 --spp 4 --time 0.9 -o d.exr", man.display()));
+    assert!(read("c.exr") != read("d.exr"), "{stderr}");
+}
+
 #[test]
 fn gpu_what_is_there_and_whole_is_left_out() {
     let folder = walk();

@@ -35,8 +35,8 @@ use crate::{Scene, SceneError};
 ///   iridescence, sheen}` not at all.
 /// * `KHR_materials_variants`: the default materials alone. Any other extension that the file requires is an error; one
 ///   that it only uses is a warning.
-/// * Not read, with a warning that counts them: animations, morph targets and skins. A skinned mesh is placed by its own
-///   node, undeformed.
+/// * Animations of nodes, skins and morph targets become the scene's [`Scene::motion`]; the scene is as the file puts it at rest.
+///   Animations of anything else are counted in a warning.
 ///
 /// What is read of a Wavefront file (`.obj`) with its MTL files: objects and groups as meshes, polygons as fans of triangles,
 /// materials as metallic-roughness ones (from `Kd`, `Ke`, `Ks`, `Ns`, `Pr`, `Pm`, `d`, `Tr`, `illum`, `map_Kd`, `map_Ke`,

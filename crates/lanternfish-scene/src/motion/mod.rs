@@ -37,7 +37,7 @@ pub struct Motion {
     pub cameras: Vec<Bound>,
     /// Lights that go with a node.
     pub lights: Vec<BoundLight>,
-    /// Meshes whose vertices move, each of one instance.
+    /// Meshes whose vertices move, each of one node.
     pub meshes: Vec<DeformedMesh>,
 }
 

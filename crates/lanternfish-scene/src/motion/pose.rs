@@ -88,11 +88,12 @@ impl Scene {
             let light = &mut self.lights[bound.index];
             *light = placed.unwrap_or_else(|| crate::Light { intensity: Vec3::ZERO, ..light.clone() });
         }
+        let joints: Vec<Vec<Affine3A>> = (0..motion.skins.len()).map(|skin| motion.joints(skin, pose)).collect();
         for deformed in &motion.meshes {
-            let joints = deformed.skin.map_or(Vec::new(), |skin| motion.joints(skin, pose));
+            let joints = deformed.skin.map_or(&[][..], |skin| &joints[skin]);
             for primitive in &mut self.meshes[deformed.mesh].primitives {
                 if let Some(deformation) = primitive.deformation.take() {
-                    deformation.apply(primitive, &pose.weights[deformed.node], &joints);
+                    deformation.apply(primitive, &pose.weights[deformed.node], joints);
                     primitive.deformation = Some(deformation);
                 }
             }

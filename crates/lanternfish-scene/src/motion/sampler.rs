@@ -57,7 +57,7 @@ impl Sampler {
         let (a, b) = (value(from), value(next));
         if !is_spline {
             if is_rotation {
-                let [a, b] = [a, b].map(|q| Quat::from_slice(q).normalize());
+                let [a, b] = [a, b].map(|q| Quat::from_slice(&as_unit(q.to_vec(), true)));
                 return a.slerp(b, t).normalize().to_array().to_vec();
             }
             return a.iter().zip(b).map(|(a, b)| a * (1.0 - t) + b * t).collect();

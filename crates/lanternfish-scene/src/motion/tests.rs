@@ -42,7 +42,10 @@ fn values_between_keyframes_are_the_formats() {
     let found = Quat::from_slice(&turn.at(1.0 / 3.0, true));
     assert!(found.angle_between(Quat::from_rotation_z(FRAC_PI_2 / 3.0)) < 1e-3, "{found}");
     // A quaternion without direction is none.
-    assert_eq!(sampler(Interpolation::Step, &[0.0], &[0.0; 4]).at(0.0, true), [0.0, 0.0, 0.0, 1.0]);
+    for interpolation in [Interpolation::Step, Interpolation::Linear] {
+        let still = sampler(interpolation, &[0.0, 1.0], &[0.0; 8]);
+        assert_eq!(still.at(0.5, true), [0.0, 0.0, 0.0, 1.0], "{interpolation:?}");
+    }
 }
 
 fn triangle() -> Primitive {

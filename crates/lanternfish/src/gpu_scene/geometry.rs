@@ -346,7 +346,7 @@ fn vertex_attributes(primitive: &Primitive, i: usize) -> VertexAttributes {
     }
 }
 
-/// A buffer that no shader binds: its size is the device's largest, not a binding's.
+/// A buffer that no shader of a frame binds: its size is the device's largest, not a binding's.
 pub(super) fn buffer<T: bytemuck::NoUninit>(
     device: &wgpu::Device,
     label: &str,

@@ -45,6 +45,8 @@ pub(super) struct Placed {
     /// What traced triangles are: the scene's parts, and for each triangle, in leaf order, its source.
     parts: Vec<Part>,
     sources: Vec<Source>,
+    /// Whether the device may have failed to pose what has moved.
+    is_unsure: bool,
     /// What each material emits.
     shining: Vec<emissive::Shining>,
     /// See [`GpuScene::generation`].
@@ -60,6 +62,7 @@ impl Placed {
             outline: Outline::of(scene),
             transforms: transforms(scene).collect(),
             vertices: outline::vertices(scene),
+            is_unsure: false,
             shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
             parts: tracing.parts,
@@ -70,9 +73,15 @@ impl Placed {
 }
 
 impl Placed {
-    /// Where an instance stands.
-    pub fn transform(&self, instance: usize) -> Affine3A {
-        self.transforms[instance]
+    /// Whether an instance may stand elsewhere on the device than here.
+    pub fn may_have_moved(&self, instance: usize, transform: &Affine3A) -> bool {
+        self.is_unsure || self.transforms[instance] != *transform
+    }
+
+    /// Notes that triangles may be elsewhere than instances stand.
+    pub fn forget(&mut self) {
+        self.is_unsure = true;
+        self.moved();
     }
 
     /// Notes where an instance stands now.
@@ -112,10 +121,11 @@ impl Placed {
                     what: format!("{count} instances were uploaded, and none is {instance}"),
                 });
             };
-            if !transform.is_finite() {
-                return Err(RenderError::InvalidScene {
-                    what: format!("instance {instance}: its transform is not finite"),
-                });
+            let reach = transform.to_cols_array().map(f32::abs).into_iter().fold(0.0, f32::max);
+            if !transform.is_finite() || reach > Scene::FARTHEST {
+                let what =
+                    format!("instance {instance}: its transform is not finite, or beyond {:e} m", Scene::FARTHEST);
+                return Err(RenderError::InvalidScene { what });
             }
             if mirrors(before) != mirrors(transform) {
                 return Err(RenderError::Changed { what: format!("instance {instance} is mirrored, or no longer") });
@@ -172,7 +182,8 @@ impl GpuScene {
         let vertices = outline::vertices(scene);
         let bent: Vec<usize> =
             (0..vertices.len()).filter(|mesh| vertices[*mesh] != self.placed.vertices[*mesh]).collect();
-        let stands_still = bent.is_empty() && transforms(scene).eq(self.placed.transforms.iter().copied());
+        let stands_still =
+            !self.placed.is_unsure && bent.is_empty() && transforms(scene).eq(self.placed.transforms.iter().copied());
         if shines_as_before && stands_still {
             if let Some(trees) = &mut self.light_trees {
                 trees.update_lights(device, scene, settings)?;
@@ -204,6 +215,7 @@ impl GpuScene {
         }
         self.placed.transforms = transforms(scene).collect();
         self.placed.vertices = vertices;
+        self.placed.is_unsure = false;
         self.placed.generation = next_number();
         Ok(())
     }
@@ -216,13 +228,17 @@ impl GpuScene {
         light: &lanternfish_scene::Light,
         settings: &Settings,
     ) -> Result<Sent, RenderError> {
-        light.validate().map_err(|what| RenderError::InvalidScene { what: format!("light {index}: {what}") })?;
+        let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
+        light.validate().map_err(invalid)?;
+        if light.position.abs().max_element() > Scene::FARTHEST {
+            return Err(invalid("it is too far from the origin"));
+        }
         let count = self.lights.on_host.len();
         if index >= count {
             return Err(RenderError::Changed { what: format!("{count} lights were uploaded, and none is {index}") });
         }
         if self.light_trees.is_some() {
-            return Err(RenderError::Changed { what: format!("light {index} is in a tree of lights") });
+            return Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") });
         }
         let packed = Light::new(light, settings);
         let bytes = bytemuck::bytes_of(&packed);

@@ -28,7 +28,7 @@ fn projection(clip_from_view: Mat4) -> Option<Projection> {
             (slope(-1.0, 0, x.x), slope(1.0, 0, x.x), slope(-1.0, 1, y.y), slope(1.0, 1, y.y));
         return Some(Projection::Frustum { left, right, bottom, top, near: w.z });
     }
-    if scales && z == Vec4::Z * z.z && w.w == 1.0 {
+    if scales && x.x > 0.0 && w.is_finite() && z == Vec4::Z * z.z && w.w == 1.0 {
         // Near is the small difference of two rounded numbers, and may come out below 0.
         let (far, span) = (w.z / z.z, 1.0 / z.z);
         let near = if (far - span).abs() <= 1e-5 * span { 0.0 } else { far - span };

@@ -46,7 +46,7 @@ use std::path::Path;
 use accessor::Accessors;
 use buffers::Buffers;
 use fault::{Fault, Place, Result, invalid};
-use glam::Affine3A;
+use glam::{Affine3A, Vec3};
 use hierarchy::Placed;
 use instancing::MAX_INSTANCES;
 use lanternfish_limits::memory::Budget;
@@ -107,13 +107,12 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
         samplers: textures.samplers,
         ..Default::default()
     };
-    let mut collected = Collected::new(&root, &nodes);
+    let mut collected = Collected::new(&accessors, &nodes, files.budget)?;
     for (place, at) in nodes.iter().enumerate() {
         let mut placing = Placing {
             scene: &mut scene,
             accessors: &accessors,
             used: &used,
-            nodes: &nodes,
             collected: &mut collected,
             budget: files.budget,
             notes: &mut notes,
@@ -123,7 +122,7 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
     if !collected.is_kept() {
         drop_copies(&mut scene, &mut notes);
     }
-    collected.finish(&mut scene, &accessors, &nodes, files.budget, &mut notes)?;
+    collected.finish(&mut scene, &mut notes)?;
     let placed: u64 = scene.instances.iter().map(|i| scene.meshes[i.mesh].primitives.len() as u64).sum();
     files.budget.check(placed.saturating_mul(BYTES_PER_PLACED), || format!("{placed} placed primitives need"))?;
     notes.log(path);
@@ -178,17 +177,16 @@ fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
 }
 
 /// What nodes are placed with.
-struct Placing<'p, 'a> {
+struct Placing<'p, 'c, 'a> {
     scene: &'p mut Scene,
     accessors: &'p Accessors<'a>,
     used: &'p Used,
-    nodes: &'p [Placed<'a>],
-    collected: &'p mut Collected,
+    collected: &'p mut Collected<'c, 'a>,
     budget: &'p Budget,
     notes: &'p mut Notes,
 }
 
-impl Placing<'_, '_> {
+impl Placing<'_, '_, '_> {
     /// Adds what is at a node: instances, lights, a camera. `place`: of the node among those that are placed.
     fn place(&mut self, place: usize, at: &Placed) -> Result<()> {
         let (root, node) = (self.accessors.root, at.node);
@@ -213,8 +211,8 @@ impl Placing<'_, '_> {
     }
 
     fn instances(&mut self, place: usize, at: &Placed, mesh: usize) -> Result<()> {
-        let Self { scene, accessors, nodes, collected, budget, notes, .. } = self;
-        let (mesh, is_skinned) = collected.mesh(scene, accessors, (place, at), nodes, mesh, budget, notes)?;
+        let Self { scene, accessors, collected, budget, notes, .. } = self;
+        let (mesh, is_skinned) = collected.mesh(scene, place, mesh, notes)?;
         let node = at.node;
         let nodes_from_objects = match &node.extensions.instancing {
             // Skinned vertices are where their joints are, wherever their node is.
@@ -241,12 +239,13 @@ impl Placing<'_, '_> {
 
     /// Adds a light that is given in its node's space.
     fn light(&mut self, place: usize, at: &Placed, light: Light) {
-        match place_light(&light, &at.world_from_node) {
-            Some(placed) => {
-                self.collected.light(self.scene.lights.len(), place, light);
-                self.scene.lights.push(placed);
-            }
-            None => self.notes.add("area lights without extent"),
-        }
+        let placed = match place_light(&light, &at.world_from_node) {
+            Some(placed) => placed,
+            // It may grow.
+            None if self.collected.is_kept() => Light { intensity: Vec3::ZERO, ..light.clone() },
+            None => return self.notes.add("area lights without extent"),
+        };
+        self.collected.light(self.scene.lights.len(), place, light);
+        self.scene.lights.push(placed);
     }
 }

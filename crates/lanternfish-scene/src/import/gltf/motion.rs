@@ -2,7 +2,7 @@
 //!
 //! A mesh that is deformed is of one node alone: a second node that places it gets a copy of its own.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{Affine3A, Mat4};
 use lanternfish_limits::memory::Budget;
@@ -18,7 +18,13 @@ use crate::motion::{
 use crate::{Light, Mesh, Scene};
 
 /// Collects what moves while a scene's nodes are placed.
-pub(super) struct Collected {
+pub(super) struct Collected<'c, 'a> {
+    accessors: &'c Accessors<'a>,
+    /// As they are placed, parents before their children.
+    nodes: &'c [Placed<'a>],
+    /// The place of each of the file's nodes among them.
+    place: HashMap<usize, usize>,
+    budget: &'c Budget,
     /// Whether anything of the file moves: else nothing is kept.
     is_kept: bool,
     motion: Motion,
@@ -34,15 +40,19 @@ enum Use {
     Deformed,
 }
 
-impl Collected {
+impl<'c, 'a> Collected<'c, 'a> {
     /// Takes the node tree, where anything of the file moves. `nodes`: as they are placed, parents before their children.
-    pub fn new(root: &Root, nodes: &[Placed]) -> Self {
+    pub fn new(accessors: &'c Accessors<'a>, nodes: &'c [Placed<'a>], budget: &'c Budget) -> Result<Self> {
+        let root = accessors.root;
+        let place = places(nodes);
         let has_targets = |mesh: usize| root.meshes[mesh].primitives.iter().any(|p| !p.targets.is_empty());
         let deforms = |at: &Placed| at.node.mesh.is_some_and(|mesh| at.node.skin.is_some() || has_targets(mesh));
         let is_kept = !root.animations.is_empty() || nodes.iter().any(deforms);
         let mut motion = Motion::default();
         if is_kept {
-            let place = places(nodes);
+            // A node's weights, and those of a pose.
+            let weights = nodes.iter().map(|at| 8 * target_count(root, at.node) as u64).fold(0, u64::saturating_add);
+            budget.take(weights, || "weights of morph targets need".to_owned())?;
             let mut parents = vec![None; nodes.len()];
             for (parent, at) in nodes.iter().enumerate() {
                 at.node.children.iter().for_each(|child| parents[place[child]] = Some(parent));
@@ -55,7 +65,7 @@ impl Collected {
             };
             motion.nodes = nodes.iter().zip(parents).map(node).collect();
         }
-        Self { is_kept, motion, skins: HashMap::new(), uses: HashMap::new() }
+        Ok(Self { accessors, nodes, place, budget, is_kept, motion, skins: HashMap::new(), uses: HashMap::new() })
     }
 
     /// Whether anything moves.
@@ -84,26 +94,17 @@ impl Collected {
         }
     }
 
-    /// The mesh that a node places, of the scene's `mesh`: a copy where it is deformed otherwise elsewhere. And whether it is skinned.
-    pub fn mesh(
-        &mut self,
-        scene: &mut Scene,
-        accessors: &Accessors,
-        at: (usize, &Placed),
-        nodes: &[Placed],
-        mesh: usize,
-        budget: &Budget,
-        notes: &mut Notes,
-    ) -> Result<(usize, bool)> {
+    /// The mesh that a node places, by its place among all, of the scene's `mesh`: a copy where it is deformed otherwise elsewhere. And whether it is skinned.
+    pub fn mesh(&mut self, scene: &mut Scene, place: usize, mesh: usize, notes: &mut Notes) -> Result<(usize, bool)> {
         if !self.is_kept {
             return Ok((mesh, false));
         }
         let deformations = || scene.meshes[mesh].primitives.iter().filter_map(|p| p.deformation.as_deref());
         let has_targets = deformations().any(|deformation| !deformation.targets.is_empty());
         let greatest_joint = deformations().filter_map(|deformation| deformation.greatest_joint()).max();
-        let skin = match (at.1.node.skin, greatest_joint) {
+        let skin = match (self.nodes[place].node.skin, greatest_joint) {
             (Some(skin), Some(joint)) => {
-                let own = self.skin(accessors, skin, nodes, budget, notes).place(|| format!("skins[{skin}]"))?;
+                let own = self.skin(skin, notes).place(|| format!("skins[{skin}]"))?;
                 if let Some(own) = own
                     && usize::from(joint) >= self.motion.skins[own].joints.len()
                 {
@@ -119,35 +120,27 @@ impl Collected {
         let mut own = mesh;
         if used.is_some_and(|used| used != Use::AsStored || kind != Use::AsStored) {
             self.uses.insert(mesh, used.unwrap_or(kind));
-            budget.take(bytes_of(&scene.meshes[mesh]), || format!("a copy of mesh {mesh} needs"))?;
+            self.budget.take(bytes_of(&scene.meshes[mesh]), || format!("a copy of mesh {mesh} needs"))?;
             scene.meshes.push(scene.meshes[mesh].clone());
             own = scene.meshes.len() - 1;
         }
         if kind == Use::Deformed {
-            self.motion.meshes.push(DeformedMesh { mesh: own, node: at.0, skin });
+            self.motion.meshes.push(DeformedMesh { mesh: own, node: place, skin });
         }
         Ok((own, skin.is_some()))
     }
 
     /// The scene's skin of a skin of the file. `None`, with a note, where a joint is not in the scene.
-    fn skin(
-        &mut self,
-        accessors: &Accessors,
-        index: usize,
-        nodes: &[Placed],
-        budget: &Budget,
-        notes: &mut Notes,
-    ) -> Result<Option<usize>> {
+    fn skin(&mut self, index: usize, notes: &mut Notes) -> Result<Option<usize>> {
         if let Some(known) = self.skins.get(&index) {
             return Ok(*known);
         }
-        let source = item(&accessors.root.skins, index, "skins")?;
-        let place = places(nodes);
-        let joints: Option<Vec<usize>> = source.joints.iter().map(|joint| place.get(joint).copied()).collect();
+        let source = item(&self.accessors.root.skins, index, "skins")?;
+        let joints: Option<Vec<usize>> = source.joints.iter().map(|joint| self.place.get(joint).copied()).collect();
         let skin = match joints {
             Some(joints) => {
-                budget.take(128 * joints.len() as u64, || format!("{} joints need", joints.len()))?;
-                let joint_from_object = bind_matrices(accessors, source, joints.len())?;
+                self.budget.take(128 * joints.len() as u64, || format!("{} joints need", joints.len()))?;
+                let joint_from_object = bind_matrices(self.accessors, source, joints.len())?;
                 self.motion.skins.push(Skin { joints, joint_from_object });
                 Some(self.motion.skins.len() - 1)
             }
@@ -161,21 +154,14 @@ impl Collected {
     }
 
     /// Gives the scene all that moves, with the file's animations, and poses it at rest.
-    pub fn finish(
-        mut self,
-        scene: &mut Scene,
-        accessors: &Accessors,
-        nodes: &[Placed],
-        budget: &Budget,
-        notes: &mut Notes,
-    ) -> Result<()> {
+    pub fn finish(mut self, scene: &mut Scene, notes: &mut Notes) -> Result<()> {
         // What no node deforms needs nothing to be deformed by.
-        let deformed: Vec<usize> = self.motion.meshes.iter().map(|deformed| deformed.mesh).collect();
+        let deformed: HashSet<usize> = self.motion.meshes.iter().map(|deformed| deformed.mesh).collect();
         for (_, mesh) in scene.meshes.iter_mut().enumerate().filter(|(i, _)| !deformed.contains(i)) {
             mesh.primitives.iter_mut().for_each(|primitive| primitive.deformation = None);
         }
         if self.is_kept {
-            self.motion.animations = animations(accessors, nodes, budget, notes)?;
+            self.motion.animations = animations(&self, notes)?;
             scene.motion = self.motion;
             scene.pose_at_rest();
         }
@@ -194,8 +180,14 @@ fn weights_at_rest(root: &Root, node: &schema::Node) -> Vec<f32> {
     let stated = if node.weights.is_empty() { &mesh.weights } else { &node.weights };
     let finite = |weight: f32| if weight.is_finite() { weight } else { 0.0 };
     let mut weights: Vec<f32> = stated.iter().map(|weight| finite(*weight)).collect();
-    weights.resize(mesh.primitives.iter().map(|primitive| primitive.targets.len()).max().unwrap_or(0), 0.0);
+    weights.resize(target_count(root, node), 0.0);
     weights
+}
+
+/// Morph targets of a node's mesh.
+fn target_count(root: &Root, node: &schema::Node) -> usize {
+    let mesh = node.mesh.and_then(|mesh| root.meshes.get(mesh));
+    mesh.and_then(|mesh| mesh.primitives.iter().map(|primitive| primitive.targets.len()).max()).unwrap_or(0)
 }
 
 fn bind_matrices(accessors: &Accessors, skin: &schema::Skin, count: usize) -> Result<Vec<Affine3A>> {
@@ -212,8 +204,8 @@ fn bind_matrices(accessors: &Accessors, skin: &schema::Skin, count: usize) -> Re
     }
 }
 
-fn animations(accessors: &Accessors, nodes: &[Placed], budget: &Budget, notes: &mut Notes) -> Result<Vec<Animation>> {
-    let place = places(nodes);
+fn animations(collected: &Collected, notes: &mut Notes) -> Result<Vec<Animation>> {
+    let Collected { accessors, nodes, place, budget, .. } = collected;
     let mut animations = Vec::new();
     for (i, source) in accessors.root.animations.iter().enumerate() {
         let mut channels = Vec::new();
@@ -236,7 +228,7 @@ fn animations(accessors: &Accessors, nodes: &[Placed], budget: &Budget, notes: &
             let width = match property {
                 Property::Translation | Property::Scale => 3,
                 Property::Rotation => 4,
-                Property::Weights => weights_at_rest(accessors.root, nodes[node].node).len(),
+                Property::Weights => target_count(accessors.root, nodes[node].node),
             };
             if width == 0 {
                 notes.add("animated weights of nodes without morph targets");

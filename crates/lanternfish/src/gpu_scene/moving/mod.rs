@@ -5,9 +5,6 @@
 //! transforms ─▶ pose.wesl ─▶ bvh_triangles, hit_triangles, corners of the adapter's own structure ─▶ refit.wesl, a level a pass
 //! ```
 
-#[cfg(test)]
-mod tests;
-
 use std::ops::Range;
 
 use glam::{Affine3A, UVec4, Vec3, Vec4};
@@ -119,6 +116,7 @@ impl Moving {
     fn new(scene: &GpuScene) -> Result<Self, RenderError> {
         let device = &scene.device;
         let none = wgpu::BufferUsages::empty();
+        scene.check_bindings()?;
         let features: Vec<Feature> =
             [(scene.bvh.is_some(), BVH), (scene.hits.is_some(), HITS), (scene.tlas.is_some(), TLAS)]
                 .into_iter()
@@ -216,6 +214,21 @@ pub struct Sent {
 }
 
 impl GpuScene {
+    /// An error where the device cannot bind what only drawing needed so far: vertices, and corners of its own structure.
+    fn check_bindings(&self) -> Result<(), RenderError> {
+        let geometry = &self.geometry;
+        let buffers = [&geometry.positions, &geometry.attributes, &geometry.indices];
+        let limit = self.device.limits().max_storage_buffer_binding_size;
+        let all = buffers.into_iter().chain(self.tlas.iter().map(|tlas| &tlas.vertices));
+        match all.map(wgpu::Buffer::size).find(|size| *size > limit) {
+            Some(size) => {
+                let what = format!("{size} bytes of vertices are more than the {limit} that this device binds");
+                Err(RenderError::NeedsUpdate { what })
+            }
+            None => Ok(()),
+        }
+    }
+
     /// See [`crate::Renderer::move_instances`].
     pub(crate) fn move_instances(
         &mut self,
@@ -224,8 +237,8 @@ impl GpuScene {
     ) -> Result<Sent, RenderError> {
         self.placed.check_moves(moved)?;
         if let (true, Some(instance)) = (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
-            return Err(RenderError::Changed {
-                what: format!("instance {instance} shines, and its light is found by a tree"),
+            return Err(RenderError::NeedsUpdate {
+                what: format!("instance {instance} shines, and is in a tree of lights"),
             });
         }
         // What is said last of an instance counts.
@@ -234,15 +247,11 @@ impl GpuScene {
         last.reverse();
         last.dedup_by_key(|(instance, _)| *instance);
         last.reverse();
-        last.retain(|(instance, transform)| self.placed.transform(*instance) != *transform);
+        last.retain(|(instance, transform)| self.placed.may_have_moved(*instance, transform));
         if last.is_empty() {
             return Ok(Sent::default());
         }
-        for (instance, transform) in &last {
-            self.placed.set_transform(*instance, *transform);
-        }
-        let mut sent = Sent { bytes: self.geometry.place(frame.queue, self.placed.stands()), dispatches: 0 };
-        self.bounds = self.geometry.bounds();
+        let mut sent = Sent::default();
         if self.needs.parts.rays() {
             if self.moving.is_none() {
                 self.moving = Some(Moving::new(self)?);
@@ -253,7 +262,18 @@ impl GpuScene {
             let uniforms = u64::from(sent.dispatches) * size_of::<MovingParameters>() as u64;
             sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }
+        // Nothing is refused from here on.
+        for (instance, transform) in &last {
+            self.placed.set_transform(*instance, *transform);
+        }
+        sent.bytes += self.geometry.place(frame.queue, self.placed.stands());
+        self.bounds = self.geometry.bounds();
         self.placed.moved();
         Ok(sent)
+    }
+
+    /// Notes that the device may not have done what it was told of triangles that moved: the next update poses all of them.
+    pub(crate) fn is_unsure_of_triangles(&mut self) {
+        self.placed.forget();
     }
 }
