@@ -7,6 +7,7 @@ mod container;
 mod geometry;
 mod hostile;
 mod materials;
+mod motion;
 mod nodes;
 mod samples;
 mod scenes;

@@ -1,0 +1,161 @@
+//! Skins, morph targets and animations, against vertices worked out by hand.
+
+use glam::Vec3;
+use serde_json::{Value, json};
+
+use super::{F32, File, I16, TRIANGLE, U8, bytes_of};
+use crate::Scene;
+use crate::motion::Interpolation;
+
+fn near(a: Vec3, b: [f32; 3]) -> bool {
+    a.abs_diff_eq(b.into(), 1e-4)
+}
+
+fn corners(scene: &Scene, instance: usize) -> Vec<Vec3> {
+    let instance = &scene.instances[instance];
+    let positions = &scene.meshes[instance.mesh].primitives[0].positions;
+    positions.iter().map(|p| instance.world_from_object.transform_point3(*p)).collect()
+}
+
+/// A triangle of two joints, whose second and third corner go with the second; and an animation that moves and turns that.
+fn skinned() -> File {
+    let mut file = File::with_primitive(|file| {
+        let bytes: Vec<u8> = vec![0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0];
+        // The second corner's weights do not add up to 1: they are made to.
+        let weights = [1.0, 0.0, 0.0, 0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+        json!({ "attributes": {
+            "POSITION": file.floats("VEC3", &TRIANGLE),
+            "JOINTS_0": file.accessor("VEC4", U8, 3, &bytes),
+            "WEIGHTS_0": file.floats("VEC4", &weights),
+        } })
+    });
+    // Column by column: at rest the second joint is a metre along x from the mesh's origin.
+    let mut matrices = [0.0f32; 32];
+    for joint in 0..2 {
+        (0..4).for_each(|i| matrices[16 * joint + 5 * i] = 1.0);
+    }
+    matrices[16 + 12] = -1.0;
+    let bind = file.accessor("MAT4", F32, 2, &bytes_of(&matrices));
+    file.json["nodes"] = json!([
+        // Of a node with a skin the place is of no meaning.
+        { "mesh": 0, "skin": 0, "translation": [50, 50, 50] },
+        { "children": [2], "translation": [0, 0, 2] },
+        { "translation": [1, 0, 0] },
+    ]);
+    file.json["skins"] = json!([{ "joints": [1, 2], "inverseBindMatrices": bind }]);
+    let times = file.floats("SCALAR", &[1.0, 3.0]);
+    let up = file.floats("VEC3", &[1.0, 0.0, 0.0, 1.0, 4.0, 0.0]);
+    // A quarter turn about z, as normalised integers.
+    let half = (0.5f32.sqrt() * 32767.0).round() as i16;
+    let turn: Vec<u8> = [0, 0, 0, 32767, 0, 0, half, half].iter().flat_map(|v: &i16| v.to_le_bytes()).collect();
+    let turn = file.accessor("VEC4", I16, 2, &turn);
+    file.json["accessors"][turn]["normalized"] = json!(true);
+    let channel = |sampler: usize, path: &str| json!({ "sampler": sampler, "target": { "node": 2, "path": path } });
+    file.json["animations"] = json!([{
+        "name": "wave",
+        "samplers": [{ "input": times, "output": up }, { "input": times, "output": turn, "interpolation": "STEP" }],
+        "channels": [channel(0, "translation"), channel(1, "rotation")],
+    }]);
+    file
+}
+
+#[test]
+fn joints_bend_their_vertices() {
+    let mut scene = skinned().load().unwrap();
+    let animation = &scene.motion.animations[0];
+    assert_eq!((animation.name.as_str(), animation.duration()), ("wave", 3.0));
+    assert_eq!(animation.channels[1].sampler.interpolation, Interpolation::Step);
+    // At rest: what the first joint has stands 2 m along z, and the second is back where it was bound.
+    let found = corners(&scene, 0);
+    assert!(
+        near(found[0], [0.0, 0.0, 2.0]) && near(found[1], [1.0, 0.0, 2.0]) && near(found[2], [0.0, 1.0, 2.0]),
+        "{found:?}"
+    );
+    // Halfway: the second joint is 2 m up. Of the second corner three quarters go with it.
+    scene.pose(0, 2.0);
+    let found = corners(&scene, 0);
+    assert!(
+        near(found[0], [0.0, 0.0, 2.0]) && near(found[1], [1.0, 1.5, 2.0]) && near(found[2], [0.0, 3.0, 2.0]),
+        "{found:?}"
+    );
+    // At the end: 4 m up, and turned. The third corner is (-1, 1) from the joint, which turns to (-1, -1).
+    scene.pose(0, 3.0);
+    assert!(near(corners(&scene, 0)[2], [0.0, 3.0, 2.0]), "{:?}", corners(&scene, 0));
+}
+
+/// A triangle with two morph targets, the second of a single vertex (sparse), placed by two nodes of which one has weights of its own.
+fn morphing() -> File {
+    let mut file = File::with_primitive(|file| {
+        let lift = file.floats("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        let (places, values) = (file.view(&[2]), file.view(&[0, 0, 0, 64, 0, 0, 0, 0, 0, 0, 0, 0]));
+        let sparse = json!({
+            "count": 1,
+            "indices": { "bufferView": places, "componentType": U8 },
+            "values": { "bufferView": values },
+        });
+        let stretch =
+            file.push("accessors", json!({ "componentType": F32, "type": "VEC3", "count": 3, "sparse": sparse }));
+        let positions = file.floats("VEC3", &TRIANGLE);
+        json!({ "attributes": { "POSITION": positions }, "targets": [{ "POSITION": lift }, { "POSITION": stretch }] })
+    });
+    file.json["meshes"][0]["weights"] = json!([0.5, 0]);
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0, "weights": [0, 1], "translation": [10, 0, 0] }]);
+    let times = file.floats("SCALAR", &[0.0, 1.0]);
+    // Of each keyframe the tangent that comes in, the value and the tangent that goes out, two weights each.
+    let flat = |value: [f32; 2]| [[0.0; 2], value, [0.0; 2]].concat();
+    let weights = file.floats("SCALAR", &[flat([0.0, 0.0]), flat([2.0, 1.0])].concat());
+    file.json["animations"] = json!([{
+        "samplers": [{ "input": times, "output": weights, "interpolation": "CUBICSPLINE" }],
+        "channels": [{ "sampler": 0, "target": { "node": 0, "path": "weights" } }],
+    }]);
+    file
+}
+
+#[test]
+fn morph_targets_move_the_mesh_of_their_node_alone() {
+    let mut scene = morphing().load().unwrap();
+    assert_eq!(scene.meshes.len(), 2, "each node has its own");
+    let (a, b) = (corners(&scene, 0), corners(&scene, 1));
+    assert!(near(a[2], [0.0, 1.0, 0.5]), "the mesh's weights: {a:?}");
+    assert!(near(b[0], [10.0, 0.0, 0.0]) && near(b[2], [12.0, 1.0, 0.0]), "the node's weights: {b:?}");
+    scene.pose(0, 0.5);
+    // Hermite with flat tangents: half of the way.
+    let (a, b) = (corners(&scene, 0), corners(&scene, 1));
+    assert!(near(a[0], [0.0, 0.0, 1.0]) && near(a[2], [1.0, 1.0, 1.0]), "{a:?}");
+    assert!(near(b[2], [12.0, 1.0, 0.0]), "{b:?}");
+    // There are no normals: they are those of the triangle, wherever it goes.
+    let primitive = &scene.meshes[scene.instances[0].mesh].primitives[0];
+    let [p, q, r]: [Vec3; 3] = primitive.positions.clone().try_into().unwrap();
+    let flat = (q - p).cross(r - p).normalize();
+    assert!(primitive.normals.iter().all(|normal| normal.abs_diff_eq(flat, 1e-5)), "{:?}", primitive.normals);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_by_name() {
+    type Damage = fn(&mut Value);
+    let skins: [(&str, Damage); 6] = [
+        ("joint 1 of skins[0], which has 1", |json| json["skins"][0]["joints"] = json!([1])),
+        ("1 inverse bind matrices, but there are 2 joints", |json| {
+            let bind = json["skins"][0]["inverseBindMatrices"].as_u64().unwrap() as usize;
+            json["accessors"][bind]["count"] = json!(1);
+        }),
+        ("6 numbers where 8 are needed", |json| {
+            json["animations"][0]["channels"][0]["target"]["path"] = json!("rotation");
+        }),
+        ("interpolation \"SMOOTH\"", |json| json["animations"][0]["samplers"][0]["interpolation"] = json!("SMOOTH")),
+        ("nodes[7]", |json| json["animations"][0]["channels"][0]["target"]["node"] = json!(7)),
+        ("skins[3]", |json| json["nodes"][0]["skin"] = json!(3)),
+    ];
+    for (what, damage) in skins {
+        let mut file = skinned();
+        damage(&mut file.json);
+        let error = file.load().unwrap_err().to_string();
+        assert!(error.contains(what), "{what}: {error}");
+    }
+    // Joints of another scene bend nothing.
+    let mut file = skinned();
+    file.json["scene"] = json!(0);
+    file.json["scenes"] = json!([{ "nodes": [0] }]);
+    let scene = file.load().unwrap();
+    assert!(near(corners(&scene, 0)[1], [51.0, 50.0, 50.0]), "{:?}", corners(&scene, 0));
+}
