@@ -42,10 +42,11 @@ impl Random {
 fn scene() -> Scene {
     let whole = generate::demo("cornell").unwrap();
     let mut scene = Scene { meshes: Vec::new(), instances: Vec::new(), ..whole.clone() };
-    for primitive in &whole.meshes[0].primitives {
-        let (name, mesh) = (String::new(), scene.meshes.len());
-        scene.instances.push(Instance { name, mesh, world_from_object: whole.instances[0].world_from_object });
-        scene.meshes.push(Mesh { name: String::new(), primitives: vec![primitive.clone()] });
+    for instance in &whole.instances {
+        for primitive in &whole.meshes[instance.mesh].primitives {
+            scene.instances.push(Instance { mesh: scene.meshes.len(), ..instance.clone() });
+            scene.meshes.push(Mesh { name: String::new(), primitives: vec![primitive.clone()] });
+        }
     }
     // What shines and moves takes an update.
     scene.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
@@ -107,7 +108,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
                 let place = random.below(scene.lights.len());
                 scene.lights.remove(place);
                 scene.lights.push(Light::point(0.2 * random.vector(), Vec3::splat(0.1)));
-                let primitive = &mut scene.meshes[random.below(3)].primitives[0];
+                let primitive = &mut scene.meshes[random.below(2)].primitives[0];
                 primitive.positions.iter_mut().for_each(|p| *p *= 1.01);
                 renderer.update(&mut uploaded, &scene).unwrap();
             }
