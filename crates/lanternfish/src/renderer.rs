@@ -262,7 +262,7 @@ impl Renderer {
         self.last_frame = frame.number();
         let results = self.engine.within(|| self.passes.record(&mut frame, context))?;
         frame.submit();
-        self.flight = Flight::default();
+        self.flight.forget();
         Ok(results)
     }
 
@@ -273,6 +273,7 @@ impl Renderer {
         discarded(&self.device, &self.queue, &mut self.profiler, pool);
         pool.empty(&self.device);
         self.passes.forget();
+        self.flight.forget();
     }
 
     /// When lists of pictures' frames get more room: in the frame that needs it, which waits for the device, unless something else is said

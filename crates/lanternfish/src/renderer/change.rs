@@ -29,8 +29,10 @@ impl Renderer {
     /// Renders by other settings from now on, and says what that costs. After an error it renders by those that it had.
     ///
     /// Where exposure, tone map and the number of frames of a mean alone are others, everything that frames have kept stays. Otherwise
-    /// means begin anew, and deep images are built again.
+    /// means begin anew, and deep images are built again. The last frame can no longer be read. An error while the caller has the commands
+    /// of a frame ([`RenderError::NotSubmitted`]).
     pub fn set(&mut self, settings: Settings) -> Result<Change, RenderError> {
+        self.check_device()?;
         let Built { effective, needs, passes, compiled } = build(&self.engine, &settings)?;
         let cost = match self.needs.lacks(&needs) {
             Some(_) => Change::Upload,
@@ -50,6 +52,7 @@ impl Renderer {
             // Whether these can do without waiting is asked before the next frame that may not wait.
             self.use_growth(Growth::Wait)?;
         }
+        self.flight.forget();
         self.needs = needs.of_renderer(&self.needs);
         (self.settings, self.effective, self.compiled) = (settings, effective, compiled);
         Ok(cost)

@@ -1,5 +1,7 @@
 //! Frames in the caller's commands: recorded, handed to the device, reported, and never waited for.
 
+use std::{collections::VecDeque, iter};
+
 use glam::{Affine3A, UVec2, Vec3};
 use lanternfish_gpu::{Frame, GpuError, Growth, PassTime, is_lost};
 
@@ -42,6 +44,15 @@ pub(super) struct Flight {
     recorded: Option<FrameId>,
     /// What the last frame has left.
     last: Option<Last>,
+    /// What has become of the caller's frames, found while something else was waited for.
+    found: VecDeque<FrameReport>,
+}
+
+impl Flight {
+    /// Nothing of the last frame can be read any more: another one uses what it has left, or it is no longer what it was.
+    pub(super) fn forget(&mut self) {
+        (self.recorded, self.last) = (None, None);
+    }
 }
 
 #[derive(Debug)]
@@ -95,15 +106,17 @@ impl Renderer {
         self.submitted(frame);
         let lost = |error| GpuError::ReadBack { what: "ready".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
-        while self.poll().is_some_and(|report| report.frame < frame) {}
+        // Of the caller's frames it is told later.
+        let earlier: Vec<_> = iter::from_fn(|| self.poll()).take_while(|report| report.frame < frame).collect();
+        self.flight.found.extend(earlier);
         Ok(())
     }
 
     /// Adds a frame of these views to the caller's commands. It never waits for the device: where a list turns out to need more room than
     /// there is, a later frame has it, and this one is not shown ([`FrameReport::is_whole`]).
     ///
-    /// Hand the commands to the device, and then tell [`Self::submitted`]; frames are recorded one after the other, and any number of them
-    /// may be on their way. Between the two, update no scene that it shows. After an error the commands hold a part of a frame, or nothing:
+    /// Hand the commands to the device, and then tell [`Self::submitted`]; frames are recorded one after the other, and up to 64 of them may
+    /// be on their way: of further ones nothing is known. Between the two, update no scene that it shows. After an error the commands hold a part of a frame, or nothing:
     /// drop them.
     ///
     /// Pictures may be rendered in between ([`Self::render`]). They wait, and what frames of the one kind keep is not used by the other: deep
@@ -133,7 +146,8 @@ impl Renderer {
                 this.passes.progressive.finish(scene, &requested, index);
             }
             let counters = scene.counters().to_vec();
-            this.flight = Flight { recorded: Some(frame), last: Some(Last { frame, views: moved, results, counters }) };
+            this.flight.recorded = Some(frame);
+            this.flight.last = Some(Last { frame, views: moved, results, counters });
             Ok(frame)
         })
     }
@@ -151,14 +165,16 @@ impl Renderer {
     /// what was shown.
     pub fn discard(&mut self, frame: FrameId) {
         if self.flight.recorded == Some(frame) {
-            self.flight = Flight::default();
             self.forget_frames();
         }
     }
 
     /// What has become of a frame that was submitted: of each once, in their order, as soon as the device is done with it. None: of no
-    /// further one yet. It never waits. Of more than 64 frames that nobody has asked for, the oldest are forgotten.
+    /// further one yet. It never waits. Of more than 64 frames that are on their way at one time, the newest are never told of.
     pub fn poll(&mut self) -> Option<FrameReport> {
+        if let Some(found) = self.flight.found.pop_front() {
+            return Some(found);
+        }
         let pool = self.pool.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
         let outcome = pool.outcome(&self.device)?;
         // Of a lost device, what has arrived before cannot be read.

@@ -242,6 +242,25 @@ fn gpu_nobody_waits_for_a_busy_device() {
     }
 }
 
+/// What waits for the device on the way to another view hides no report of the frames before.
+#[test]
+fn gpu_of_every_frame_is_told_though_other_views_are_made_ready() {
+    let Some(gpu) = testing::gpu("gpu_of_every_frame_is_told_though_other_views_are_made_ready") else { return };
+    let scene = lit();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::direct_light())).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let view = |step, size| [ViewRequest::of_camera(1, &camera(&scene, step), size, Target::Own)];
+    renderer.ready(&uploaded, &view(0, SIZE)).unwrap();
+    let mut frames: Vec<_> =
+        (0..3).map(|step| frame(gpu, &mut renderer, &uploaded, &view(step, SIZE)).unwrap()).collect();
+    renderer.ready(&uploaded, &view(0, [20, 12])).unwrap();
+    renderer.ready(&uploaded, &view(0, [12, 20])).unwrap();
+    frames.push(frame(gpu, &mut renderer, &uploaded, &view(3, SIZE)).unwrap());
+    let (found, _) = reports(&mut renderer, frames.len());
+    assert_eq!(found.iter().map(|report| report.frame).collect::<Vec<_>>(), frames);
+    assert!(renderer.poll().is_none(), "of each once");
+}
+
 #[test]
 fn gpu_ten_frames_are_on_their_way() {
     let Some(gpu) = testing::gpu("gpu_ten_frames_are_on_their_way") else { return };
