@@ -41,6 +41,20 @@ pub struct Motion {
     pub meshes: Vec<DeformedMesh>,
 }
 
+impl Motion {
+    /// Of each node, whether an animation moves it, or a node that it goes with.
+    pub fn moving_nodes(&self) -> Vec<bool> {
+        let mut moves = vec![false; self.nodes.len()];
+        for channel in self.animations.iter().flat_map(|animation| &animation.channels) {
+            moves[channel.node] |= channel.property != Property::Weights;
+        }
+        for node in 0..self.nodes.len() {
+            moves[node] |= self.nodes[node].parent.is_some_and(|parent| moves[parent]);
+        }
+        moves
+    }
+}
+
 /// A node of the tree that a file places things by.
 #[derive(Clone, Debug, Default)]
 pub struct Node {

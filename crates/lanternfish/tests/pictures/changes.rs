@@ -12,7 +12,11 @@ use lanternfish_scene::{Instance, Light, Mesh, Scene, generate};
 use crate::support::differing;
 
 /// Frames of a run.
-const FRAMES: usize = 400;
+const FRAMES: usize = 2000;
+/// After so many frames all settings have been met, and nothing more is to be kept.
+const WARM: usize = 500;
+/// Bytes that a run may take beyond what it had when it was warm: what an allocator keeps of sizes that differ.
+const KEPT: u64 = 48 << 20;
 
 /// Numbers that are the same in every run [Steele2014].
 struct Random(u64);
@@ -71,6 +75,12 @@ fn settings() -> Vec<Settings> {
     ]
 }
 
+/// Bytes of memory that this process has; none where the system does not say it.
+fn resident() -> Option<u64> {
+    let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
+    pages.split(' ').nth(1)?.parse::<u64>().ok().map(|pages| 4096 * pages)
+}
+
 #[test]
 fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
     let Some(gpu) = testing::gpu("gpu_frames_of_random_changes_end_as_a_fresh_upload") else { return };
@@ -81,6 +91,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
     let mut size = (24, 16);
     let (mut refused, mut compared, mut changed) = (0, 0, 0);
     let mut last = None;
+    let mut warm = None;
     for frame in 0..FRAMES {
         match random.below(12) {
             0..=5 => {
@@ -124,7 +135,10 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
         let shown =
             |renderer: &mut Renderer, uploaded: &GpuScene| renderer.render(uploaded, &camera, size.0, size.1).unwrap();
         let found = shown(&mut renderer, &uploaded);
-        if frame % 40 == 39 || frame + 1 == FRAMES {
+        if frame == WARM {
+            warm = resident();
+        }
+        if frame % 200 == 199 || frame + 1 == FRAMES {
             let fresh = renderer.upload(&scene).unwrap();
             let mut another = Renderer::new(&gpu.device, &gpu.queue, renderer.settings().clone()).unwrap();
             assert_eq!(differing(&found, &shown(&mut renderer, &fresh)), 0, "frame {frame}");
@@ -133,6 +147,10 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
             compared += 1;
         }
         changed += usize::from(last.replace(found.radiance.clone()) != Some(found.radiance));
+    }
+    if let (Some(warm), Some(end)) = (warm, resident()) {
+        println!("{} MiB after {WARM} frames, {} at the end", warm >> 20, end >> 20);
+        assert!(end < warm + KEPT, "{warm} bytes after {WARM} frames, {end} at the end");
     }
     println!("{refused} lights by an update, {compared} compared, {changed} of {FRAMES} changed");
     assert!(changed > FRAMES / 2 && refused > 0, "{changed} frames changed, {refused} refused");

@@ -119,10 +119,8 @@ fn read(file: &[u8], path: &Path, scene: Option<&str>, files: &Files) -> Result<
         };
         placing.place(place, at).place(|| format!("nodes[{}]", at.index))?;
     }
-    if !collected.is_kept() {
-        drop_copies(&mut scene, &mut notes);
-    }
     collected.finish(&mut scene, &mut notes)?;
+    drop_copies(&mut scene, &mut notes);
     let placed: u64 = scene.instances.iter().map(|i| scene.meshes[i.mesh].primitives.len() as u64).sum();
     files.budget.check(placed.saturating_mul(BYTES_PER_PLACED), || format!("{placed} placed primitives need"))?;
     notes.log(path);
@@ -160,19 +158,35 @@ fn parse<'a>(json: &'a [u8], budget: &Budget) -> Result<Root<'a>> {
     if required.starts_with("2.") { Ok(root) } else { Err(Fault::Unsupported(format!("glTF {required}"))) }
 }
 
-/// Leaves out the instances that stand where another of the same mesh stands: of surfaces that are not blended nothing more is
-/// seen, and a ray would meet every one.
+/// Leaves out the instances that stand where another of the same mesh stands, and always will: of surfaces that are not blended nothing
+/// more is seen, and a ray would meet every one.
 fn drop_copies(scene: &mut Scene, notes: &mut Notes) {
     let blends = |mesh: &Mesh| mesh.primitives.iter().any(|p| scene.materials[p.material].is_blended());
-    let blends: Vec<bool> = scene.meshes.iter().map(blends).collect();
+    let mut stays_apart: Vec<bool> = scene.meshes.iter().map(blends).collect();
+    scene.motion.meshes.iter().for_each(|deformed| stays_apart[deformed.mesh] = true);
+    let moves = scene.motion.moving_nodes();
+    let mut is_moved = vec![false; scene.instances.len()];
+    scene.motion.instances.iter().for_each(|bound| is_moved[bound.index] = moves[bound.node]);
     let mut known = HashSet::new();
+    let mut new_from_old = Vec::with_capacity(scene.instances.len());
+    let mut kept = 0;
     scene.instances.retain(|instance| {
         let place = instance.world_from_object.to_cols_array().map(f32::to_bits);
-        let stays = blends[instance.mesh] || known.insert((instance.mesh, place));
+        let may_part = stays_apart[instance.mesh] || is_moved[new_from_old.len()];
+        let stays = may_part || known.insert((instance.mesh, place));
+        new_from_old.push(stays.then_some(kept));
+        kept += usize::from(stays);
         if !stays {
             notes.add("instances that stand in the place of a copy");
         }
         stays
+    });
+    scene.motion.instances.retain_mut(|bound| match new_from_old[bound.index] {
+        Some(index) => {
+            bound.index = index;
+            true
+        }
+        None => false,
     });
 }
 

@@ -130,6 +130,23 @@ fn morph_targets_move_the_mesh_of_their_node_alone() {
     assert!(primitive.normals.iter().all(|normal| normal.abs_diff_eq(flat, 1e-5)), "{:?}", primitive.normals);
 }
 
+/// Of four triangles in one place two never move: one of them is left out, and what moves still does.
+#[test]
+fn copies_that_part_are_kept() {
+    let mut file = File::with_triangle();
+    let times = file.floats("SCALAR", &[0.0, 1.0]);
+    let up = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 3.0, 0.0]);
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0 }, { "children": [3] }, { "mesh": 0 }, { "mesh": 0 }]);
+    let channel = |node: usize| json!({ "sampler": 0, "target": { "node": node, "path": "translation" } });
+    let samplers = json!([{ "input": times, "output": up }]);
+    file.json["animations"] = json!([{ "samplers": samplers, "channels": [channel(2), channel(4)] }]);
+    let mut scene = file.scene();
+    assert_eq!(scene.instances.len(), 3);
+    scene.pose(0, 1.0);
+    let heights: Vec<f32> = (0..3).map(|instance| corners(&scene, instance)[0].y).collect();
+    assert_eq!(heights, [0.0, 3.0, 3.0]);
+}
+
 #[test]
 fn what_does_not_fit_is_refused_by_name() {
     type Damage = fn(&mut Value);
