@@ -1,4 +1,4 @@
-//! What moves in a scene, and how: nodes, what hangs on them, skins, and animations. [`Scene::pose`] brings a scene to a moment of one.
+//! What moves in a scene, and how: nodes, what hangs on them, skins, and animations. [`crate::Scene::pose`] brings a scene to a moment of one.
 //!
 //! ```text
 //! Animation ─▶ nodes' transforms, weights of morph targets ─▶ world from node ─┬─▶ instances, lights, cameras
