@@ -103,7 +103,8 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     }
     let mut means = Vec::new();
     let asks_for = |c: &Configuration, table: &str| args.asks_for(&format!("{}, {table}", c.name));
-    let converging: Vec<_> = converging(&bench.look).into_iter().filter(|c| asks_for(c, "frames")).collect();
+    let converging: Vec<_> =
+        converging(&bench.look, args.quick).into_iter().filter(|c| asks_for(c, "frames")).collect();
     let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
     for frames in counts.iter().copied().filter(|_| !converging.is_empty()) {
         let (direct, direct_flip) = progress.step("mean", "direct light", || bench.direct_mean(frames))?;
