@@ -341,7 +341,7 @@ fn gpu_a_night_gets_a_faint_sky() {
 fn gpu_info_says_what_render_warns_of() {
     let folder = tempfile::tempdir().unwrap();
     let text = r#"{ "asset": { "version": "2.0" }, "extensionsUsed": ["EXT_one"],
-                    "animations": [ { "channels": [], "samplers": [] } ] }"#;
+                    "animations": [ { "channels": [ { "sampler": 0, "target": { "path": "pointer" } } ], "samplers": [] } ] }"#;
     fs::write(folder.path().join("moves.gltf"), text).unwrap();
     let info = lanternfish(folder.path()).args(["info", "moves.gltf"]).output().unwrap();
     let warnings =
