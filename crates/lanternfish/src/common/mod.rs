@@ -1,3 +1,15 @@
-//! Functions of numbers that belong to no room: `math.wesl`, `color.wesl`, `random.wesl`, and what the host has of them.
+//! What belongs to no room: functions of numbers (`math.wesl`, `color.wesl`, `random.wesl`, and what the host has of them), and the
+//! size of dispatches over lists.
 
 pub mod random;
+
+/// Workgroups along x of passes over lists: the shaders' `WIDTH`.
+pub(crate) const WIDTH: u32 = 1024;
+/// Invocations of one workgroup of those passes: the shaders' `WORKGROUP`.
+const WORKGROUP: u32 = 64;
+
+/// Workgroups along x, y and z of a pass over a list with this many invocations: rows of [`WIDTH`].
+pub(crate) fn workgroups(invocations: u32) -> [u32; 3] {
+    let groups = invocations.div_ceil(WORKGROUP);
+    [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]
+}

@@ -133,17 +133,6 @@ gpu_struct! {
     }
 }
 
-/// Workgroups along x of passes over lists: the shaders' `WIDTH`.
-pub(crate) const WIDTH: u32 = 1024;
-/// Invocations of one workgroup of those passes: the shaders' `WORKGROUP`.
-pub(crate) const WORKGROUP: u32 = 64;
-
-/// Workgroups along x, y and z of a pass with this many invocations, [`WORKGROUP`] each.
-pub(crate) fn workgroups(invocations: u32) -> [u32; 3] {
-    let groups = invocations.div_ceil(WORKGROUP);
-    [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]
-}
-
 /// Deep images of a scene, in chunks.
 #[derive(Debug)]
 pub struct DeepImages {

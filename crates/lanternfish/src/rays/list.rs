@@ -5,10 +5,7 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer,
 
 use super::{Tracer, dispatch};
 use crate::{
-    deep_images::{DeepImages, workgroups},
-    error::RenderError,
-    gpu_scene::GpuScene,
-    settings::DeepImageSettings,
+    common::workgroups, deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings,
     shaders::SHADERS,
 };
 

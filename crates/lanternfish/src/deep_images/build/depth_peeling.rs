@@ -5,7 +5,8 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, storage_buffer};
 
 use crate::{
-    deep_images::{DeepGrid, store::put_features, workgroups},
+    common::workgroups,
+    deep_images::{DeepGrid, store::put_features},
     error::RenderError,
     settings::DeepImageSettings,
     shaders::SHADERS,

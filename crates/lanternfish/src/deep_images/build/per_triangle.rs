@@ -3,7 +3,8 @@
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
 use crate::{
-    deep_images::{DeepGrid, store::put_features, workgroups},
+    common::workgroups,
+    deep_images::{DeepGrid, store::put_features},
     error::RenderError,
     settings::DeepImageSettings,
     shaders::SHADERS,

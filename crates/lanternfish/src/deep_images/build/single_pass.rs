@@ -5,7 +5,8 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, storage_bu
 
 use super::{draw, raster};
 use crate::{
-    deep_images::{DeepGrid, store::put_features, workgroups},
+    common::workgroups,
+    deep_images::{DeepGrid, store::put_features},
     error::RenderError,
     gpu_scene::GpuScene,
     settings::DeepImageSettings,

@@ -6,7 +6,8 @@ use lanternfish_gpu::{
 
 use super::{SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity};
 use crate::{
-    deep_images::{Chunk, DeepGrid, PAYLOAD, workgroups},
+    common::workgroups,
+    deep_images::{Chunk, DeepGrid, PAYLOAD},
     error::RenderError,
     settings::{DeepDepth, DeepImageSettings},
     shaders::SHADERS,

@@ -6,7 +6,8 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 
 use super::{Slots, Source, check_room, first_guess, most_fragments, with_capacity};
 use crate::{
-    deep_images::{Chunk, DeepGrid, PAYLOAD, workgroups},
+    common::workgroups,
+    deep_images::{Chunk, DeepGrid, PAYLOAD},
     error::RenderError,
     settings::{DeepImageSettings, DeepStore},
     shaders::SHADERS,

@@ -6,7 +6,7 @@ use lanternfish_gpu::{Gpu, testing};
 use super::{build, exact, lists, settings, upload};
 use crate::{
     deep_images::{
-        Fragment, Holes, WIDTH,
+        Fragment, Holes,
         build::{EIGHT, SLICE, sound_builder},
         directions::DirectionSet,
     },
@@ -97,7 +97,6 @@ fn holes(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> Holes {
 #[test]
 fn the_images_of_a_workgroup_are_the_shaders() {
     assert_eq!(constant("deep_images/build/per_triangle", "SLICE"), f64::from(SLICE));
-    assert_eq!(constant("deep_images/build/per_triangle", "WIDTH"), f64::from(WIDTH));
     assert_eq!(constant("deep_images/build/per_triangle", "EIGHT"), f64::from(EIGHT));
 }
 

@@ -15,6 +15,7 @@ use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
 
 use super::{GpuScene, geometry::mirrors};
 use crate::{
+    common::workgroups,
     error::RenderError,
     shaders::{Root, SHADERS, Shaders},
 };
@@ -187,14 +188,6 @@ impl Moving {
         }
         Ok(1 + self.tree.as_ref().map_or(0, |tree| tree.levels.len() as u32))
     }
-}
-
-/// Workgroups for so many invocations, in rows of `WIDTH` of them (`pose.wesl`, `refit.wesl`).
-fn workgroups(invocations: u32) -> [u32; 3] {
-    const WORKGROUP: u32 = 64;
-    const WIDTH: u32 = 1024;
-    let groups = invocations.div_ceil(WORKGROUP);
-    [WIDTH.min(groups), groups.div_ceil(WIDTH), 1]
 }
 
 impl Moved {

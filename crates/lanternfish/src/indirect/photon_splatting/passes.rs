@@ -8,8 +8,9 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, primitives::Scan, uniform_b
 use self::chunk::Photons;
 use super::{PhotonSplatting, Splat, directions::PhotonDirections, parameters::PhotonParameters, raster::SplatRaster};
 use crate::{
+    common::workgroups,
     context::ViewContext,
-    deep_images::{DeepImages, directions::rotation_of_turn, workgroups},
+    deep_images::{DeepImages, directions::rotation_of_turn},
     error::RenderError,
     indirect::{
         Counters, IndirectPasses, IndirectSums,

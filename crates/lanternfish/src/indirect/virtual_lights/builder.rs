@@ -8,8 +8,9 @@ use super::{
     parameters::{LightRange, Texel},
 };
 use crate::{
+    common::workgroups,
     context::ViewContext,
-    deep_images::{DeepImages, workgroups},
+    deep_images::DeepImages,
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{

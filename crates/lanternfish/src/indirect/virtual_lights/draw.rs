@@ -5,7 +5,7 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 use lanternfish_scene::{Bounds, Camera, Projection};
 
 use crate::{
-    deep_images::workgroups,
+    common::workgroups,
     error::RenderError,
     gpu_scene::{GpuScene, PassState, SceneRaster},
     indirect::light_views::{LightView, Source, radius_of},

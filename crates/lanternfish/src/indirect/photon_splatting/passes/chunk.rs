@@ -7,8 +7,9 @@ use super::{
     INDICES, PhotonPasses, Splatting,
 };
 use crate::{
+    common::workgroups,
     context::ViewContext,
-    deep_images::{DeepImages, workgroups},
+    deep_images::DeepImages,
     error::RenderError,
     indirect::{Counters, smoothing::PixelSums},
     light_culling::Reach,
