@@ -207,7 +207,8 @@ impl Primitive {
 }
 
 impl Material {
-    fn validate(&self, texture_count: usize) -> Result<(), String> {
+    /// Whether it is as the type's documentation promises, in a scene with so many textures; if not, the first fault.
+    pub fn validate(&self, texture_count: usize) -> Result<(), String> {
         let textures = [
             self.base_color_texture,
             self.metallic_roughness_texture,

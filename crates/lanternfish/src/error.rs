@@ -111,12 +111,6 @@ pub enum RenderError {
     /// A frame has made place for another one, or was never there.
     #[error("the frame is no longer there: only the last one that was recorded can be read")]
     Gone,
-    /// What has changed since the upload is more than can be brought to the device.
-    #[error("{what}: an update brings only what moves, lights and factors of materials; upload the scene again")]
-    Changed {
-        /// The first thing that is not as it was uploaded.
-        what: String,
-    },
     /// One thing cannot be brought to the device by itself.
     #[error("{what}: `Renderer::update` brings it, with the whole scene")]
     NeedsUpdate {

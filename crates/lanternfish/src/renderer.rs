@@ -4,28 +4,29 @@ mod build;
 mod change;
 mod flight;
 mod frames;
+mod scenes;
 #[cfg(test)]
 mod tests;
 
 use std::sync::{Mutex, PoisonError};
 
-use glam::{Affine3A, UVec2, Vec3};
+use glam::{UVec2, Vec3};
 use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
-use lanternfish_gpu::{Engine, Frame, Growth, PassTime, Pool, Profiler, checked, discarded, read_back, read_texture};
-use lanternfish_scene::{Camera, Light, Scene};
+use lanternfish_gpu::{Engine, Frame, Growth, PassTime, Pool, Profiler, discarded, read_back, read_texture};
+use lanternfish_scene::Camera;
 
 use self::{
     build::{Built, Compiled, build},
-    flight::{Flight, check_lost},
+    flight::Flight,
 };
 use crate::{
     context::FrameContext,
     error::RenderError,
     frame::{FrameResult, Passes, Shaded},
-    gpu_scene::{GpuScene, Needs, Sent},
+    gpu_scene::{GpuScene, Needs},
     indirect::IndirectSums,
     light_culling::clustered::GridContents,
     settings::{Exposure, Settings},
@@ -127,80 +128,6 @@ impl Renderer {
     /// The settings it was made with, as they were given, at the exposure of now.
     pub fn settings(&self) -> &Settings {
         &self.settings
-    }
-
-    /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. A scene that is
-    /// not valid ([`Scene::validate`]) is an error that names the fault.
-    ///
-    /// Renderers of one device may share it: those whose settings agree in `materials`, `textures`, `anisotropy`, `attenuation`,
-    /// `range_threshold`, `light_radius` and `shadow_rays`, and which trace through nothing that it was not uploaded for
-    /// (`shadows`, `indirect`, `occlusion`). Rendered by another one it is [`RenderError::OtherSettings`].
-    ///
-    /// A renderer holds on to a scene that it has rendered, dropped or not, until it uploads another, is dropped itself, or has
-    /// rendered others for five frames.
-    pub fn upload(&self, scene: &Scene) -> Result<GpuScene, RenderError> {
-        check_lost(&self.device)?;
-        // A scene that is gone frees its memory before the next one takes its own, as far as this renderer's frames hold it.
-        self.pool.lock().unwrap_or_else(PoisonError::into_inner).forget_bind_groups();
-        let upload = || GpuScene::new(&self.device, &self.queue, scene, &self.effective, self.needs);
-        checked(&self.device, "upload", || self.engine.within(upload))
-    }
-
-    /// Brings what has changed in `scene` since it was uploaded to the device: where its instances stand; positions, normals and tangents
-    /// of vertices; all lights, more or fewer too; [`Scene::sky`]; the factors of materials: colour, metallic, roughness, normal scale,
-    /// emission, index of refraction, specular, clear coat, unlit. Where all instances and vertices are where they were, the geometry is
-    /// not touched.
-    ///
-    /// All else must be as it was: how many things there are; texture coordinates, colours, indices and materials of meshes; an
-    /// instance's mesh, and whether it is mirrored; textures, alpha mode (of a mask, its alpha and cutoff too), sides, transmission and
-    /// volume of materials; textures, samplers, images, the environment. Anything else is [`RenderError::Changed`], and nothing is done;
-    /// nor is it for a scene that is not valid ([`Scene::validate`]) or was not uploaded for this renderer. An image, and the
-    /// environment, are recognised by their size and 1,024 of their texels: painting a few of more than that goes unseen. Names and
-    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices; [`Self::move_instances`] and
-    /// [`Self::set_light`] bring one thing and look at no vertex.
-    ///
-    /// The BVH keeps its tree and gets new boxes: things that move far apart make its rays slower. Upload again to build it
-    /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both, unless the scene
-    /// has nodes that move ([`Scene::motion`]); one that loses its area is met by nothing. After any other error update again, or upload.
-    pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        let update = || gpu_scene.update(&self.device, &self.queue, scene, &self.effective);
-        checked(&self.device, "update", || self.engine.within(update))
-    }
-
-    /// Moves instances of an uploaded scene, on the device: by their index in the scene's list, each to where it stands now, world from
-    /// object. The host sends these transforms; the device poses their triangles, gives the BVH new boxes, and builds the adapter's own
-    /// structure again. Instances that are not named stay; one that is named twice goes where it is said last.
-    ///
-    /// The BVH keeps its tree: see [`Self::update`]. An error, and nothing is done, for an instance that is not there, a transform that
-    /// is not finite, one that mirrors what was not mirrored, and, where indirect light is looked for, instances that shine ([`RenderError::NeedsUpdate`]):
-    /// [`Self::update`] moves these. After an error of the device call `update`.
-    pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        let record = || {
-            let mut profiler = Profiler::new(&self.device, &self.queue);
-            let mut frame = Frame::new(&self.device, &self.queue, &mut profiler);
-            let sent = gpu_scene.move_instances(&mut frame, moved)?;
-            frame.submit();
-            Ok(sent)
-        };
-        let result = checked(&self.device, "move", || self.engine.within(record));
-        if result.is_err() {
-            gpu_scene.is_unsure_of_triangles();
-        }
-        result
-    }
-
-    /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
-    ///
-    /// An error, and nothing is done, for a light that is not there or is not valid ([`Scene::validate`]), and where indirect light is
-    /// looked for: lights are then in a tree that [`Self::update`] makes again ([`RenderError::NeedsUpdate`]).
-    pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        gpu_scene.set_light(&self.queue, index, light, &self.effective)
     }
 
     /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.

@@ -1,7 +1,7 @@
 //! Frame after frame: each moved to its time, rendered, written.
 
 use lanternfish::{
-    GpuScene, Picture, RenderError, Renderer, Report,
+    GpuScene, Picture, Renderer, Report,
     debug_views::Scale,
     settings::{Exposure, Settings},
 };
@@ -158,11 +158,7 @@ impl<'a> Pictures<'a> {
         {
             motion.at_time(scene, time);
             let (renderer, uploaded) = (&self.renderer, &mut self.uploaded);
-            progress.step("move", "Moving", || match renderer.update(uploaded, scene) {
-                // What is turned inside out, say.
-                Err(RenderError::Changed { .. }) => renderer.upload(scene).map(|again| *uploaded = again),
-                done => done,
-            })?;
+            progress.step("move", "Moving", || renderer.update(uploaded, scene))?;
             camera = camera::follow(scene, bounds, &frame.view, self.aspect, &camera)?;
         }
         let eyes = self.args.stereo.stereo.map(|eyes| eyes.cameras(&camera, self.aspect)).transpose()?;

@@ -15,7 +15,7 @@ gpu_struct! {
 }
 
 /// A scene's [`Environment`] on the device.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct EnvironmentImage {
     /// Bytes of its texels: 16 each, 32-bit floats.
     pub bytes: u64,

@@ -63,7 +63,7 @@ gpu_struct! {
 }
 
 /// A scene's surroundings as light. Without an image all of it is black: one radiance everywhere is the view's.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct EnvironmentLight {
     /// Pieces of the image with their mean radiance; `None` without an image.
     pub samples: Option<Arc<[EnvironmentSample]>>,

@@ -16,7 +16,12 @@ pub type Shining = (Vec3, bool, bool);
 
 /// [`Shining`] of every material.
 pub fn shining(scene: &Scene) -> Vec<Shining> {
-    scene.materials.iter().map(|material| (material.emissive, material.double_sided, material.unlit)).collect()
+    scene.materials.iter().map(shining_of).collect()
+}
+
+/// [`Shining`] of a material.
+pub fn shining_of(material: &Material) -> Shining {
+    (material.emissive, material.double_sided, material.unlit)
 }
 
 /// The traced triangles that shine, in the order of `traced`. Left out, and found by chance alone: those of alpha masks, which may be

@@ -133,6 +133,13 @@ impl Hits {
         queue.write_buffer(&self.materials, 0, bytemuck::cast_slice(&materials));
     }
 
+    /// Writes one material anew, whose textures are those of before; returns how many bytes that is.
+    pub fn set_material(&self, queue: &wgpu::Queue, index: usize, material: &Material, shading: Shading) -> u64 {
+        let packed = pack(material, &self.read[index], shading);
+        queue.write_buffer(&self.materials, (index * size_of::<HitMaterial>()) as u64, bytemuck::bytes_of(&packed));
+        size_of::<HitMaterial>() as u64
+    }
+
     /// The [`HitTriangle`]s.
     pub fn triangles(&self) -> &wgpu::Buffer {
         &self.triangles

@@ -109,6 +109,20 @@ impl Materials {
         queue.write_buffer(&self.buffer, 0, &packed(scene, shading, textures, self.stride));
     }
 
+    /// Writes one anew, which reads the textures it did; returns how many bytes that is.
+    pub fn set(
+        &self,
+        queue: &wgpu::Queue,
+        index: usize,
+        material: &lanternfish_scene::Material,
+        shading: Shading,
+        textures: &Textures,
+    ) -> u64 {
+        let packed = pack(material, shading, textures);
+        queue.write_buffer(&self.buffer, (index * self.stride) as u64, bytemuck::bytes_of(&packed));
+        size_of::<Material>() as u64
+    }
+
     /// All of them, where textures are one array.
     pub fn all(&self) -> Bindings<'_> {
         Bindings::new().buffer("materials", &self.buffer)

@@ -48,8 +48,15 @@ use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, storage_buffer_of, uni
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
-    bvh::Bvh, geometry::Geometry, hits::Hits, materials::Materials, moving::Moving, textures::Textures, tlas::Tlas,
-    tracing::Tracing, update::Placed,
+    bvh::Bvh,
+    geometry::Geometry,
+    hits::Hits,
+    materials::Materials,
+    moving::Moving,
+    textures::Textures,
+    tlas::Tlas,
+    tracing::Tracing,
+    update::{Kept, Placed},
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
@@ -132,9 +139,22 @@ impl GpuScene {
         needs: Needs,
     ) -> Result<Self, RenderError> {
         validate(scene)?;
+        Self::with(device, queue, scene, settings, needs, Kept::default())
+    }
+
+    /// Uploads a scene that is valid, less what is kept of another upload.
+    fn with(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        settings: &Settings,
+        needs: Needs,
+        kept: Kept,
+    ) -> Result<Self, RenderError> {
         let Needs { shading, parts, .. } = needs;
         cost::check(scene, shading, parts.rays())?;
-        let textures = Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy)?;
+        let textures =
+            Textures::new(device, queue, scene, shading, (needs.texture_arrays, needs.anisotropy), kept.images)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
@@ -157,11 +177,17 @@ impl GpuScene {
         let bvh = parts.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
-        let environment = scene.environment.as_ref().map(|e| EnvironmentImage::new(device, queue, e)).transpose()?;
+        let environment = match (kept.environment, &scene.environment) {
+            (None, Some(environment)) => Some(EnvironmentImage::new(device, queue, environment)?),
+            (kept, _) => kept,
+        };
 
         let surroundings = scene.environment.as_ref().zip(environment.as_ref());
         let asks_for_light = parts.open_surroundings || (parts.hits && surroundings.is_some());
-        let environment_light = asks_for_light.then(|| EnvironmentLight::new(device, queue, surroundings));
+        let environment_light = match kept.environment_light {
+            None if asks_for_light => Some(EnvironmentLight::new(device, queue, surroundings)?),
+            kept => kept,
+        };
 
         let mut counters = vec![
             ("scene/draws".to_owned(), geometry.draws.len() as u64),
@@ -180,7 +206,7 @@ impl GpuScene {
             traced_triangles: triangles.len() as u32,
             sky: scene.sky,
             environment,
-            environment_light: environment_light.transpose()?,
+            environment_light,
             materials,
             lights: light_set(device, scene, lights)?,
             has_area_lights: has_area_lights(scene),

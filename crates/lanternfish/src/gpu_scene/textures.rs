@@ -1,6 +1,6 @@
 //! Textures with their mip levels, and samplers.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use lanternfish_gpu::{Bindings, GpuError, software_mesa};
 use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, Wrap};
@@ -33,6 +33,9 @@ const NAMES: [(&str, &str); MAPS] = [
 /// Textures of a material that are shaded.
 const MAPS: usize = 9;
 
+/// Images on the device, by their index in the scene and whether they are read as sRGB: what shaders see, and the bytes of all levels.
+pub(super) type Images = BTreeMap<(usize, bool), (wgpu::TextureView, u64)>;
+
 /// The textures of a scene on the device. Texture 0 is one white texel.
 #[derive(Debug)]
 pub struct Textures {
@@ -40,6 +43,8 @@ pub struct Textures {
     pub arrays: bool,
     /// Texels of all levels, bytes.
     pub bytes: u64,
+    images: Images,
+    /// Those of `images` in their order, after the white texel.
     views: Vec<wgpu::TextureView>,
     samplers: Vec<wgpu::Sampler>,
     /// Texture and sampler of each scene texture, by (index, whether read as sRGB).
@@ -72,44 +77,49 @@ pub(super) fn read(scene: &Scene, shading: Shading) -> BTreeSet<(usize, bool)> {
 }
 
 impl Textures {
+    /// `kept`: images that are there and need not be uploaded.
     pub(super) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
         shading: Shading,
-        arrays: bool,
-        anisotropy: u16,
+        (arrays, anisotropy): (bool, u16),
+        kept: Images,
     ) -> Result<Self, GpuError> {
-        let uploads: Vec<(usize, bool)> = read(scene, shading).into_iter().collect();
+        let asked: Vec<(usize, bool)> = read(scene, shading).into_iter().collect();
         let mut slots = HashMap::new();
         for (reference, srgb) in scene.materials.iter().flat_map(|material| references(material, shading)) {
             let Some(reference) = reference else { continue };
             let texture = scene.textures[reference.texture];
-            let index = uploads.binary_search(&(texture.image, srgb)).expect("what is read is uploaded");
+            let index = asked.binary_search(&(texture.image, srgb)).expect("what is read is uploaded");
             slots.insert((reference.texture, srgb), (index as u32 + 1, texture.sampler as u32));
         }
 
         let limit = device.limits().max_texture_dimension_2d;
         if let Some((image, _)) =
-            uploads.iter().find(|(i, _)| scene.images[*i].width.max(scene.images[*i].height) > limit)
+            asked.iter().find(|(i, _)| scene.images[*i].width.max(scene.images[*i].height) > limit)
         {
             let Image { name, width, height, .. } = &scene.images[*image];
             return Err(GpuError::TextureSize { name: name.clone(), width: *width, height: *height, limit });
         }
 
-        let mut views = vec![upload(device, queue, "white", &[(vec![255; 4], 1, 1)], false)];
-        let mut bytes = 4;
-        for batch in uploads.chunks(BATCH) {
+        let white = upload(device, queue, "white", &[(vec![255; 4], 1, 1)], false);
+        let mut images = kept;
+        images.retain(|key, _| asked.binary_search(key).is_ok());
+        let missing: Vec<_> = asked.iter().copied().filter(|key| !images.contains_key(key)).collect();
+        for batch in missing.chunks(BATCH) {
             let levels: Vec<_> = batch.par_iter().map(|(image, srgb)| levels(&scene.images[*image], *srgb)).collect();
-            for ((image, srgb), smaller) in batch.iter().zip(levels) {
-                let image = &scene.images[*image];
-                bytes += smaller.iter().map(|(rgba, ..)| rgba.len() as u64).sum::<u64>() + image.rgba.len() as u64;
-                views.push(upload_image(device, queue, image, &smaller, *srgb));
+            for ((index, srgb), smaller) in batch.iter().zip(levels) {
+                let image = &scene.images[*index];
+                let bytes = smaller.iter().map(|(rgba, ..)| rgba.len() as u64).sum::<u64>() + image.rgba.len() as u64;
+                images.insert((*index, *srgb), (upload_image(device, queue, image, &smaller, *srgb), bytes));
             }
             // Copies that wait are handed over, so that their staging memory can go.
             queue.submit([]);
         }
 
+        let bytes = 4 + images.values().map(|(_, bytes)| bytes).sum::<u64>();
+        let views: Vec<_> = std::iter::once(white).chain(images.values().map(|(view, _)| view.clone())).collect();
         let mut samplers: Vec<_> = scene.samplers.iter().map(|s| sampler(device, s, anisotropy)).collect();
         if samplers.is_empty() {
             samplers.push(sampler(device, &Default::default(), anisotropy));
@@ -121,7 +131,13 @@ impl Textures {
             .map(|material| references(material, shading).map(|(reference, srgb)| slot(reference, srgb)))
             .collect();
         let most = device.limits().max_binding_array_elements_per_shader_stage as usize;
-        Ok(Self { arrays: arrays && views.len() <= most, bytes, views, samplers, slots, by_material })
+        Ok(Self { arrays: arrays && views.len() <= most, bytes, images, views, samplers, slots, by_material })
+    }
+
+    /// What is uploaded of the images that are as they were.
+    pub(super) fn images(&self, is_as_it_was: impl Fn(usize) -> bool) -> Images {
+        let kept = self.images.iter().filter(|((image, _), _)| is_as_it_was(*image));
+        kept.map(|(key, uploaded)| (*key, uploaded.clone())).collect()
     }
 
     /// Index of the texture and of the sampler of a scene texture; the white texel where it was not uploaded.
@@ -307,7 +323,9 @@ mod tests {
                 materials: vec![Material { base_color_texture: Some(texture), ..Material::default() }],
                 ..Scene::default()
             };
-            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, false, 1).err().map(|e| e.to_string())
+            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, (false, 1), Images::new())
+                .err()
+                .map(|e| e.to_string())
         };
         assert_eq!(upload(1, limit), None);
         for (width, height) in [(limit + 1, 1), (1, limit + 1)] {

@@ -99,7 +99,7 @@ pub struct Tracing {
 }
 
 impl Tracing {
-    /// Gathers the triangles of every instance. Triangles without three distinct finite corners are left out.
+    /// Gathers the triangles of every instance, less those without three distinct finite vertices. One whose corners are not finite is a point.
     ///
     /// Where the masks would take more than `mask_bytes`, the largest get half the resolution until they fit. Records
     /// and one word a mask are kept whatever they take.
@@ -175,12 +175,13 @@ fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec
     let mut records = Vec::new();
     for (triangle, indices) in primitive.indices.as_chunks::<3>().0.iter().enumerate() {
         let corners = corners(instance, primitive, triangle);
-        let degenerate = corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0];
-        let is_finite = corners.iter().all(|c| c.is_finite());
-        // What is a line now may be a triangle when it moves.
-        if scene.motion.nodes.is_empty() && (degenerate || !is_finite) {
+        // What is a line now may be a triangle when it moves or bends; not so one whose vertices are in one place and stay there.
+        let [a, b, c] = indices.map(|i| primitive.positions[i as usize]);
+        let is_triangle = a != b && b != c && c != a && (a + b + c).is_finite();
+        if primitive.deformation.is_none() && !is_triangle {
             continue;
         }
+        let is_finite = corners.iter().all(|corner| corner.is_finite());
         let corners = if is_finite { corners } else { [Vec3::ZERO; 3] };
         let mut record = 0;
         if mask_cutoff(material).is_some() {

@@ -1,36 +1,35 @@
 //! Bringing what has moved to the device.
 //!
-//! 1. What must be the same is compared with what was uploaded: `outline.rs`.
+//! 1. What is dear is compared with what was uploaded: `outline.rs`. Where other things are there (meshes, instances, textures, kinds of
+//!    materials, surroundings), the scene is uploaded again, less the images and the surroundings that are as they were. Else:
 //! 2. Lights, the sky and materials are written; where other triangles shine, or otherwise, the tree over them.
 //! 3. Unless all instances and vertices are where they were: draw instances are written, and the vertices of meshes that have bent; the
 //!    traced triangles are posed anew, in the order of the tree's leaves; the BVH is refit, or the adapter's own structure built again.
 
+mod one;
 mod outline;
 #[cfg(test)]
 mod tests;
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicU64, Ordering},
-};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{Affine3A, UVec4};
-use lanternfish_scene::{Bounds, Scene};
+use lanternfish_scene::Scene;
 
 use self::outline::Outline;
 use super::{
     GpuScene, LIGHTS, emissive,
-    geometry::{Geometry, mirrors, standing},
-    has_area_lights, light_bounds, light_set,
-    moving::Sent,
-    packed_lights,
+    geometry::{Geometry, standing},
+    has_area_lights, light_bounds, light_set, packed_lights,
+    textures::Images,
     tlas::Tlas,
     tracing::{Part, Source, Tracing, pose},
     validate,
 };
 use crate::{
+    environment_light::{EnvironmentImage, EnvironmentLight},
     error::RenderError,
-    lights::{Light, tree::SceneLightTrees},
+    lights::tree::SceneLightTrees,
     settings::Settings,
 };
 
@@ -70,6 +69,17 @@ impl Placed {
             revision: next_number(),
         }
     }
+}
+
+/// What an upload need not bring, since another has it.
+#[derive(Debug, Default)]
+pub(super) struct Kept {
+    /// Images that are as they were.
+    pub images: Images,
+    /// The surroundings, as they were.
+    pub environment: Option<EnvironmentImage>,
+    /// Their light.
+    pub environment_light: Option<EnvironmentLight>,
 }
 
 impl Placed {
@@ -112,23 +122,20 @@ impl Placed {
         })
     }
 
-    /// An error for instances that are not there, places that are none, and mirrors.
+    /// An error for instances that are not there, and places that are none.
     pub fn check_moves(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
         for (instance, transform) in moved {
-            let Some(before) = self.transforms.get(*instance) else {
-                let count = self.transforms.len();
-                return Err(RenderError::Changed {
+            let count = self.transforms.len();
+            if *instance >= count {
+                return Err(RenderError::NeedsUpdate {
                     what: format!("{count} instances were uploaded, and none is {instance}"),
                 });
-            };
+            }
             let reach = transform.to_cols_array().map(f32::abs).into_iter().fold(0.0, f32::max);
             if !transform.is_finite() || reach > Scene::FARTHEST {
                 let what =
                     format!("instance {instance}: its transform is not finite, or beyond {:e} m", Scene::FARTHEST);
                 return Err(RenderError::InvalidScene { what });
-            }
-            if mirrors(before) != mirrors(transform) {
-                return Err(RenderError::Changed { what: format!("instance {instance} is mirrored, or no longer") });
             }
         }
         Ok(())
@@ -169,7 +176,12 @@ impl GpuScene {
         settings: &Settings,
     ) -> Result<(), RenderError> {
         validate(scene)?;
-        self.placed.outline.check(scene)?;
+        let outline = Outline::of(scene);
+        if outline != self.placed.outline {
+            let kept = self.kept(&outline);
+            *self = Self::with(device, queue, scene, settings, self.needs, kept)?;
+            return Ok(());
+        }
         self.placed.revision = next_number();
         self.update_lights(device, queue, scene, settings)?;
         self.sky = scene.sky;
@@ -220,37 +232,14 @@ impl GpuScene {
         Ok(())
     }
 
-    /// See [`crate::Renderer::set_light`].
-    pub(crate) fn set_light(
-        &mut self,
-        queue: &wgpu::Queue,
-        index: usize,
-        light: &lanternfish_scene::Light,
-        settings: &Settings,
-    ) -> Result<Sent, RenderError> {
-        let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
-        light.validate().map_err(invalid)?;
-        if light.position.abs().max_element() > Scene::FARTHEST {
-            return Err(invalid("it is too far from the origin"));
+    /// What is as it was in a scene of this outline.
+    fn kept(&self, now: &Outline) -> Kept {
+        let was = &self.placed.outline;
+        let images = self.textures.images(|image| was.has_image_of(now, image));
+        if !was.has_environment_of(now) {
+            return Kept { images, ..Kept::default() };
         }
-        let count = self.lights.on_host.len();
-        if index >= count {
-            return Err(RenderError::Changed { what: format!("{count} lights were uploaded, and none is {index}") });
-        }
-        if self.light_trees.is_some() {
-            return Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") });
-        }
-        let packed = Light::new(light, settings);
-        let bytes = bytemuck::bytes_of(&packed);
-        queue.write_buffer(&self.lights.lights, (index * bytes.len()) as u64, bytes);
-        Arc::make_mut(&mut self.lights.on_host)[index] = packed;
-        let mut bounds = Bounds::EMPTY;
-        let placed = self.lights.on_host.iter().filter(|light| !light.is_directional());
-        placed.for_each(|light| bounds.add_point(light.position()));
-        self.lights.bounds = bounds;
-        self.has_area_lights = self.lights.on_host.iter().any(Light::is_area);
-        self.placed.revision = next_number();
-        Ok(Sent { bytes: bytes.len() as u64, dispatches: 0 })
+        Kept { images, environment: self.environment.clone(), environment_light: self.environment_light.clone() }
     }
 
     fn update_lights(

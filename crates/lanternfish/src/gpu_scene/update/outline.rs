@@ -1,4 +1,4 @@
-//! What must be as it was uploaded for a scene to be brought up to date.
+//! What of a scene must be as it was uploaded for the rest to be brought up to date in its place.
 
 use std::hash::{BuildHasher, Hasher};
 
@@ -7,18 +7,15 @@ use glam::Vec4;
 use lanternfish_scene::{AlphaMode, Environment, Image, Material, Mesh, Primitive, Sampler, Scene, Texture};
 use rayon::prelude::*;
 
-use super::super::geometry::mirrors;
-use crate::error::RenderError;
-
 /// Texels of an image that are hashed to recognise it, beside its size; a smaller image is recognised by all of its texels.
 const TEXELS: usize = 1024;
 
-/// All of a scene that an update does not bring; large lists by a hash.
-#[derive(Debug)]
+/// All of a scene that an update does not bring into what is there; large lists by a hash.
+#[derive(Debug, PartialEq)]
 pub struct Outline {
     meshes: Vec<MeshOutline>,
-    /// Mesh of each instance, and whether it is mirrored.
-    instances: Vec<(usize, bool)>,
+    /// Mesh of each instance.
+    instances: Vec<usize>,
     /// Materials as [`fixed`] leaves them.
     materials: Vec<Material>,
     textures: Vec<Texture>,
@@ -42,7 +39,7 @@ impl Outline {
     pub fn of(scene: &Scene) -> Self {
         Self {
             meshes: scene.meshes.iter().map(mesh).collect(),
-            instances: scene.instances.iter().map(|i| (i.mesh, mirrors(&i.world_from_object))).collect(),
+            instances: scene.instances.iter().map(|instance| instance.mesh).collect(),
             materials: scene.materials.iter().map(fixed).collect(),
             textures: scene.textures.clone(),
             samplers: scene.samplers.clone(),
@@ -53,63 +50,27 @@ impl Outline {
 
     /// The mesh of each instance.
     pub fn meshes(&self) -> impl Iterator<Item = usize> + '_ {
-        self.instances.iter().map(|(mesh, _)| *mesh)
+        self.instances.iter().copied()
     }
 
-    /// An error that names the first thing of `scene` that is not the same.
-    pub fn check(&self, scene: &Scene) -> Result<(), RenderError> {
-        let now = Self::of(scene);
-        let changed = |what: String| Err(RenderError::Changed { what });
-        for (what, was, is) in [
-            ("meshes", self.meshes.len(), now.meshes.len()),
-            ("instances", self.instances.len(), now.instances.len()),
-            ("materials", self.materials.len(), now.materials.len()),
-            ("textures", self.textures.len(), now.textures.len()),
-            ("samplers", self.samplers.len(), now.samplers.len()),
-            ("images", self.images.len(), now.images.len()),
-            ("environments", self.environment.iter().len(), now.environment.iter().len()),
-        ] {
-            if was != is {
-                return changed(format!("{was} {what} were uploaded, and there are {is}"));
-            }
-        }
-        if let Some(i) = first_other(&self.meshes, &now.meshes) {
-            let counts = |mesh: &MeshOutline| mesh.iter().map(|primitive| primitive.counts).collect::<Vec<_>>();
-            let same_counts = counts(&self.meshes[i]) == counts(&now.meshes[i]);
-            let what = if same_counts {
-                "other texture coordinates, colours or indices"
-            } else {
-                "other triangles or materials"
-            };
-            return changed(format!("mesh {i} ({}) has {what}", scene.meshes[i].name));
-        }
-        if let Some(i) = first_other(&self.instances, &now.instances) {
-            let same_mesh = self.instances[i].0 == now.instances[i].0;
-            let what = if same_mesh { "is mirrored, or no longer" } else { "has another mesh" };
-            return changed(format!("instance {i} ({}) {what}", scene.instances[i].name));
-        }
-        if let Some(i) = first_other(&self.materials, &now.materials) {
-            let what = "other textures, another alpha mode, other sides, transmission or volume";
-            return changed(format!("material {i} ({}) has {what}", scene.materials[i].name));
-        }
-        if let Some(i) = first_other(&self.textures, &now.textures) {
-            return changed(format!("texture {i} has another image or sampler"));
-        }
-        if let Some(i) = first_other(&self.samplers, &now.samplers) {
-            return changed(format!("sampler {i} is another"));
-        }
-        if let Some(i) = first_other(&self.images, &now.images) {
-            return changed(format!("image {i} ({}) is another", scene.images[i].name));
-        }
-        if self.environment != now.environment {
-            return changed("the environment is another, or turned".to_owned());
-        }
-        Ok(())
+    pub fn texture_count(&self) -> usize {
+        self.textures.len()
     }
-}
 
-fn first_other<T: PartialEq>(was: &[T], is: &[T]) -> Option<usize> {
-    was.iter().zip(is).position(|(was, is)| was != is)
+    /// Whether a material differs from the one of this index in factors alone; none: there is no such material.
+    pub fn has_kind_of(&self, index: usize, material: &Material) -> Option<bool> {
+        self.materials.get(index).map(|known| *known == fixed(material))
+    }
+
+    /// Whether image `index` is the same in `now`.
+    pub fn has_image_of(&self, now: &Self, index: usize) -> bool {
+        self.images.get(index).is_some_and(|image| now.images.get(index) == Some(image))
+    }
+
+    /// Whether the surroundings are the same in `now`.
+    pub fn has_environment_of(&self, now: &Self) -> bool {
+        self.environment == now.environment
+    }
 }
 
 fn mesh(mesh: &Mesh) -> MeshOutline {

@@ -1,10 +1,10 @@
 //! What follows an update, against a fresh upload of the scene as it is then.
 
+mod anything;
+
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_back, testing};
-use lanternfish_scene::{
-    AlphaMode, Environment, Filter, Image, Instance, Light, Material, Sampler, Scene, Texture, TextureRef, generate,
-};
+use lanternfish_scene::{AlphaMode, Image, Light, Material, Sampler, Scene, Texture, TextureRef, generate};
 
 use obvhs::cwbvh::node::CwBvhNode;
 
@@ -13,7 +13,7 @@ use super::{
     Outline,
 };
 use crate::{
-    GpuScene, Picture, RenderError, Renderer, Settings,
+    GpuScene, Picture, Renderer, Settings,
     rays::{RayTracer, TracedRay},
     settings::{Indirect, Sampled, Shadows, Tracer},
     testing::{Random, apart, moved},
@@ -156,11 +156,8 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
         let fresh = renderer.upload(&before).unwrap();
         let (back, fresh) = (shown(&mut renderer, &by_device, &before), shown(&mut renderer, &fresh, &before));
         assert_eq!(differing(&back, &fresh), 0, "{name}: back");
-        let mirror = before.instances[0].world_from_object * Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
         let nowhere = Affine3A::from_translation(Vec3::splat(f32::NAN));
-        for (wrong, what) in
-            [((99, Affine3A::IDENTITY), "none is 99"), ((0, mirror), "mirrored"), ((1, nowhere), "not finite")]
-        {
+        for (wrong, what) in [((99, Affine3A::IDENTITY), "none is 99"), ((1, nowhere), "not finite")] {
             let error = renderer.move_instances(&mut by_device, &[wrong]).unwrap_err().to_string();
             assert!(error.contains(what), "{error}");
         }
@@ -300,64 +297,18 @@ fn gpu_rays_through_a_refit_tree_end_where_those_through_a_new_one_do() {
 }
 
 #[test]
-fn gpu_what_cannot_follow_is_named_and_changes_nothing() {
-    let Some(gpu) = testing::gpu("gpu_what_cannot_follow_is_named_and_changes_nothing") else { return };
-    let mut renderer = renderer(gpu, Shadows::BVH);
-    let mut before = scene();
-    before.images.push(Image { name: "checks".to_owned(), width: 1, height: 1, rgba: vec![255; 4] });
-    before.samplers.push(Sampler::default());
-    before.textures.push(Texture { image: 0, sampler: 0 });
-    let pixels = vec![Vec3::ONE; 2];
-    before.environment = Some(Environment { width: 2, height: 1, pixels, rotation: 0.0 });
-    let mut uploaded = renderer.upload(&before).unwrap();
-    let generation = uploaded.generation();
-    let picture = shown(&mut renderer, &uploaded, &before);
-    type Change = fn(&mut Scene);
-    let changes: [(&str, Change); 17] = [
-        ("instances were uploaded", |s| s.instances.push(Instance { mesh: 0, ..s.instances[0].clone() })),
-        ("meshes were uploaded", |s| s.meshes.push(Default::default())),
-        ("materials were uploaded", |s| s.materials.push(Material::default())),
-        ("images were uploaded", |s| s.images.push(s.images[0].clone())),
-        ("mesh 2 () has other triangles", |s| s.meshes[2].primitives[0].indices.truncate(3)),
-        ("mesh 1 () has other triangles", |s| s.meshes[1].primitives[0].material += 1),
-        ("has another mesh", |s| s.instances[2].mesh = 0),
-        ("mesh 2 () has other texture coordinates", |s| s.meshes[2].primitives[0].indices.swap(0, 1)),
-        ("has other textures, another alpha", |s| s.materials[0].alpha_mode = AlphaMode::Blend),
-        ("has other textures, another alpha", |s| s.materials[0].base_color_texture = Some(TextureRef::new(0))),
-        ("sides", |s| s.materials[0].double_sided ^= true),
-        ("transmission", |s| s.materials[0].transmission = 0.5),
-        ("has other textures, another alpha", |s| s.materials.last_mut().unwrap().base_color.w = 0.4),
-        ("sampler 0 is another", |s| s.samplers[0].mag = Filter::Nearest),
-        ("image 0 (checks) is another", |s| s.images[0].rgba.fill(9)),
-        ("the environment is another", |s| s.environment.as_mut().unwrap().rotation = 1.0),
-        ("is mirrored", |s| s.instances[2].world_from_object *= Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))),
-    ];
-    for (name, change) in changes {
-        let mut changed = moved(&before, 3, 0.1);
-        changed.lights.clear();
-        change(&mut changed);
-        let error = renderer.update(&mut uploaded, &changed).unwrap_err();
-        assert!(matches!(error, RenderError::Changed { .. }), "{error}");
-        let text = error.to_string();
-        assert!(text.contains(name) && text.ends_with("upload the scene again"), "{name}: {text}");
-    }
-    assert_eq!(uploaded.generation(), generation);
-    assert_eq!(shown(&mut renderer, &uploaded, &before).radiance, picture.radiance);
-}
-
-#[test]
 fn every_texel_of_a_small_image_is_asked() {
     let mut scene = Scene {
         images: vec![Image { name: String::new(), width: 32, height: 32, rgba: vec![7; 4096] }],
         ..Scene::default()
     };
     let outline = Outline::of(&scene);
+    assert!(outline == Outline::of(&scene));
     for i in 0..4096 {
         scene.images[0].rgba[i] = 8;
-        assert!(outline.check(&scene).is_err(), "texel {}", i / 4);
+        assert!(outline != Outline::of(&scene), "texel {}", i / 4);
         scene.images[0].rgba[i] = 7;
     }
-    assert!(outline.check(&scene).is_ok());
 }
 
 #[test]

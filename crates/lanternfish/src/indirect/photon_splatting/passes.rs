@@ -155,6 +155,7 @@ impl PhotonPasses {
             columns: tiles.x,
             rows: tiles.y,
             is_first: 1,
+            own_directions: u32::from(frames > 1 && !self.settings.tracer.uses_deep_images()),
             ..Default::default()
         }
     }

@@ -1,0 +1,78 @@
+//! One thing of a scene in the place of another: a light, a material.
+
+use std::sync::Arc;
+
+use lanternfish_scene::{Bounds, Material, Scene};
+
+use super::{
+    super::{GpuScene, emissive, moving::Sent},
+    next_number,
+};
+use crate::{error::RenderError, lights::Light, settings::Settings};
+
+impl GpuScene {
+    /// See [`crate::Renderer::set_light`].
+    pub(crate) fn set_light(
+        &mut self,
+        queue: &wgpu::Queue,
+        index: usize,
+        light: &lanternfish_scene::Light,
+        settings: &Settings,
+    ) -> Result<Sent, RenderError> {
+        let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
+        light.validate().map_err(invalid)?;
+        if light.position.abs().max_element() > Scene::FARTHEST {
+            return Err(invalid("it is too far from the origin"));
+        }
+        let count = self.lights.on_host.len();
+        if index >= count {
+            return Err(RenderError::NeedsUpdate {
+                what: format!("{count} lights were uploaded, and none is {index}"),
+            });
+        }
+        if self.light_trees.is_some() {
+            return Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") });
+        }
+        let packed = Light::new(light, settings);
+        let bytes = bytemuck::bytes_of(&packed);
+        queue.write_buffer(&self.lights.lights, (index * bytes.len()) as u64, bytes);
+        Arc::make_mut(&mut self.lights.on_host)[index] = packed;
+        let mut bounds = Bounds::EMPTY;
+        let placed = self.lights.on_host.iter().filter(|light| !light.is_directional());
+        placed.for_each(|light| bounds.add_point(light.position()));
+        self.lights.bounds = bounds;
+        self.has_area_lights = self.lights.on_host.iter().any(Light::is_area);
+        self.placed.revision = next_number();
+        Ok(Sent { bytes: bytes.len() as u64, dispatches: 0 })
+    }
+
+    /// See [`crate::Renderer::set_material`].
+    pub(crate) fn set_material(
+        &mut self,
+        queue: &wgpu::Queue,
+        index: usize,
+        material: &Material,
+    ) -> Result<Sent, RenderError> {
+        let needs_update = |what: &str| Err(RenderError::NeedsUpdate { what: format!("material {index}: {what}") });
+        let invalid = |what| RenderError::InvalidScene { what: format!("material {index}: {what}") };
+        material.validate(self.placed.outline.texture_count()).map_err(invalid)?;
+        match self.placed.outline.has_kind_of(index, material) {
+            None => return needs_update("so many were not uploaded"),
+            Some(false) => {
+                return needs_update("it has other textures, another alpha mode, other sides, transmission or volume");
+            }
+            Some(true) => {}
+        }
+        let shining = emissive::shining_of(material);
+        if self.light_trees.is_some() && shining != self.placed.shining[index] {
+            return needs_update("what shines is in a tree of lights");
+        }
+        let mut bytes = self.materials.set(queue, index, material, self.needs.shading, &self.textures);
+        if let Some(hits) = &self.hits {
+            bytes += hits.set_material(queue, index, material, self.needs.shading);
+        }
+        self.placed.shining[index] = shining;
+        self.placed.revision = next_number();
+        Ok(Sent { bytes, dispatches: 0 })
+    }
+}
