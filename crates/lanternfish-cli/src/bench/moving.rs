@@ -1,6 +1,8 @@
 //! `lanternfish bench moving`: bringing what has moved to the device, beside uploading it afresh, and what the refit tree then
 //! costs rays.
 
+mod built;
+
 use std::{fmt::Write, path::PathBuf, time::Instant};
 
 use clap::Args;
@@ -15,6 +17,7 @@ use lanternfish_reference::Random;
 use lanternfish_scene::{Bounds, Instance, Mesh, Scene, generate::light_rain};
 use serde::Serialize;
 
+use self::built::{Built, built};
 use super::{make_folder, open};
 use crate::{
     args::adapter,
@@ -102,6 +105,7 @@ struct Report {
     runs: u32,
     times: Vec<Times>,
     light: OneLight,
+    built: Built,
     refits: Vec<Refit>,
 }
 
@@ -115,6 +119,7 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
         if gpu.description.ray_query { &[Shadows::BVH, Shadows::RAY_QUERY] } else { &[Shadows::BVH] };
     let times = tracers.iter().map(|tracer| times(&gpu, &scene, *tracer, args.runs)).collect::<Result<_, _>>()?;
     let light = one_light(&gpu, &scene, args.runs)?;
+    let built = built(&gpu, &scene, args.runs)?;
     let mut refits = REACHES.iter().map(|reach| refit(&gpu, &scene, 0, *reach, args)).collect::<Result<Vec<_>, _>>()?;
     refits.push(refit(&gpu, &scene, MOVES, 0.01, args)?);
     let report = Report {
@@ -126,6 +131,7 @@ pub fn run(args: &MovingArgs) -> Result<(), CliError> {
         runs: args.runs,
         times,
         light,
+        built,
         refits,
     };
     let text = markdown(&report);
@@ -333,6 +339,7 @@ fn markdown(report: &Report) -> String {
         text,
         "\nOne of {lights} lights put elsewhere: {set_ms:.2} ms, {bytes} bytes sent; by an update {update_ms:.1} ms."
     );
+    text += &built::markdown(&report.built);
     text += "\n## Rays through the BVH, closest hit\n\nFrom all over the scene's box in all directions, after every part has turned and \
              been shifted by up to so much of the scene's diagonal; or, with moves, after so many of one part each, by the device.\n\n\
              | moves | shift | refit, M rays/s | built anew | ratio | distances that differ |\n|---:|---:|---:|---:|---:|---:|\n";

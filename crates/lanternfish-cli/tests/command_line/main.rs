@@ -3,6 +3,7 @@
 mod bench_clustered;
 mod bench_deep_images;
 mod bench_indirect;
+mod bench_moving;
 mod bench_photons;
 mod bench_quality;
 mod bench_virtual_lights;
