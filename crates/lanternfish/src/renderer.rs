@@ -4,18 +4,19 @@ mod build;
 mod change;
 mod flight;
 mod frames;
+mod motion;
 #[cfg(test)]
 mod tests;
 
 use std::sync::{Mutex, PoisonError};
 
-use glam::{Affine3A, UVec2, Vec3};
+use glam::{UVec2, Vec3};
 use half::{
     f16,
     slice::{HalfBitsSliceExt, HalfFloatSliceExt},
 };
 use lanternfish_gpu::{Engine, Frame, Growth, PassTime, Pool, Profiler, checked, discarded, read_back, read_texture};
-use lanternfish_scene::{Camera, Light, Scene};
+use lanternfish_scene::{Camera, Scene};
 
 use self::{
     build::{Built, Compiled, build},
@@ -25,7 +26,7 @@ use crate::{
     context::FrameContext,
     error::RenderError,
     frame::{FrameResult, Passes, Shaded},
-    gpu_scene::{GpuScene, Needs, Sent},
+    gpu_scene::{GpuScene, Needs},
     indirect::IndirectSums,
     light_culling::clustered::GridContents,
     settings::{Exposure, Settings},
@@ -156,8 +157,8 @@ impl Renderer {
     /// volume of materials; textures, samplers, images, the environment. Anything else is [`RenderError::Changed`], and nothing is done;
     /// nor is it for a scene that is not valid ([`Scene::validate`]) or was not uploaded for this renderer. An image, and the
     /// environment, are recognised by their size and 1,024 of their texels: painting a few of more than that goes unseen. Names and
-    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices; [`Self::move_instances`] and
-    /// [`Self::set_light`] bring one thing and look at no vertex.
+    /// cameras are not asked. All this takes time linear in the scene, as far as its vertices; [`Self::move_instances`],
+    /// [`Self::animate`] and [`Self::set_light`] look at no vertex.
     ///
     /// The BVH keeps its tree and gets new boxes: things that move far apart make its rays slower. Upload again to build it
     /// anew. (The adapter's own structure is always built anew.) Triangles that had no area at upload stay out of both, unless the scene
@@ -167,40 +168,6 @@ impl Renderer {
         gpu_scene.check(&self.device, &self.needs)?;
         let update = || gpu_scene.update(&self.device, &self.queue, scene, &self.effective);
         checked(&self.device, "update", || self.engine.within(update))
-    }
-
-    /// Moves instances of an uploaded scene, on the device: by their index in the scene's list, each to where it stands now, world from
-    /// object. The host sends these transforms; the device poses their triangles, gives the BVH new boxes, and builds the adapter's own
-    /// structure again. Instances that are not named stay; one that is named twice goes where it is said last.
-    ///
-    /// The BVH keeps its tree: see [`Self::update`]. An error, and nothing is done, for an instance that is not there, a transform that
-    /// is not finite, one that mirrors what was not mirrored, and, where indirect light is looked for, instances that shine ([`RenderError::NeedsUpdate`]):
-    /// [`Self::update`] moves these. After an error of the device call `update`.
-    pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        let record = || {
-            let mut profiler = Profiler::new(&self.device, &self.queue);
-            let mut frame = Frame::new(&self.device, &self.queue, &mut profiler);
-            let sent = gpu_scene.move_instances(&mut frame, moved)?;
-            frame.submit();
-            Ok(sent)
-        };
-        let result = checked(&self.device, "move", || self.engine.within(record));
-        if result.is_err() {
-            gpu_scene.is_unsure_of_triangles();
-        }
-        result
-    }
-
-    /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
-    ///
-    /// An error, and nothing is done, for a light that is not there or is not valid ([`Scene::validate`]), and where indirect light is
-    /// looked for: lights are then in a tree that [`Self::update`] makes again ([`RenderError::NeedsUpdate`]).
-    pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        gpu_scene.set_light(&self.queue, index, light, &self.effective)
     }
 
     /// Shows the pictures from now on at another exposure, which must be finite. Means of frames go on ([`Self::refine`]): they are of radiance.

@@ -48,8 +48,15 @@ use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, storage_buffer_of, uni
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
-    bvh::Bvh, geometry::Geometry, hits::Hits, materials::Materials, moving::Moving, textures::Textures, tlas::Tlas,
-    tracing::Tracing, update::Placed,
+    bvh::Bvh,
+    geometry::Geometry,
+    hits::Hits,
+    materials::Materials,
+    moving::{Bending, Moving},
+    textures::Textures,
+    tlas::Tlas,
+    tracing::Tracing,
+    update::Placed,
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
@@ -117,6 +124,8 @@ pub struct GpuScene {
     placed: Placed,
     /// What moves instances on the device, once one has moved.
     moving: Option<Moving>,
+    /// What bends vertices on the device, once some have bent.
+    bending: Option<Bending>,
     device: wgpu::Device,
     /// What it was uploaded for.
     needs: Needs,
@@ -192,6 +201,7 @@ impl GpuScene {
             light_trees,
             placed: Placed::new(scene, tracing),
             moving: None,
+            bending: None,
             device: device.clone(),
             needs,
             counters,

@@ -9,9 +9,12 @@ mod outline;
 #[cfg(test)]
 mod tests;
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicU64, Ordering},
+use std::{
+    collections::BTreeSet,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use glam::{Affine3A, UVec4};
@@ -40,8 +43,8 @@ pub(super) struct Placed {
     outline: Outline,
     /// World from object, of each instance.
     transforms: Vec<Affine3A>,
-    /// A hash of each mesh's vertices.
-    vertices: Vec<u64>,
+    /// A hash of each mesh's vertices; none: the device has bent them.
+    vertices: Vec<Option<u64>>,
     /// What traced triangles are: the scene's parts, and for each triangle, in leaf order, its source.
     parts: Vec<Part>,
     sources: Vec<Source>,
@@ -61,7 +64,7 @@ impl Placed {
         Self {
             outline: Outline::of(scene),
             transforms: transforms(scene).collect(),
-            vertices: outline::vertices(scene),
+            vertices: outline::vertices(scene).into_iter().map(Some).collect(),
             is_unsure: false,
             shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
@@ -82,6 +85,28 @@ impl Placed {
     pub fn forget(&mut self) {
         self.is_unsure = true;
         self.moved();
+    }
+
+    /// Whether vertices of these meshes may be elsewhere than the device has last bent them to.
+    pub fn may_have_bent(&self, mut meshes: impl Iterator<Item = usize>) -> bool {
+        self.is_unsure || meshes.any(|mesh| self.vertices[mesh].is_some())
+    }
+
+    /// Notes that the device bends the vertices of these meshes.
+    pub fn forget_vertices(&mut self, meshes: impl Iterator<Item = usize>) {
+        meshes.for_each(|mesh| self.vertices[mesh] = None);
+    }
+
+    /// The instances of these meshes, and where they stand.
+    pub fn instances_of(&self, meshes: impl Iterator<Item = usize>) -> Vec<(usize, Affine3A)> {
+        let meshes: BTreeSet<usize> = meshes.collect();
+        let of_them = self.stands().enumerate().filter(|(_, (mesh, _))| meshes.contains(mesh));
+        of_them.map(|(instance, (_, transform))| (instance, transform)).collect()
+    }
+
+    /// See [`Outline::check_counts`].
+    pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
+        self.outline.check_counts(scene)
     }
 
     /// Notes where an instance stands now.
@@ -179,7 +204,7 @@ impl GpuScene {
         }
         let shining = emissive::shining(scene);
         let shines_as_before = self.light_trees.is_none() || shining == self.placed.shining;
-        let vertices = outline::vertices(scene);
+        let vertices: Vec<Option<u64>> = outline::vertices(scene).into_iter().map(Some).collect();
         let bent: Vec<usize> =
             (0..vertices.len()).filter(|mesh| vertices[*mesh] != self.placed.vertices[*mesh]).collect();
         let stands_still =
@@ -228,29 +253,57 @@ impl GpuScene {
         light: &lanternfish_scene::Light,
         settings: &Settings,
     ) -> Result<Sent, RenderError> {
-        let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
-        light.validate().map_err(invalid)?;
-        if light.position.abs().max_element() > Scene::FARTHEST {
-            return Err(invalid("it is too far from the origin"));
+        self.check_light(index, Some(light))?;
+        self.check_light_trees(index)?;
+        let bytes = self.write_lights(queue, &[(index, Light::new(light, settings))]);
+        Ok(Sent { bytes, dispatches: 0 })
+    }
+
+    /// An error for a light that is not there, or not valid. `None`: one that sends nothing.
+    pub(super) fn check_light(
+        &self,
+        index: usize,
+        light: Option<&lanternfish_scene::Light>,
+    ) -> Result<(), RenderError> {
+        if let Some(light) = light {
+            let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
+            light.validate().map_err(invalid)?;
+            if light.position.abs().max_element() > Scene::FARTHEST {
+                return Err(invalid("it is too far from the origin"));
+            }
         }
         let count = self.lights.on_host.len();
         if index >= count {
             return Err(RenderError::Changed { what: format!("{count} lights were uploaded, and none is {index}") });
         }
-        if self.light_trees.is_some() {
-            return Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") });
+        Ok(())
+    }
+
+    /// An error where lights are in a tree that the host makes.
+    pub(super) fn check_light_trees(&self, index: usize) -> Result<(), RenderError> {
+        if self.light_trees.is_none() {
+            return Ok(());
         }
-        let packed = Light::new(light, settings);
-        let bytes = bytemuck::bytes_of(&packed);
-        queue.write_buffer(&self.lights.lights, (index * bytes.len()) as u64, bytes);
-        Arc::make_mut(&mut self.lights.on_host)[index] = packed;
+        Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") })
+    }
+
+    /// Puts lights that are there in the places of others, and returns how many bytes that is.
+    pub(super) fn write_lights(&mut self, queue: &wgpu::Queue, changed: &[(usize, Light)]) -> u64 {
+        if changed.is_empty() {
+            return 0;
+        }
+        for (index, light) in changed {
+            let bytes = bytemuck::bytes_of(light);
+            queue.write_buffer(&self.lights.lights, (index * bytes.len()) as u64, bytes);
+            Arc::make_mut(&mut self.lights.on_host)[*index] = *light;
+        }
         let mut bounds = Bounds::EMPTY;
         let placed = self.lights.on_host.iter().filter(|light| !light.is_directional());
         placed.for_each(|light| bounds.add_point(light.position()));
         self.lights.bounds = bounds;
         self.has_area_lights = self.lights.on_host.iter().any(Light::is_area);
         self.placed.revision = next_number();
-        Ok(Sent { bytes: bytes.len() as u64, dispatches: 0 })
+        (changed.len() * size_of::<Light>()) as u64
     }
 
     fn update_lights(

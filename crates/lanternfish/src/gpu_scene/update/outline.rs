@@ -32,7 +32,7 @@ type MeshOutline = Vec<PrimitiveOutline>;
 
 #[derive(Debug, PartialEq)]
 struct PrimitiveOutline {
-    /// Index of the material; numbers of vertices and of indices.
+    /// See [`counts`].
     counts: [usize; 3],
     /// A hash of all that an update does not bring of vertices, and of indices.
     content: u64,
@@ -54,6 +54,31 @@ impl Outline {
     /// The mesh of each instance.
     pub fn meshes(&self) -> impl Iterator<Item = usize> + '_ {
         self.instances.iter().map(|(mesh, _)| *mesh)
+    }
+
+    /// An error where `scene` has other numbers of meshes, of their primitives, vertices or indices, or of instances than were uploaded, or
+    /// instances of other meshes: what is seen without looking at vertices.
+    pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
+        let changed = |what: String| Err(RenderError::Changed { what });
+        for (what, was, is) in [
+            ("meshes", self.meshes.len(), scene.meshes.len()),
+            ("instances", self.instances.len(), scene.instances.len()),
+        ] {
+            if was != is {
+                return changed(format!("{was} {what} were uploaded, and there are {is}"));
+            }
+        }
+        let same = |(was, is): (&MeshOutline, &Mesh)| {
+            was.iter().map(|primitive| primitive.counts).eq(is.primitives.iter().map(counts))
+        };
+        if let Some(i) = self.meshes.iter().zip(&scene.meshes).position(|pair| !same(pair)) {
+            return changed(format!("mesh {i} ({}) has other triangles or materials", scene.meshes[i].name));
+        }
+        let meshes = scene.instances.iter().map(|instance| instance.mesh);
+        match self.meshes().zip(meshes).position(|(was, is)| was != is) {
+            Some(i) => changed(format!("instance {i} ({}) has another mesh", scene.instances[i].name)),
+            None => Ok(()),
+        }
     }
 
     /// An error that names the first thing of `scene` that is not the same.
@@ -112,9 +137,14 @@ fn first_other<T: PartialEq>(was: &[T], is: &[T]) -> Option<usize> {
     was.iter().zip(is).position(|(was, is)| was != is)
 }
 
+/// Index of the material; numbers of vertices and of indices.
+fn counts(primitive: &Primitive) -> [usize; 3] {
+    [primitive.material, primitive.positions.len(), primitive.indices.len()]
+}
+
 fn mesh(mesh: &Mesh) -> MeshOutline {
     let primitive = |primitive: &Primitive| {
-        let Primitive { material, positions, normals: _, tangents, uv0, uv1, colors, indices, deformation: _ } =
+        let Primitive { material: _, positions: _, normals: _, tangents, uv0, uv1, colors, indices, deformation: _ } =
             primitive;
         let lists: [&[u8]; 4] = [
             bytemuck::cast_slice(uv0),
@@ -123,7 +153,7 @@ fn mesh(mesh: &Mesh) -> MeshOutline {
             bytemuck::cast_slice(indices),
         ];
         let content = hash(lists) ^ tangents.len() as u64;
-        PrimitiveOutline { counts: [*material, positions.len(), indices.len()], content }
+        PrimitiveOutline { counts: counts(primitive), content }
     };
     mesh.primitives.par_iter().map(primitive).collect()
 }
