@@ -117,6 +117,14 @@ pub enum RenderError {
         /// Why it cannot.
         what: String,
     },
+    /// The scene has no such animation.
+    #[error("there is no animation {number}: the scene has {count}, from 0 on (`Scene::motion`)")]
+    NoAnimation {
+        /// The index that was asked for.
+        number: usize,
+        /// Animations that there are.
+        count: usize,
+    },
     /// A set of directions that cannot be made.
     #[error("deep images: {what}")]
     Directions {

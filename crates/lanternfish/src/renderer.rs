@@ -4,6 +4,7 @@ mod build;
 mod change;
 mod flight;
 mod frames;
+mod motion;
 mod scenes;
 #[cfg(test)]
 mod tests;

@@ -4,8 +4,10 @@ use super::{Animation, Motion, Property};
 use crate::{Primitive, Scene};
 
 impl Motion {
-    /// Whether every index is in range and every list as long as it must be; if not, the first fault and where it is.
-    pub(crate) fn validate(&self, scene: &Scene) -> Result<(), String> {
+    /// Whether nodes, skins, animations and what goes with nodes name only nodes that are there, and animations are whole: what
+    /// [`Self::pose`], [`Self::joints`] and the like need so as not to panic; if not, the first fault and where it is. Vertices are not
+    /// looked at, nor whether there are such instances, cameras, lights and meshes in a scene.
+    pub fn check_nodes(&self) -> Result<(), String> {
         let node_count = self.nodes.len();
         for (i, node) in self.nodes.iter().enumerate() {
             if node.parent.is_some_and(|parent| parent >= i) {
@@ -18,15 +20,34 @@ impl Motion {
                 return Err(format!("skin {i}: a joint is no node, or has no matrix"));
             }
         }
-        let bounds =
-            [(&self.instances, scene.instances.len(), "instance"), (&self.cameras, scene.cameras.len(), "camera")];
-        for (list, count, what) in bounds {
-            if let Some(bound) = list.iter().find(|bound| bound.index >= count || bound.node >= node_count) {
-                return Err(format!("motion of {what} {} by node {}: not there", bound.index, bound.node));
-            }
+        if let Some((what, index, node)) = self.bound().find(|(.., node)| *node >= node_count) {
+            return Err(format!("motion of {what} {index} by node {node}: not there"));
         }
-        if let Some(bound) = self.lights.iter().find(|b| b.index >= scene.lights.len() || b.node >= node_count) {
-            return Err(format!("motion of light {} by node {}: not there", bound.index, bound.node));
+        if let Some(deformed) = self.meshes.iter().find(|deformed| deformed.node >= node_count) {
+            return Err(format!("deformed mesh {} by node {}: not there", deformed.mesh, deformed.node));
+        }
+        match self.animations.iter().position(|animation| !animation.is_sound(node_count)) {
+            Some(i) => Err(format!("animation {i} ({}): a node or keyframes are missing", self.animations[i].name)),
+            None => Ok(()),
+        }
+    }
+
+    /// What goes with nodes: a kind of thing, its index, the index of its node.
+    fn bound(&self) -> impl Iterator<Item = (&'static str, usize, usize)> {
+        let instances = self.instances.iter().map(|bound| ("instance", bound.index, bound.node));
+        let cameras = self.cameras.iter().map(|bound| ("camera", bound.index, bound.node));
+        instances.chain(cameras).chain(self.lights.iter().map(|bound| ("light", bound.index, bound.node)))
+    }
+
+    /// Whether every index is in range and every list as long as it must be; if not, the first fault and where it is.
+    pub(crate) fn validate(&self, scene: &Scene) -> Result<(), String> {
+        self.check_nodes()?;
+        let counts =
+            [("instance", scene.instances.len()), ("camera", scene.cameras.len()), ("light", scene.lights.len())];
+        for (of, count) in counts {
+            if let Some((what, index, node)) = self.bound().find(|(what, index, _)| *what == of && *index >= count) {
+                return Err(format!("motion of {what} {index} by node {node}: not there"));
+            }
         }
         for deformed in &self.meshes {
             let joint_count = deformed.skin.map_or(Some(0), |skin| self.skins.get(skin).map(|skin| skin.joints.len()));
@@ -34,17 +55,14 @@ impl Motion {
                 return Err(format!("a deformed mesh {} or its skin: not there", deformed.mesh));
             };
             let sound = mesh.primitives.iter().all(|primitive| is_sound(primitive, deformed.skin.map(|_| joint_count)));
-            if !sound || deformed.node >= node_count {
+            if !sound {
                 return Err(format!(
                     "the deformation of mesh {} ({}): lists or joints are missing",
                     deformed.mesh, mesh.name
                 ));
             }
         }
-        match self.animations.iter().position(|animation| !animation.is_sound(node_count)) {
-            Some(i) => Err(format!("animation {i} ({}): a node or keyframes are missing", self.animations[i].name)),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }
 

@@ -10,6 +10,7 @@ mod check;
 mod deform;
 mod place;
 mod pose;
+mod reach;
 mod sampler;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,8 @@ use glam::{Affine3A, Quat, Vec3};
 pub use self::deform::{Deformation, Influences, MorphTarget};
 
 pub(crate) use self::place::{place_camera, place_light};
+pub use self::pose::Pose;
+pub use self::reach::Reach;
 pub use self::sampler::{Interpolation, Sampler};
 use crate::Light;
 
@@ -137,7 +140,7 @@ pub struct BoundLight {
 }
 
 /// A mesh whose vertices move: of its primitives those that have a [`Deformation`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeformedMesh {
     /// Index into the scene's meshes.
     pub mesh: usize,

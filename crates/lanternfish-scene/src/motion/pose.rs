@@ -2,8 +2,8 @@
 
 use glam::{Affine3A, Quat, Vec3};
 
-use super::{Animation, Motion, Property, Transform, place_camera, place_light};
-use crate::Scene;
+use super::{Animation, Bound, BoundLight, Motion, Property, Transform, place_camera, place_light};
+use crate::{Light, Scene};
 
 /// Where nodes stand at a moment.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +53,18 @@ impl Motion {
         let joints = skin.joints.iter().zip(&skin.joint_from_object);
         joints.map(|(node, joint_from_object)| pose.world_from_node[*node] * *joint_from_object).collect()
     }
+
+    /// World from object, of each instance that goes with a node, with its index.
+    pub fn placed_instances(&self, pose: &Pose) -> impl Iterator<Item = (usize, Affine3A)> {
+        let place = |bound: &Bound| (bound.index, pose.world_from_node[bound.node] * bound.node_from_object);
+        self.instances.iter().map(place)
+    }
+
+    /// Each light that goes with a node, in world space, with its index. `None`: an area that has shrunk to nothing, which sends nothing.
+    pub fn placed_lights(&self, pose: &Pose) -> impl Iterator<Item = (usize, Option<Light>)> {
+        let place = |bound: &BoundLight| (bound.index, place_light(&bound.light, &pose.world_from_node[bound.node]));
+        self.lights.iter().map(place)
+    }
 }
 
 impl Scene {
@@ -74,19 +86,16 @@ impl Scene {
 
     fn apply(&mut self, pose: &Pose) {
         let motion = &self.motion;
-        let world_from_node = |node: usize| pose.world_from_node[node];
-        for bound in &motion.instances {
-            self.instances[bound.index].world_from_object = world_from_node(bound.node) * bound.node_from_object;
+        for (index, world_from_object) in motion.placed_instances(pose) {
+            self.instances[index].world_from_object = world_from_object;
         }
         for bound in &motion.cameras {
             let camera = &mut self.cameras[bound.index];
-            *camera = place_camera(camera, &world_from_node(bound.node));
+            *camera = place_camera(camera, &pose.world_from_node[bound.node]);
         }
-        for bound in &motion.lights {
-            // An area that has shrunk to nothing sends nothing.
-            let placed = place_light(&bound.light, &world_from_node(bound.node));
-            let light = &mut self.lights[bound.index];
-            *light = placed.unwrap_or_else(|| crate::Light { intensity: Vec3::ZERO, ..light.clone() });
+        for (index, placed) in motion.placed_lights(pose) {
+            let light = &mut self.lights[index];
+            *light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..light.clone() });
         }
         let joints: Vec<Vec<Affine3A>> = (0..motion.skins.len()).map(|skin| motion.joints(skin, pose)).collect();
         for deformed in &motion.meshes {

@@ -162,7 +162,8 @@ impl Geometry {
         }
         let (draws, instances) = place(&templates, standing(scene));
 
-        let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let copied = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | copied;
         Ok(Self {
             positions: buffer(device, "scene/positions", &positions, vertex)?,
             attributes: buffer(device, "scene/attributes", &attributes, vertex)?,
@@ -228,6 +229,12 @@ impl Geometry {
                 template.bounds = primitive.bounds();
             }
         }
+    }
+
+    /// Says where the vertices of primitives are, by their place among all: boxes in object space. What is drawn of them is placed anew by
+    /// [`Self::place`].
+    pub(super) fn set_bounds(&mut self, bounds: &[(usize, Bounds)]) {
+        bounds.iter().for_each(|(primitive, bounds)| self.templates[*primitive].bounds = *bounds);
     }
 
     /// World-space box of everything.

@@ -52,7 +52,7 @@ use self::{
     geometry::Geometry,
     hits::Hits,
     materials::Materials,
-    moving::Moving,
+    moving::{Bending, Moving},
     textures::Textures,
     tlas::Tlas,
     tracing::Tracing,
@@ -124,6 +124,8 @@ pub struct GpuScene {
     placed: Placed,
     /// What moves instances on the device, once one has moved.
     moving: Option<Moving>,
+    /// What bends vertices on the device, once some have bent.
+    bending: Option<Bending>,
     device: wgpu::Device,
     /// What it was uploaded for.
     needs: Needs,
@@ -218,6 +220,7 @@ impl GpuScene {
             light_trees,
             placed: Placed::new(scene, tracing),
             moving: None,
+            bending: None,
             device: device.clone(),
             needs,
             counters,

@@ -11,7 +11,10 @@ mod outline;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::{
+    collections::BTreeSet,
+    sync::atomic::{AtomicU64, Ordering},
+};
 
 use glam::{Affine3A, UVec4};
 use lanternfish_scene::Scene;
@@ -39,8 +42,8 @@ pub(super) struct Placed {
     outline: Outline,
     /// World from object, of each instance.
     transforms: Vec<Affine3A>,
-    /// A hash of each mesh's vertices.
-    vertices: Vec<u64>,
+    /// A hash of each mesh's vertices; none: the device has bent them.
+    vertices: Vec<Option<u64>>,
     /// What traced triangles are: the scene's parts, and for each triangle, in leaf order, its source.
     parts: Vec<Part>,
     sources: Vec<Source>,
@@ -60,7 +63,7 @@ impl Placed {
         Self {
             outline: Outline::of(scene),
             transforms: transforms(scene).collect(),
-            vertices: outline::vertices(scene),
+            vertices: outline::vertices(scene).into_iter().map(Some).collect(),
             is_unsure: false,
             shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
@@ -92,6 +95,28 @@ impl Placed {
     pub fn forget(&mut self) {
         self.is_unsure = true;
         self.moved();
+    }
+
+    /// Whether vertices of these meshes may be elsewhere than the device has last bent them to.
+    pub fn may_have_bent(&self, mut meshes: impl Iterator<Item = usize>) -> bool {
+        self.is_unsure || meshes.any(|mesh| self.vertices[mesh].is_some())
+    }
+
+    /// Notes that the device bends the vertices of these meshes.
+    pub fn forget_vertices(&mut self, meshes: impl Iterator<Item = usize>) {
+        meshes.for_each(|mesh| self.vertices[mesh] = None);
+    }
+
+    /// The instances of these meshes, and where they stand.
+    pub fn instances_of(&self, meshes: impl Iterator<Item = usize>) -> Vec<(usize, Affine3A)> {
+        let meshes: BTreeSet<usize> = meshes.collect();
+        let of_them = self.stands().enumerate().filter(|(_, (mesh, _))| meshes.contains(mesh));
+        of_them.map(|(instance, (_, transform))| (instance, transform)).collect()
+    }
+
+    /// See [`Outline::check_counts`].
+    pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
+        self.outline.check_counts(scene)
     }
 
     /// Notes where an instance stands now.
@@ -191,7 +216,7 @@ impl GpuScene {
         }
         let shining = emissive::shining(scene);
         let shines_as_before = self.light_trees.is_none() || shining == self.placed.shining;
-        let vertices = outline::vertices(scene);
+        let vertices: Vec<Option<u64>> = outline::vertices(scene).into_iter().map(Some).collect();
         let bent: Vec<usize> =
             (0..vertices.len()).filter(|mesh| vertices[*mesh] != self.placed.vertices[*mesh]).collect();
         let stands_still =

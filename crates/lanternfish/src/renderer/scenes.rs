@@ -2,15 +2,11 @@
 
 use std::sync::PoisonError;
 
-use glam::Affine3A;
-use lanternfish_gpu::{Frame, Profiler, checked};
-use lanternfish_scene::{Light, Material, Scene};
+use lanternfish_gpu::checked;
+use lanternfish_scene::Scene;
 
 use super::{Renderer, flight::check_lost};
-use crate::{
-    error::RenderError,
-    gpu_scene::{GpuScene, Sent},
-};
+use crate::{error::RenderError, gpu_scene::GpuScene};
 
 impl Renderer {
     /// Puts a scene on the device: geometry, textures with mip levels, lights, and what rays are traced through. A scene that is
@@ -42,8 +38,8 @@ impl Renderer {
     /// new one. Images are known by their index, size and texels; of more than 1,024 texels, as of the environment, by that many of
     /// them: painting a few goes unseen. Names and cameras are not asked.
     ///
-    /// All this takes time linear in the scene, as far as its vertices; [`Self::move_instances`], [`Self::set_light`] and
-    /// [`Self::set_material`] bring one thing and look at no vertex. For instances that come and go often, have spare ones in the scene,
+    /// All this takes time linear in the scene, as far as its vertices; [`Self::move_instances`], [`Self::animate`],
+    /// [`Self::set_light`] and [`Self::set_material`] look at no vertex. For instances that come and go often, have spare ones in the scene,
     /// scaled to nothing, and move them: what has no size is neither seen nor met.
     ///
     /// An error, and nothing is done, for a scene that is not valid ([`Scene::validate`]) and for one that was not uploaded for this
@@ -53,55 +49,5 @@ impl Renderer {
         gpu_scene.check(&self.device, &self.needs)?;
         let update = || gpu_scene.update(&self.device, &self.queue, scene, &self.effective);
         checked(&self.device, "update", || self.engine.within(update))
-    }
-
-    /// Moves instances of an uploaded scene, on the device: by their index in the scene's list, each to where it stands now, world from
-    /// object. The host sends these transforms; the device poses their triangles, gives the BVH new boxes, and builds the adapter's own
-    /// structure again. Instances that are not named stay; one that is named twice goes where it is said last.
-    ///
-    /// The BVH keeps its tree: see [`Self::update`]. An error, and nothing is done, for an instance that is not there, a transform that
-    /// is not finite, and, where indirect light is looked for, instances that shine ([`RenderError::NeedsUpdate`]): [`Self::update`] moves
-    /// these. After an error of the device call `update`.
-    pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        let record = || {
-            let mut profiler = Profiler::new(&self.device, &self.queue);
-            let mut frame = Frame::new(&self.device, &self.queue, &mut profiler);
-            let sent = gpu_scene.move_instances(&mut frame, moved)?;
-            frame.submit();
-            Ok(sent)
-        };
-        let result = checked(&self.device, "move", || self.engine.within(record));
-        if result.is_err() {
-            gpu_scene.is_unsure_of_triangles();
-        }
-        result
-    }
-
-    /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
-    ///
-    /// An error, and nothing is done, for a light that is not there or is not valid ([`Scene::validate`]), and where indirect light is
-    /// looked for: lights are then in a tree that [`Self::update`] makes again ([`RenderError::NeedsUpdate`]).
-    pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        gpu_scene.set_light(&self.queue, index, light, &self.effective)
-    }
-
-    /// Puts another material in the place of one of an uploaded scene's, by its index in the scene's list: one that differs in the factors
-    /// that [`Self::update`] names.
-    ///
-    /// An error, and nothing is done, for a material that is not there or is not valid, one that differs in more, and, where indirect
-    /// light is looked for, one that shines otherwise: [`Self::update`] brings these ([`RenderError::NeedsUpdate`]).
-    pub fn set_material(
-        &self,
-        gpu_scene: &mut GpuScene,
-        index: usize,
-        material: &Material,
-    ) -> Result<Sent, RenderError> {
-        check_lost(&self.device)?;
-        gpu_scene.check(&self.device, &self.needs)?;
-        gpu_scene.set_material(&self.queue, index, material)
     }
 }

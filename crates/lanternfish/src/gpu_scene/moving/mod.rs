@@ -1,9 +1,17 @@
-//! Instances that move, on the device: their triangles are put where they stand, and the BVH's boxes around them. The host sends
-//! transforms alone.
+//! Instances that move and meshes that bend, on the device: triangles are put where they are then, and the BVH's boxes around them. The host
+//! sends transforms, and joints and weights, alone.
 //!
 //! ```text
-//! transforms ─▶ pose.wesl ─▶ bvh_triangles, hit_triangles, corners of the adapter's own structure ─▶ refit.wesl, a level a pass
+//! joints, weights ─▶ bend.wesl ─▶ vertices ─┐
+//! transforms ───────────────────────────────┴▶ pose.wesl ─▶ bvh_triangles, hit_triangles, corners of the adapter's own structure ─▶ refit.wesl, a level a pass
 //! ```
+//!
+//! `bending.rs` has what is bent, `animate.rs` brings a moment of an animation.
+
+mod animate;
+mod bending;
+#[cfg(test)]
+mod tests;
 
 use std::ops::Range;
 
@@ -13,6 +21,8 @@ use lanternfish_gpu::{
 };
 use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
 
+pub use self::bending::Bending;
+use self::bending::{BendParameters, BentPrimitive, Influence};
 use super::{GpuScene, geometry::mirrors};
 use crate::{
     common::workgroups,
@@ -22,8 +32,18 @@ use crate::{
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::computed("gpu_scene/moving/pose", variants), Root::new("gpu_scene/moving/refit")],
-    structs: &[SharedStruct::of::<Moved>(), SharedStruct::of::<MovingParameters>()],
+    roots: &[
+        Root::new("gpu_scene/moving/bend"),
+        Root::computed("gpu_scene/moving/pose", variants),
+        Root::new("gpu_scene/moving/refit"),
+    ],
+    structs: &[
+        SharedStruct::of::<BentPrimitive>(),
+        SharedStruct::of::<Influence>(),
+        SharedStruct::of::<BendParameters>(),
+        SharedStruct::of::<Moved>(),
+        SharedStruct::of::<MovingParameters>(),
+    ],
 };
 
 /// The BVH's triangles are posed.
@@ -190,13 +210,19 @@ impl Moving {
     }
 }
 
+/// The rows of a transform.
+fn rows(transform: &Affine3A) -> [Vec4; 3] {
+    let (m, t) = (transform.matrix3, transform.translation);
+    [0, 1, 2].map(|i| Vec3::from(m.row(i)).extend(t[i]))
+}
+
 impl Moved {
     fn new(instance: usize, transform: &Affine3A) -> Self {
-        let (m, t) = (transform.matrix3, transform.translation);
+        let [row_x, row_y, row_z] = rows(transform);
         Self {
-            row_x: Vec3::from(m.row(0)).extend(t.x),
-            row_y: Vec3::from(m.row(1)).extend(t.y),
-            row_z: Vec3::from(m.row(2)).extend(t.z),
+            row_x,
+            row_y,
+            row_z,
             instance: instance as u32,
             handedness: if mirrors(transform) { -1.0 } else { 1.0 },
             ..Self::default()
@@ -236,11 +262,7 @@ impl GpuScene {
         moved: &[(usize, Affine3A)],
     ) -> Result<Sent, RenderError> {
         self.placed.check_moves(moved)?;
-        if let (true, Some(instance)) = (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
-            return Err(RenderError::NeedsUpdate {
-                what: format!("instance {instance} shines, and is in a tree of lights"),
-            });
-        }
+        self.check_shining(moved)?;
         // What is said last of an instance counts.
         let mut last: Vec<(usize, Affine3A)> = moved.to_vec();
         last.sort_by_key(|(instance, _)| *instance);
@@ -251,19 +273,35 @@ impl GpuScene {
         if last.is_empty() {
             return Ok(Sent::default());
         }
+        self.put(frame, &last)
+    }
+
+    /// An error where any of these instances shines, and is in a tree of lights.
+    fn check_shining(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
+        match (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
+            (true, Some(instance)) => Err(RenderError::NeedsUpdate {
+                what: format!("instance {instance} shines, and is in a tree of lights"),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Poses the triangles of these instances, each named once and their indices rising, and notes where they stand. Vertices are read as
+    /// the passes before it have left them.
+    fn put(&mut self, frame: &mut Frame<'_>, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         let mut sent = Sent::default();
-        if self.needs.parts.rays() {
+        if self.needs.parts.rays() && !moved.is_empty() {
             if self.moving.is_none() {
                 self.moving = Some(Moving::new(self)?);
             }
-            let list: Vec<Moved> = last.iter().map(|(instance, transform)| Moved::new(*instance, transform)).collect();
+            let list: Vec<Moved> = moved.iter().map(|(instance, transform)| Moved::new(*instance, transform)).collect();
             let moving = self.moving.as_ref().expect("it was just made");
             sent.dispatches = moving.record(frame, self, &list)?;
             let uniforms = u64::from(sent.dispatches) * size_of::<MovingParameters>() as u64;
             sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }
         // Nothing is refused from here on.
-        for (instance, transform) in &last {
+        for (instance, transform) in moved {
             self.placed.set_transform(*instance, *transform);
         }
         sent.bytes += self.geometry.place(frame.queue, self.placed.stands());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lanternfish_scene::{Bounds, Material, Scene};
+use lanternfish_scene::{Bounds, Light as SceneLight, Material, Scene};
 
 use super::{
     super::{GpuScene, emissive, moving::Sent},
@@ -16,13 +16,27 @@ impl GpuScene {
         &mut self,
         queue: &wgpu::Queue,
         index: usize,
-        light: &lanternfish_scene::Light,
+        light: &SceneLight,
         settings: &Settings,
     ) -> Result<Sent, RenderError> {
-        let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
-        light.validate().map_err(invalid)?;
-        if light.position.abs().max_element() > Scene::FARTHEST {
-            return Err(invalid("it is too far from the origin"));
+        self.check_light(index, Some(light))?;
+        self.check_light_trees(index)?;
+        let bytes = self.write_lights(queue, &[(index, Light::new(light, settings))]);
+        Ok(Sent { bytes, dispatches: 0 })
+    }
+
+    /// An error for a light that is not there, or not valid. `None`: one that sends nothing.
+    pub(in crate::gpu_scene) fn check_light(
+        &self,
+        index: usize,
+        light: Option<&SceneLight>,
+    ) -> Result<(), RenderError> {
+        if let Some(light) = light {
+            let invalid = |what: &str| RenderError::InvalidScene { what: format!("light {index}: {what}") };
+            light.validate().map_err(invalid)?;
+            if light.position.abs().max_element() > Scene::FARTHEST {
+                return Err(invalid("it is too far from the origin"));
+            }
         }
         let count = self.lights.on_host.len();
         if index >= count {
@@ -30,20 +44,34 @@ impl GpuScene {
                 what: format!("{count} lights were uploaded, and none is {index}"),
             });
         }
-        if self.light_trees.is_some() {
-            return Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") });
+        Ok(())
+    }
+
+    /// An error where lights are in a tree that the host makes.
+    pub(in crate::gpu_scene) fn check_light_trees(&self, index: usize) -> Result<(), RenderError> {
+        if self.light_trees.is_none() {
+            return Ok(());
         }
-        let packed = Light::new(light, settings);
-        let bytes = bytemuck::bytes_of(&packed);
-        queue.write_buffer(&self.lights.lights, (index * bytes.len()) as u64, bytes);
-        Arc::make_mut(&mut self.lights.on_host)[index] = packed;
+        Err(RenderError::NeedsUpdate { what: format!("light {index} is in a tree of lights") })
+    }
+
+    /// Puts lights that are there in the places of others, and returns how many bytes that is.
+    pub(in crate::gpu_scene) fn write_lights(&mut self, queue: &wgpu::Queue, changed: &[(usize, Light)]) -> u64 {
+        if changed.is_empty() {
+            return 0;
+        }
+        for (index, light) in changed {
+            let bytes = bytemuck::bytes_of(light);
+            queue.write_buffer(&self.lights.lights, (index * bytes.len()) as u64, bytes);
+            Arc::make_mut(&mut self.lights.on_host)[*index] = *light;
+        }
         let mut bounds = Bounds::EMPTY;
         let placed = self.lights.on_host.iter().filter(|light| !light.is_directional());
         placed.for_each(|light| bounds.add_point(light.position()));
         self.lights.bounds = bounds;
         self.has_area_lights = self.lights.on_host.iter().any(Light::is_area);
         self.placed.revision = next_number();
-        Ok(Sent { bytes: bytes.len() as u64, dispatches: 0 })
+        (changed.len() * size_of::<Light>()) as u64
     }
 
     /// See [`crate::Renderer::set_material`].

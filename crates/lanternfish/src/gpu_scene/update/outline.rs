@@ -7,6 +7,8 @@ use glam::Vec4;
 use lanternfish_scene::{AlphaMode, Environment, Image, Material, Mesh, Primitive, Sampler, Scene, Texture};
 use rayon::prelude::*;
 
+use crate::error::RenderError;
+
 /// Texels of an image that are hashed to recognise it, beside its size; a smaller image is recognised by all of its texels.
 const TEXELS: usize = 1024;
 
@@ -29,7 +31,7 @@ type MeshOutline = Vec<PrimitiveOutline>;
 
 #[derive(Debug, PartialEq)]
 struct PrimitiveOutline {
-    /// Index of the material; numbers of vertices and of indices.
+    /// See [`counts`].
     counts: [usize; 3],
     /// A hash of all that an update does not bring of vertices, and of indices.
     content: u64,
@@ -53,6 +55,31 @@ impl Outline {
         self.instances.iter().copied()
     }
 
+    /// An error where `scene` has other numbers of meshes, of their primitives, vertices or indices, or of instances than were uploaded, or
+    /// instances of other meshes: what is seen without looking at vertices.
+    pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
+        let changed = |what: String| Err(RenderError::NeedsUpdate { what });
+        for (what, was, is) in [
+            ("meshes", self.meshes.len(), scene.meshes.len()),
+            ("instances", self.instances.len(), scene.instances.len()),
+        ] {
+            if was != is {
+                return changed(format!("{was} {what} were uploaded, and there are {is}"));
+            }
+        }
+        let same = |(was, is): (&MeshOutline, &Mesh)| {
+            was.iter().map(|primitive| primitive.counts).eq(is.primitives.iter().map(counts))
+        };
+        if let Some(i) = self.meshes.iter().zip(&scene.meshes).position(|pair| !same(pair)) {
+            return changed(format!("mesh {i} ({}) has other triangles or materials", scene.meshes[i].name));
+        }
+        let meshes = scene.instances.iter().map(|instance| instance.mesh);
+        match self.meshes().zip(meshes).position(|(was, is)| was != is) {
+            Some(i) => changed(format!("instance {i} ({}) has another mesh", scene.instances[i].name)),
+            None => Ok(()),
+        }
+    }
+
     pub fn texture_count(&self) -> usize {
         self.textures.len()
     }
@@ -73,9 +100,14 @@ impl Outline {
     }
 }
 
+/// Index of the material; numbers of vertices and of indices.
+fn counts(primitive: &Primitive) -> [usize; 3] {
+    [primitive.material, primitive.positions.len(), primitive.indices.len()]
+}
+
 fn mesh(mesh: &Mesh) -> MeshOutline {
     let primitive = |primitive: &Primitive| {
-        let Primitive { material, positions, normals: _, tangents, uv0, uv1, colors, indices, deformation: _ } =
+        let Primitive { material: _, positions: _, normals: _, tangents, uv0, uv1, colors, indices, deformation: _ } =
             primitive;
         let lists: [&[u8]; 4] = [
             bytemuck::cast_slice(uv0),
@@ -84,7 +116,7 @@ fn mesh(mesh: &Mesh) -> MeshOutline {
             bytemuck::cast_slice(indices),
         ];
         let content = hash(lists) ^ tangents.len() as u64;
-        PrimitiveOutline { counts: [*material, positions.len(), indices.len()], content }
+        PrimitiveOutline { counts: counts(primitive), content }
     };
     mesh.primitives.par_iter().map(primitive).collect()
 }

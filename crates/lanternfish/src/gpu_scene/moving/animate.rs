@@ -1,0 +1,126 @@
+//! A moment of an animation, by the device: what bends is bent, what moves is posed, and lights are put where they go.
+
+use std::collections::BTreeMap;
+
+use glam::{Affine3A, Vec3};
+use lanternfish_gpu::Frame;
+use lanternfish_scene::{
+    Bounds, Light, Scene,
+    motion::{Motion, Pose},
+};
+
+use super::{
+    super::{GpuScene, validate},
+    Sent,
+    bending::{Bend, Bending, bends},
+};
+use crate::{error::RenderError, lights::Light as PackedLight, settings::Settings};
+
+/// What a moment changes.
+struct Step {
+    /// Where instances stand now, of all that have moved or bent; by their index, rising.
+    moved: Vec<(usize, Affine3A)>,
+    /// None: vertices are as the device has them.
+    bend: Option<Bend>,
+    lights: Vec<(usize, PackedLight)>,
+}
+
+/// Where nodes stand at a moment: an animation's index and seconds; `None`: where the file puts them.
+fn pose_at(motion: &Motion, moment: Option<(usize, f32)>) -> Result<Pose, RenderError> {
+    motion.check_nodes().map_err(|what| RenderError::InvalidScene { what })?;
+    let Some((number, time)) = moment else { return Ok(motion.pose(None)) };
+    let count = motion.animations.len();
+    let animation = motion.animations.get(number).ok_or(RenderError::NoAnimation { number, count })?;
+    Ok(motion.pose(Some((animation, animation.moment(time)))))
+}
+
+impl GpuScene {
+    /// See [`crate::Renderer::animate`].
+    pub(crate) fn animate(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &Scene,
+        moment: Option<(usize, f32)>,
+        settings: &Settings,
+    ) -> Result<Sent, RenderError> {
+        self.placed.check_counts(scene)?;
+        let pose = pose_at(&scene.motion, moment)?;
+        let mut sent = Sent::default();
+        if self.bending.is_none() && bends(scene) {
+            validate(scene)?;
+            let bending = Bending::new(self, scene)?;
+            sent.bytes += bending.bytes;
+            self.bending = Some(bending);
+        }
+        let Step { moved, bend, lights } = self.step(scene, &pose, settings)?;
+        if moved.is_empty() && bend.is_none() && lights.is_empty() {
+            return Ok(sent);
+        }
+        let bounds = bend.as_ref().zip(self.bending.as_ref()).map(|(bend, bending)| bending.bounds(bend));
+        let bounds = bounds.unwrap_or_default();
+        // Of what is no number, too.
+        let is_within = |p: Vec3| p.abs().cmple(Vec3::splat(Scene::FARTHEST)).all();
+        if bounds.iter().any(|(_, b)| *b != Bounds::EMPTY && !(is_within(b.min) && is_within(b.max))) {
+            let what = format!("vertices bend beyond {:e} m", Scene::FARTHEST);
+            return Err(RenderError::InvalidScene { what });
+        }
+        let bends = bend.is_some();
+        if let (Some(bend), Some(bending)) = (bend, &mut self.bending) {
+            // Whatever becomes of the frame.
+            self.placed.forget_vertices(bending.meshes());
+            sent.bytes += bending.record(frame, &self.geometry, bend)?;
+            sent.dispatches += 1;
+            self.geometry.set_bounds(&bounds);
+        }
+        if bends || !moved.is_empty() {
+            let posed = self.put(frame, &moved)?;
+            sent = Sent { bytes: sent.bytes + posed.bytes, dispatches: sent.dispatches + posed.dispatches };
+        }
+        sent.bytes += self.write_lights(frame.queue, &lights);
+        Ok(sent)
+    }
+
+    /// What a pose changes of what the device has. An error, of a change that it cannot make by itself, before anything is done.
+    fn step(&self, scene: &Scene, pose: &Pose, settings: &Settings) -> Result<Step, RenderError> {
+        let bound: Vec<(usize, Affine3A)> = scene.motion.placed_instances(pose).collect();
+        self.placed.check_moves(&bound)?;
+        // What is said last of an instance counts.
+        let mut moved: BTreeMap<usize, Affine3A> = bound.into_iter().collect();
+        moved.retain(|instance, transform| self.placed.may_have_moved(*instance, transform));
+        let bend = self.bending.as_ref().map(|bending| bending.bend(scene, pose)).transpose()?;
+        let bend = bend.zip(self.bending.as_ref()).and_then(|(bend, bending)| {
+            let is_other = bending.is_other(&bend) || self.placed.may_have_bent(bending.meshes());
+            is_other.then_some(bend)
+        });
+        if let (Some(_), Some(bending)) = (&bend, &self.bending) {
+            for (instance, transform) in self.placed.instances_of(bending.meshes()) {
+                moved.entry(instance).or_insert(transform);
+            }
+        }
+        let moved: Vec<(usize, Affine3A)> = moved.into_iter().collect();
+        self.check_shining(&moved)?;
+        let lights = self.changed_lights(scene, pose, settings)?;
+        Ok(Step { moved, bend, lights })
+    }
+
+    /// The lights that a pose puts elsewhere than the device has them.
+    fn changed_lights(
+        &self,
+        scene: &Scene,
+        pose: &Pose,
+        settings: &Settings,
+    ) -> Result<Vec<(usize, PackedLight)>, RenderError> {
+        let mut changed = Vec::new();
+        for (index, placed) in scene.motion.placed_lights(pose) {
+            self.check_light(index, placed.as_ref())?;
+            // An area that has shrunk to nothing sends nothing, wherever it is.
+            let light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..scene.lights[index].clone() });
+            let packed = PackedLight::new(&light, settings);
+            if self.lights.on_host[index] != packed {
+                self.check_light_trees(index)?;
+                changed.push((index, packed));
+            }
+        }
+        Ok(changed)
+    }
+}

@@ -1,0 +1,304 @@
+//! Meshes that bend, on the device: their vertices at rest, and what bends them, once; joints and weights of every pose.
+
+use glam::{Affine3A, UVec2, UVec4, Vec3, Vec4};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, storage_buffer_of};
+use lanternfish_scene::{
+    Bounds, Scene,
+    motion::{Deformation, DeformedMesh, Pose, Reach},
+};
+
+use super::super::{GpuScene, geometry::Geometry};
+use crate::{common::workgroups, error::RenderError, shaders::SHADERS};
+
+gpu_struct! {
+    /// A primitive whose vertices bend.
+    pub struct BentPrimitive {
+        /// Number of its first vertex among all that bend.
+        first: u32,
+        /// Its vertices.
+        vertex_count: u32,
+        /// Its first vertex in the scene's buffers.
+        first_vertex: u32,
+        /// Sets of four joints a vertex; 0: there is no skin.
+        set_count: u32,
+        /// Its first [`Influence`]: a vertex's sets lie together.
+        first_influence: u32,
+        /// The skin's first joint among all.
+        first_joint: u32,
+        /// Its morph targets.
+        target_count: u32,
+        /// The weight of its first target among all.
+        first_weight: u32,
+        /// Its first number among those of all targets.
+        first_displacement: u32,
+        /// Numbers of a vertex of a target: 3: of its position; 6: of its normal, too; 9: and of its tangent.
+        displacement_width: u32,
+        /// 1: normals are those of the triangles; three vertices a triangle.
+        has_flat_normals: u32,
+        /// 1: its tangents bend.
+        has_tangents: u32,
+    }
+}
+
+gpu_struct! {
+    /// Four joints of a vertex.
+    pub struct Influence {
+        /// Of the skin.
+        joints: UVec4,
+        /// Of each of the four; what is not above 0 does not count.
+        weights: Vec4,
+    }
+}
+
+gpu_struct! {
+    /// What a pass over vertices that bend is of.
+    pub struct BendParameters {
+        /// Primitives that bend.
+        primitive_count: u32,
+        /// Their vertices.
+        vertex_count: u32,
+        /// Unused.
+        _pad: UVec2,
+    }
+}
+
+/// What bending on the device needs beside the scene: made when something is animated for the first time.
+#[derive(Debug)]
+pub struct Bending {
+    kernel: ComputeKernel,
+    parameters: BendParameters,
+    /// Under their names in the shader.
+    lists: [(&'static str, wgpu::Buffer); 4],
+    /// What these lists took, bytes.
+    pub bytes: u64,
+    meshes: Vec<BentMesh>,
+    reaches: Vec<PrimitiveReach>,
+    /// What the vertices were last bent by.
+    last: Bend,
+}
+
+/// A mesh that bends, and how many weights are sent for it.
+#[derive(Debug)]
+struct BentMesh {
+    mesh: DeformedMesh,
+    target_count: usize,
+}
+
+/// Where the vertices of a primitive may be.
+#[derive(Debug)]
+struct PrimitiveReach {
+    /// Its place among all primitives of the scene.
+    primitive: usize,
+    /// Of the pose's joints and weights those of its mesh.
+    joints: std::ops::Range<usize>,
+    weights: std::ops::Range<usize>,
+    reach: Reach,
+}
+
+/// What bends all vertices at a moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bend {
+    /// World from object at rest, of the joints of all skins, one after another.
+    joints: Vec<Affine3A>,
+    /// Of the morph targets of all meshes that bend, one after another.
+    weights: Vec<f32>,
+}
+
+/// The lists that [`Bending`] uploads.
+#[derive(Default)]
+struct Lists {
+    primitives: Vec<BentPrimitive>,
+    rest: Vec<[Vec3; 3]>,
+    influences: Vec<Influence>,
+    displacements: Vec<Vec3>,
+}
+
+/// The meshes that bend; of entries for one mesh the last, which is what the host leaves.
+fn bent_meshes(scene: &Scene) -> impl Iterator<Item = DeformedMesh> + '_ {
+    let meshes = &scene.motion.meshes;
+    let last = meshes.iter().enumerate().filter(|(i, one)| meshes[i + 1..].iter().all(|other| other.mesh != one.mesh));
+    let bends = |one: &DeformedMesh| scene.meshes[one.mesh].primitives.iter().any(|p| p.deformation.is_some());
+    last.map(|(_, one)| *one).filter(bends)
+}
+
+/// Whether any vertex bends.
+pub fn bends(scene: &Scene) -> bool {
+    bent_meshes(scene).next().is_some()
+}
+
+impl Bending {
+    /// `scene` is valid, and its meshes are those of `gpu_scene`.
+    pub fn new(gpu_scene: &GpuScene, scene: &Scene) -> Result<Self, RenderError> {
+        gpu_scene.check_bindings()?;
+        let (primitives, first_of_mesh) = gpu_scene.geometry.primitives();
+        let first_joints: Vec<usize> = scene
+            .motion
+            .skins
+            .iter()
+            .scan(0, |end, skin| {
+                *end += skin.joints.len();
+                Some(*end - skin.joints.len())
+            })
+            .collect();
+        let (mut lists, mut meshes, mut reaches) = (Lists::default(), Vec::new(), Vec::new());
+        let mut first_weight = 0;
+        for mesh in bent_meshes(scene) {
+            let joints = mesh
+                .skin
+                .map_or(0..0, |skin| first_joints[skin]..first_joints[skin] + scene.motion.skins[skin].joints.len());
+            let mut target_count = 0;
+            for (i, primitive) in scene.meshes[mesh.mesh].primitives.iter().enumerate() {
+                let Some(deformation) = primitive.deformation.as_deref() else { continue };
+                let (primitive, count) = (first_of_mesh[mesh.mesh] + i, deformation.targets.len());
+                let [_, first_vertex, _] = primitives[primitive];
+                lists.add(deformation, first_vertex, joints.clone(), first_weight);
+                let weights = first_weight..first_weight + count;
+                let reach = Reach::new(deformation, joints.len());
+                reaches.push(PrimitiveReach { primitive, joints: joints.clone(), weights, reach });
+                target_count = target_count.max(count);
+            }
+            meshes.push(BentMesh { mesh, target_count });
+            first_weight += target_count;
+        }
+        let device = &gpu_scene.device;
+        let (label, none) = ("gpu_scene/moving/bend", wgpu::BufferUsages::empty());
+        let shader = SHADERS.link(label, &[])?;
+        let kernel = ComputeKernel::new(device, &shader, "bend", label);
+        Ok(Self {
+            kernel,
+            parameters: BendParameters {
+                primitive_count: lists.primitives.len() as u32,
+                vertex_count: lists.rest.len() as u32,
+                ..BendParameters::default()
+            },
+            bytes: lists.bytes(),
+            lists: [
+                ("bent_primitives", storage_buffer_of(device, "scene/bent_primitives", &lists.primitives, none)?),
+                ("rest", storage_buffer_of(device, "scene/rest_vertices", lists.rest.as_flattened(), none)?),
+                ("influences", storage_buffer_of(device, "scene/influences", &lists.influences, none)?),
+                ("displacements", storage_buffer_of(device, "scene/morph_targets", &lists.displacements, none)?),
+            ],
+            meshes,
+            reaches,
+            last: Bend::default(),
+        })
+    }
+
+    /// What bends the vertices at a pose. An error where `scene` has other meshes that bend than it was made of, and for joints that are
+    /// not finite.
+    pub fn bend(&self, scene: &Scene, pose: &Pose) -> Result<Bend, RenderError> {
+        let changed = |what: &str| Err(RenderError::NeedsUpdate { what: what.to_owned() });
+        if !bent_meshes(scene).eq(self.meshes.iter().map(|bent| bent.mesh)) {
+            return changed("other meshes bend than before");
+        }
+        let motion = &scene.motion;
+        let joints: Vec<Affine3A> = (0..motion.skins.len()).flat_map(|skin| motion.joints(skin, pose)).collect();
+        if self.reaches.iter().any(|reach| reach.joints.end > joints.len()) {
+            return changed("skins have fewer joints than before");
+        }
+        let weights = self.meshes.iter().flat_map(|BentMesh { mesh, target_count }| {
+            let weights = &pose.weights[mesh.node];
+            (0..*target_count).map(|target| weights.get(target).copied().unwrap_or(0.0))
+        });
+        let weights: Vec<f32> = weights.collect();
+        let is_finite = joints.iter().all(Affine3A::is_finite) && weights.iter().all(|weight| weight.is_finite());
+        if !is_finite {
+            return Err(RenderError::InvalidScene { what: "a joint's transform or a weight is not finite".to_owned() });
+        }
+        Ok(Bend { joints, weights })
+    }
+
+    /// Whether the device has last bent the vertices by something else.
+    pub fn is_other(&self, bend: &Bend) -> bool {
+        self.last != *bend
+    }
+
+    /// Which of the scene's meshes bend.
+    pub fn meshes(&self) -> impl Iterator<Item = usize> {
+        self.meshes.iter().map(|bent| bent.mesh.mesh)
+    }
+
+    /// Of each primitive that bends its place among all, and a box that holds its vertices, object space, m.
+    pub fn bounds(&self, bend: &Bend) -> Vec<(usize, Bounds)> {
+        let bounds = |of: &PrimitiveReach| {
+            (of.primitive, of.reach.bounds(&bend.weights[of.weights.clone()], &bend.joints[of.joints.clone()]))
+        };
+        self.reaches.iter().map(bounds).collect()
+    }
+
+    /// Adds the pass that bends the vertices of these buffers, and returns the number of bytes that it sends.
+    pub fn record(&mut self, frame: &mut Frame<'_>, geometry: &Geometry, bend: Bend) -> Result<u64, RenderError> {
+        let rows: Vec<[Vec4; 3]> = bend.joints.iter().map(super::rows).collect();
+        let joint_rows = frame.storage_of("scene/joint_rows", rows.as_flattened())?;
+        let target_weights = frame.storage_of("scene/target_weights", &bend.weights)?;
+        let uniform = frame.uniform(&self.parameters);
+        let mut bindings = Bindings::new()
+            .part("bending", &uniform)
+            .buffer("joint_rows", &joint_rows)
+            .buffer("target_weights", &target_weights)
+            .buffer("bent_positions", &geometry.positions)
+            .buffer("bent_attributes", &geometry.attributes);
+        for (name, list) in &self.lists {
+            bindings = bindings.buffer(name, list);
+        }
+        frame.dispatch(&self.kernel, &bindings, workgroups(self.parameters.vertex_count));
+        let bytes = size_of_val(rows.as_slice()) + size_of_val(bend.weights.as_slice()) + size_of::<BendParameters>();
+        self.last = bend;
+        Ok(bytes as u64)
+    }
+}
+
+impl Lists {
+    /// `joints`: of the skin among all; none: there is no skin.
+    fn add(
+        &mut self,
+        deformation: &Deformation,
+        first_vertex: u32,
+        joints: std::ops::Range<usize>,
+        first_weight: usize,
+    ) {
+        let Deformation { positions, normals, tangents, influences, targets, has_flat_normals } = deformation;
+        if positions.is_empty() {
+            return;
+        }
+        let (has_normals, has_tangents) =
+            (targets.iter().any(|t| !t.normals.is_empty()), targets.iter().any(|t| !t.tangents.is_empty()));
+        let vectors = if has_tangents { 3 } else { 1 + usize::from(has_normals) };
+        let set_count = if joints.is_empty() { 0 } else { influences.len() };
+        self.primitives.push(BentPrimitive {
+            first: self.rest.len() as u32,
+            vertex_count: positions.len() as u32,
+            first_vertex,
+            set_count: set_count as u32,
+            first_influence: self.influences.len() as u32,
+            first_joint: joints.start as u32,
+            target_count: targets.len() as u32,
+            first_weight: first_weight as u32,
+            first_displacement: 3 * self.displacements.len() as u32,
+            displacement_width: 3 * vectors as u32,
+            has_flat_normals: u32::from(*has_flat_normals),
+            has_tangents: u32::from(!tangents.is_empty()),
+        });
+        // As the host has it where there are no tangents.
+        let tangent = |i: usize| tangents.get(i).map_or(Vec3::X, |tangent| tangent.truncate());
+        self.rest.extend((0..positions.len()).map(|i| [positions[i], normals[i], tangent(i)]));
+        for i in 0..positions.len() {
+            self.influences.extend(influences[..set_count].iter().map(|set| Influence {
+                joints: UVec4::from_array(set.joints[i].map(u32::from)),
+                weights: set.weights[i],
+            }));
+        }
+        for target in targets {
+            for i in 0..positions.len() {
+                let lists = [&target.positions, &target.normals, &target.tangents];
+                self.displacements.extend(lists[..vectors].iter().map(|list| list.get(i).copied().unwrap_or_default()));
+            }
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let Self { primitives, rest, influences, displacements } = self;
+        let bytes = size_of_val(&primitives[..]) + size_of_val(&rest[..]);
+        (bytes + size_of_val(&influences[..]) + size_of_val(&displacements[..])) as u64
+    }
+}
