@@ -9,7 +9,7 @@
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!
-//! `update.rs` brings what has moved in the caller's scene to the device.
+//! `update.rs` brings what has moved in the caller's scene to the device; `previous.rs` keeps where it was in the frame before.
 
 mod bvh;
 mod cost;
@@ -21,6 +21,7 @@ mod mips;
 pub(crate) mod moving;
 mod needs;
 mod parts;
+mod previous;
 mod raster;
 mod refit;
 #[cfg(test)]
@@ -38,6 +39,7 @@ pub use materials::{Material, TextureSlot};
 pub use moving::Sent;
 pub(crate) use needs::Needs;
 pub(crate) use parts::Parts;
+pub(crate) use previous::GeometryAt;
 pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
@@ -48,8 +50,8 @@ use lanternfish_gpu::{Bindings, SharedStruct, gpu_struct, storage_buffer_of, uni
 use lanternfish_scene::{AlphaMode, Bounds, LightKind, Scene};
 
 use self::{
-    bvh::Bvh, geometry::Geometry, hits::Hits, materials::Materials, moving::Moving, textures::Textures, tlas::Tlas,
-    tracing::Tracing, update::Placed,
+    bvh::Bvh, geometry::Geometry, hits::Hits, materials::Materials, moving::Moving, previous::Previous,
+    textures::Textures, tlas::Tlas, tracing::Tracing, update::Placed,
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
@@ -117,6 +119,8 @@ pub struct GpuScene {
     placed: Placed,
     /// What moves instances on the device, once one has moved.
     moving: Option<Moving>,
+    /// Where things were in the frame before, where a frame has asked for motion.
+    previous: Previous,
     device: wgpu::Device,
     /// What it was uploaded for.
     needs: Needs,
@@ -192,6 +196,7 @@ impl GpuScene {
             light_trees,
             placed: Placed::new(scene, tracing),
             moving: None,
+            previous: Previous::default(),
             device: device.clone(),
             needs,
             counters,

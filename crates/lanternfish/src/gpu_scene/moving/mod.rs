@@ -263,6 +263,7 @@ impl GpuScene {
             sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }
         // Nothing is refused from here on.
+        self.before_instances_move(frame.queue);
         for (instance, transform) in &last {
             self.placed.set_transform(*instance, *transform);
         }
