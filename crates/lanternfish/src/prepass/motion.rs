@@ -13,7 +13,8 @@ use crate::{
 /// How far what pixels show has come since the frame before is written, or read.
 pub(crate) const MOTION: Feature = Feature("motion");
 
-/// Motion in uv, as `motion.wesl` has it. 11 significant bits: a motion of 16 pixels is off by 1/256 of a pixel at most.
+/// Motion in uv, as `motion.wesl` has it. Steps are at most 1/1024 of the motion, so that 16 pixels are off by less than 1/64 of a
+/// pixel, and at least 2⁻²⁴.
 pub(crate) const MOTION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
 gpu_struct! {

@@ -1,7 +1,5 @@
 //! Motion of every pixel, against what the host finds by casting rays at triangles and projecting by the matrices of both frames.
 
-use std::ops::Sub;
-
 use glam::{Affine3A, DMat4, DVec2, DVec3, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, storage_buffer, testing};
 use lanternfish_scene::{
@@ -16,7 +14,7 @@ use crate::{
     view::View,
 };
 
-const SIZE: UVec2 = UVec2::new(96, 64);
+const SIZE: UVec2 = UVec2::new(132, 88);
 
 /// A wall, a quad placed twice, once mirrored, one of which a mask drops half, and a sheet that bends.
 fn scene() -> Scene {
@@ -29,7 +27,7 @@ fn scene() -> Scene {
     let mut scene =
         scene_of(vec![quad(0, Vec3::new(0.0, 0.0, -1.0), 1.8 * Vec3::X, 1.0 * Vec3::Y)], vec![solid, masked]);
     for primitive in [
-        quad(0, Vec3::new(0.1, 0.0, 0.0), 0.25 * Vec3::X, Vec3::new(0.05, 0.2, 0.1)),
+        quad(0, Vec3::new(0.1, 0.0, 0.0), 0.3 * Vec3::X, Vec3::new(0.05, 0.25, 0.1)),
         quad(1, Vec3::new(0.0, 0.3, 0.2), 0.4 * Vec3::X, 0.25 * Vec3::Y),
         quad(0, Vec3::new(0.0, -0.45, 0.1), 0.4 * Vec3::X, Vec3::new(0.0, 0.2, -0.2)),
     ] {
@@ -212,10 +210,11 @@ impl Frames<'_> {
             assert_eq!(place.is_some(), texel.z > 0.0, "{name}: {pixel} shows something else");
             let motion = texel.truncate().truncate().as_dvec2();
             let off = ((motion - expected) * SIZE.as_dvec2()).abs();
-            // Eleven bits of a half float; corners of triangles are put on places 1/256 of a pixel apart.
-            let allowed = (expected * SIZE.as_dvec2()).abs() / 2048.0 + 1.0 / 256.0;
+            // Steps of half floats, which devices round either way; corners of triangles are put on places 1/256 of a pixel apart.
+            let halves = (expected * SIZE.as_dvec2()).abs() / 1024.0;
+            let allowed = halves + 1.0 / 256.0;
             checked.wrong += usize::from(off.cmpgt(allowed).any());
-            checked.off = checked.off.max(off.sub(allowed - 1.0 / 256.0).max_element());
+            checked.off = checked.off.max((off - halves).max_element());
             checked.longest = checked.longest.max((expected * SIZE.as_dvec2()).length());
             checked.pixels += 1;
             checked.covered += usize::from(place.is_some());
@@ -262,7 +261,7 @@ fn steps() -> Vec<Step> {
     let camera = |x, y, z| Some(looking([x, y, z], [0.0, 0.1, 0.0]));
     vec![
         Step { name: "the camera", camera: camera(0.4, 0.3, 2.3), ..nothing() },
-        Step { name: "one instance", moved: vec![(1, shift(-0.4, 0.2))], ..nothing() },
+        Step { name: "one instance", moved: vec![(1, shift(-0.8, -0.1))], ..nothing() },
         Step { name: "instances", updates: vec![turn], ..nothing() },
         nothing(),
         Step { name: "vertices", updates: vec![bend], ..nothing() },
@@ -274,7 +273,7 @@ fn steps() -> Vec<Step> {
             updates: vec![turn, bend],
         },
         nothing(),
-        Step { name: "a wide turn", camera: Some(looking([0.1, 0.2, 2.2], [0.9, 0.5, 0.4])), ..nothing() },
+        Step { name: "a wide turn", camera: Some(looking([0.1, 0.2, 2.2], [0.6, 0.4, 0.4])), ..nothing() },
     ]
 }
 
@@ -310,35 +309,22 @@ fn gpu_motion_is_what_both_frames_matrices_say() {
         let frames = Frames { triangles: triangles(&before, &scene), views: [&last_view, &view] };
         let checked = frames.check(name, &found, &through);
         println!("{name}: {checked:?}");
-        assert!(checked.pixels > 4500 && checked.covered > 2000, "{name}: {checked:?}");
+        assert!(checked.pixels > 9000 && checked.covered > 3000, "{name}: {checked:?}");
         assert_eq!(checked.wrong, 0, "{name}: {checked:?}");
         let still = name == "nothing";
         assert_eq!(still, checked.longest == 0.0, "{name}: {checked:?}");
         assert!(!still || found.iter().all(|texel| texel.truncate().truncate().abs().max_element() < 1e-7), "{name}");
         if !still {
-            // It can fail: against the way back, and against the motion of the frame before last.
-            let back = Frames { triangles: triangles(&scene, &before), views: [&view, &last_view] };
+            // It can fail: against no motion, and where all moves the other way.
             let stays = Frames { triangles: triangles(&scene, &scene), views: [&view, &view] };
-            for wrong in [stays.check(name, &found, &through).wrong, wrongs(&back, &found)] {
-                assert!(wrong > 60, "{name}: blind to other motion: {wrong}");
+            let back: Vec<Vec4> = found.iter().map(|texel| Vec4::new(-texel.x, -texel.y, texel.z, 0.0)).collect();
+            for checked in [stays.check(name, &found, &through), frames.check(name, &back, &through)] {
+                assert!(checked.wrong > 40, "{name}: blind to other motion: {checked:?}");
             }
             check_reprojection(name, &frames, &through, &found, &depths);
         }
         depths = found;
     }
-}
-
-/// Pixels whose motion is not that of these frames, whatever they show.
-fn wrongs(frames: &Frames<'_>, found: &[Vec4]) -> usize {
-    let all = found.iter().enumerate().filter(|(i, texel)| {
-        let pixel = UVec2::new(*i as u32 % SIZE.x, *i as u32 / SIZE.x).as_dvec2() + 0.5;
-        let expected = frames.at(frames.views[1], pixel);
-        expected.is_some_and(|(_, expected)| {
-            let off = (texel.truncate().truncate().as_dvec2() - expected) * SIZE.as_dvec2();
-            off.length() > 0.1
-        })
-    });
-    all.count()
 }
 
 /// The pixel of the frame before that motion leads to shows the same point, where that was seen then.
@@ -373,7 +359,7 @@ fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, found: &[
         same_in_place += usize::from(is_there(now));
     }
     println!("{name}: {same} of {seen} pixels are found again, {same_in_place} where they are now");
-    assert!(seen > 1500 && same * 100 >= seen * 95, "{name}: {same} of {seen}");
+    assert!(seen > 3000 && same * 100 >= seen * 95, "{name}: {same} of {seen}");
     assert!(same_in_place < same, "{name}: blind to motion");
 }
 
@@ -390,13 +376,13 @@ fn gpu_motion_from_behind_and_of_parallel_rays() {
     let found = harness.show(&uploaded, &towards);
     assert!(found.iter().all(|texel| texel.x == 65504.0 && texel.y == 65504.0), "{:?}", found[0]);
     let parallel = |x: f32| {
-        let projection = Projection::Orthographic { half_height: 1.0, near: 0.01, far: 20.0 };
+        let projection = Projection::Orthographic { half_height: 1.5, near: 0.01, far: 20.0 };
         view_of(&Camera::look_at(Vec3::new(x, 0.0, 5.0), Vec3::new(x, 0.0, 0.0), projection), &scene)
     };
     harness.show(&uploaded, &parallel(0.0));
     let found = harness.show(&uploaded, &parallel(0.25));
-    // To the left by 0.25 of 3 m; what is infinitely far stays.
-    let expected = |texel: &Vec4| if texel.z > 0.0 { -0.25 / 3.0 } else { 0.0 };
+    // To the left by 0.25 of 4.5 m; what is infinitely far stays.
+    let expected = |texel: &Vec4| if texel.z > 0.0 { -0.25 / 4.5 } else { 0.0 };
     let off = found.iter().map(|texel| (texel.x - expected(texel)).abs().max(texel.y.abs())).fold(0.0, f32::max);
     let covered = found.iter().filter(|texel| texel.z > 0.0).count();
     println!("parallel rays: off by {off}, {covered} pixels");
