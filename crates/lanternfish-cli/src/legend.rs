@@ -126,7 +126,9 @@ mod tests {
 
     #[test]
     fn the_picture_stays_and_the_bar_has_the_scales_colours() {
-        for view in [DebugView::LightCount, DebugView::ClusterLights, DebugView::Depth, DebugView::Occlusion] {
+        for view in
+            [DebugView::LightCount, DebugView::ClusterLights, DebugView::Depth, DebugView::Occlusion, DebugView::Motion]
+        {
             for (width, height) in [(1, 1), (320, 50), (1280, 20), (2100, 3)] {
                 let scale = Scale::of(view).unwrap();
                 let plain = picture(width, height);

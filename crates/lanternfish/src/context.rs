@@ -4,7 +4,7 @@ use glam::Quat;
 
 use crate::{
     gpu_scene::{GpuScene, VisibleDraws},
-    prepass::Surface,
+    prepass::{Surface, ViewKey},
     request::{Target, ViewRequest},
     view::{View, ViewBuffer},
 };
@@ -28,6 +28,11 @@ impl<'a> FrameContext<'a> {
     pub(crate) fn target(&self, slot: usize) -> Option<(u64, Target<'a>)> {
         let request = self.requests.get(slot)?;
         (!matches!(request.target, Target::Own)).then_some((request.key, request.target))
+    }
+
+    /// Which view it is, from frame to frame.
+    pub(crate) fn key(&self, slot: usize) -> ViewKey {
+        self.requests.get(slot).map_or(ViewKey::Slot(slot), |request| ViewKey::Key(request.key))
     }
 
     /// Whether light is summed for a view, and not shaded.

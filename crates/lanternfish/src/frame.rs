@@ -13,7 +13,7 @@ use crate::{
     light_culling::{LightCulling, LightLists, Reach},
     occlusion::{OcclusionPasses, Openness},
     output::{Output, display_target, present::Present},
-    prepass::Prepass,
+    prepass::{Prepass, ShownViews},
     progressive::Progressive,
     request::{SurfaceSource, Target},
     shading::{Arriving, Forward, LightSums, NearestBlended, Sums},
@@ -27,6 +27,8 @@ use crate::{
 #[derive(Debug)]
 pub(crate) struct Passes {
     pub prepass: Prepass,
+    /// Where motion is asked for: the prepass finds it then.
+    pub shown: Option<ShownViews>,
     /// Where pixels have several samples, and a pass wants the surface at their middle.
     pub one_sample: Option<Prepass>,
     pub light_culling: LightCulling,
@@ -102,8 +104,16 @@ impl Passes {
             occlusion.forget();
         }
         self.light_culling.forget();
+        self.forget_shown();
         self.progressive.forget();
         self.present.forget();
+    }
+
+    /// Forgets what views have shown: the next frame has none before it.
+    pub fn forget_shown(&mut self) {
+        if let Some(shown) = &mut self.shown {
+            shown.forget();
+        }
     }
 
     /// Records a frame of views of one scene.
@@ -114,6 +124,9 @@ impl Passes {
     ) -> Result<Vec<FrameResult>, RenderError> {
         if context.views.is_empty() {
             return Ok(Vec::new());
+        }
+        if let Some(shown) = &mut self.shown {
+            shown.begin();
         }
         // What every view shows, then which lights reach it: views may share the work of finding them.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
@@ -188,7 +201,13 @@ impl Passes {
             let draws = VisibleDraws { solid: draws.solid, blended: Vec::new() };
             return Ok(ViewContext { scene, view, buffer, draws, middle: surface.clone(), surface, rotation });
         }
-        let surface = self.prepass.record(frame, scene, &draws, &buffer, view.size)?;
+        let surface = match &mut self.shown {
+            None => self.prepass.record(frame, scene, &draws, &buffer, view.size)?,
+            Some(shown) => {
+                let before = shown.follow(frame, scene, view, context.key(slot));
+                self.prepass.record_moving(frame, scene, &draws, &buffer, view.size, &before)?
+            }
+        };
         let middle = match &mut self.one_sample {
             None => surface.clone(),
             Some(prepass) => prepass.record(frame, scene, &draws, &buffer, view.size)?,

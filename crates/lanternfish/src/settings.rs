@@ -265,6 +265,8 @@ named_enum! {
         RayCount = "ray-count": "Shadow rays of a pixel, as a heat map",
         /// Share of listed lights that reach the pixel.
         Visibility = "visibility": "Share of a pixel's listed lights that reach it",
+        /// How far what a pixel shows has come since the frame before: the hue is the direction, the brightness the distance.
+        Motion = "motion": "How far things move from frame to frame: hue is direction, brightness distance",
         /// How open a surface is to its surroundings: white where nothing occludes.
         Occlusion = "occlusion": "How open a surface is to its surroundings; needs `occlusion`",
         /// Magenta where the radiance is not finite, grey elsewhere.

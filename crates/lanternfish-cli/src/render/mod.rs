@@ -15,7 +15,7 @@ use glam::Vec3;
 use lanternfish::{
     Renderer,
     debug_views::Scale,
-    settings::{Indirect, Occlusion, Settings},
+    settings::{DebugView, Indirect, Occlusion, Settings},
 };
 use lanternfish_gpu::{Gpu, driver_warning};
 use lanternfish_scene::Scene;
@@ -41,6 +41,8 @@ use crate::{
 #[derive(Debug)]
 struct Planned {
     frame: ShotFrame,
+    /// What is rendered first, where the picture is of what has changed since.
+    before: Option<ShotFrame>,
     output: Output,
     is_there: bool,
 }
@@ -76,9 +78,13 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }
+    if settings.debug_view == Some(DebugView::Motion) && planned.iter().all(|planned| planned.before.is_none()) {
+        progress.note("motion is from one moment to another; --time SECONDS or --frames A-B says which");
+    }
     let aspect = size.width as f32 / size.height as f32;
     let first = shot.first();
-    let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame));
+    let befores = planned.iter().filter_map(|planned| planned.before.as_ref());
+    let frames = std::iter::once(&first).chain(planned.iter().map(|planned| &planned.frame)).chain(befores);
     let views: Vec<_> = frames.map(|frame| frame.view.clone()).collect();
     let (cameras, is_inside) = camera::choose_each(&scene, &views, aspect)?;
     if is_inside {
@@ -107,7 +113,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     let is_lit = lights.is_seen && lights.reaches_surfaces;
     let may_have_faint_sky = is_metered && is_lit && light_rig::may_have_faint_sky(&scene, &args.lights);
     let mut pictures = Pictures::new(args, renderer, uploaded, scene, motion, may_have_faint_sky);
-    let (camera_of_first, cameras) = (&cameras[0], &cameras[1..]);
+    let (camera_of_first, (cameras, cameras_before)) = (&cameras[0], cameras[1..].split_at(planned.len()));
+    let mut cameras_before = cameras_before.iter();
     if is_metered {
         // What is drawn first anyway is not drawn twice.
         let next = planned.iter().find(|planned| !planned.is_there).map(|planned| &planned.frame);
@@ -116,7 +123,11 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     }
     let mut last = String::new();
     for (index, (planned, camera)) in planned.iter().zip(cameras).enumerate() {
+        let before = planned.before.as_ref().and_then(|before| Some((before, cameras_before.next()?)));
         if !planned.is_there {
+            if let Some((before, camera)) = before {
+                pictures.show(before, camera, &mut progress)?;
+            }
             pictures.make(&planned.frame, camera, &planned.output, &mut progress)?;
         }
         last = told.done(index, &planned.output);
@@ -175,8 +186,10 @@ fn plan(shot: &Shot) -> Result<Vec<Planned>, CliError> {
     let expected = Expected::of(args);
     let is_there = |output: &Output| args.track.skip_existing && expected.fault(output).is_none();
     let there: Vec<_> = outputs.par_iter().map(is_there).collect();
+    let shows_motion = args.look.debug_view == Some(DebugView::Motion);
+    let before = |frame: &ShotFrame| shot.before(frame).filter(|_| shows_motion);
     let planned = frames.into_iter().zip(outputs).zip(there);
-    Ok(planned.map(|((frame, output), is_there)| Planned { frame, output, is_there }).collect())
+    Ok(planned.map(|((frame, output), is_there)| Planned { before: before(&frame), frame, output, is_there }).collect())
 }
 
 /// What standard output says of pictures.

@@ -115,6 +115,11 @@ impl<'a> Pictures<'a> {
         Ok(())
     }
 
+    /// Renders a frame, for what it leaves to the next one alone.
+    pub fn show(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<(), CliError> {
+        self.drawn(frame, camera, progress).map(|_| ())
+    }
+
     /// Renders a frame and writes it.
     pub fn make(
         &mut self,
@@ -150,7 +155,8 @@ impl<'a> Pictures<'a> {
         Ok(())
     }
 
-    /// What is seen at a frame's time, a picture an eye. It depends on the frame alone, not on those before it.
+    /// What is seen at a frame's time, a picture an eye. It depends on the frame alone, not on those before it; motion
+    /// is from what was drawn last.
     fn drawn(&mut self, frame: &ShotFrame, camera: &Camera, progress: &mut Progress) -> Result<Vec<Picture>, CliError> {
         let mut camera = camera.clone();
         if let (Some(motion), Some(scene), Some(bounds), Some(time)) =

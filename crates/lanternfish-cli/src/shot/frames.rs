@@ -79,6 +79,16 @@ impl Shot {
         }
     }
 
+    /// What the motion of a frame is compared with: the moment a frame's time before it, whichever other frames are asked for. None where
+    /// nothing says when the frame is.
+    pub fn before(&self, frame: &ShotFrame) -> Option<ShotFrame> {
+        let apart = match (self.args.track.frames, &self.track) {
+            (Some(Frames::Count(count)), Some(track)) => track.moment(1, count.max(2)) - track.first(),
+            _ => 1.0 / self.args.track.fps,
+        };
+        frame.time.map(|time| self.at(None, Some(time - apart)))
+    }
+
     /// One view a picture.
     pub fn views(&self) -> Vec<ViewArgs> {
         self.frames().into_iter().map(|frame| frame.view).collect()

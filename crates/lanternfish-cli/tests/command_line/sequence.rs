@@ -93,6 +93,29 @@ fn gpu_a_still_is_the_frame_of_its_time() {
     }
 }
 
+/// Motion is from the moment before, which is rendered for it: a frame does not depend on which others are.
+#[test]
+fn gpu_motion_of_a_frame_is_from_the_moment_before() {
+    let (whole, parts) = (walk(), walk());
+    let (_, stderr) = run(whole.path(), "render walk.toml --debug-view motion --frames 1-4");
+    assert!(stderr.contains("scale of motion: pixels to the right"), "{stderr}");
+    for chunk in ["4-4", "1-2", "3-3"] {
+        run(parts.path(), &format!("render walk.toml --debug-view motion --frames {chunk}"));
+    }
+    let (whole, parts) = (pictures(whole.path()), pictures(parts.path()));
+    assert!(whole == parts && whole.len() == 4, "{:?}", whole.keys());
+    let folder = walk();
+    run(folder.path(), "render walk.toml --debug-view motion --time 0.16666667 -o out/a.png");
+    let still = fs::read(folder.path().join("out/a.png")).unwrap();
+    assert!(still == whole["walk.0004.png"], "a still is the frame of its time");
+    // It can fail: another pace is another motion, and without a time there is none.
+    run(folder.path(), "render walk.toml --debug-view motion --time 0.16666667 --fps 12 -o out/a.png");
+    assert!(fs::read(folder.path().join("out/a.png")).unwrap() != still);
+    let (_, stderr) =
+        run(folder.path(), "render demo:cornell --adapter cpu --size 32x18 --debug-view motion -o out/a.png");
+    assert!(stderr.contains("--time SECONDS or --frames A-B"), "{stderr}");
+}
+
 /// An animated file: bent vertices, by the renderer and by the path tracer.
 #[test]
 fn gpu_an_animated_file_is_at_each_time_what_it_is() {

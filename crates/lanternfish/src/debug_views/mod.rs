@@ -14,6 +14,7 @@ use crate::{
     light_culling::LightCulling,
     occlusion::{self, Openness},
     output::{DISPLAY_FORMAT, show},
+    prepass::MOTION,
     settings::{Culling, DebugView, Occlusion, Settings},
     shaders::{Root, SHADERS, Shaders},
     shadows::VisibilityPlan,
@@ -27,7 +28,7 @@ gpu_struct! {
     pub struct DebugParameters {
         /// Number of the quantity: a constant of `debug.wesl`.
         quantity: u32,
-        /// The value that the hottest colour stands for; of a logarithmic heat map, the number of doublings.
+        /// The value that the hottest or brightest colour stands for; of a logarithmic heat map, the number of doublings.
         hottest: f32,
     }
 }
@@ -40,6 +41,8 @@ pub(crate) const DECLARED: Shaders =
 const HOTTEST: f32 = 10.0;
 /// Doublings that the hottest colour of a logarithmic heat map stands for: 2¹⁰ − 1 = 1,023; every colour is a factor of four.
 const DOUBLINGS: f32 = 10.0;
+/// Pixels from the frame before to this one that the brightest colour stands for: a sixtieth of a picture of 1,000 pixels.
+const FASTEST: f32 = 16.0;
 
 /// The pass that draws a debug view.
 #[derive(Debug)]
@@ -66,14 +69,16 @@ fn quantity(view: DebugView) -> Option<u32> {
         DebugView::ClusterLights => 12,
         DebugView::ClusterFragments => 13,
         DebugView::Occlusion => 14,
+        DebugView::Motion => 15,
         DebugView::BaseColor => return None,
     })
 }
 
-/// The value, or the number of doublings, that the hottest colour of a view stands for.
+/// The value, or the number of doublings, that the hottest or brightest colour of a view stands for.
 fn hottest(view: DebugView) -> f32 {
     match view {
         DebugView::LightsPerPixel | DebugView::ClusterLights | DebugView::ClusterFragments => DOUBLINGS,
+        DebugView::Motion => FASTEST,
         _ => HOTTEST,
     }
 }
@@ -93,7 +98,9 @@ fn check_clusters(view: DebugView, culling: Culling) -> Result<(), RenderError> 
 
 /// Features with which the shader of the debug view is linked.
 pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
-    [LightCulling::feature(settings.culling)].into_iter().chain(occlusion::feature(settings.occlusion)).collect()
+    let motion = (settings.debug_view == Some(DebugView::Motion)).then_some(MOTION);
+    let rooms = [LightCulling::feature(settings.culling)].into_iter().chain(occlusion::feature(settings.occlusion));
+    rooms.chain(motion).collect()
 }
 
 impl DebugViews {

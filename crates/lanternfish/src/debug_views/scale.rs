@@ -1,6 +1,6 @@
 //! What the colours of a debug view stand for.
 
-use super::{DOUBLINGS, HOTTEST};
+use super::{DOUBLINGS, FASTEST, HOTTEST};
 use crate::settings::DebugView;
 
 /// From the colours of a debug view to what it shows, and back. A place on the scale is 0 at its first colour and 1 at its last.
@@ -32,6 +32,8 @@ enum Colors {
     Gray,
     /// As much light as the place: sRGB-encoded.
     Light,
+    /// Red, as bright a byte as the place; directions other than to the right have other hues.
+    Hue,
 }
 
 impl Scale {
@@ -46,6 +48,7 @@ impl Scale {
             DebugView::ClusterLights => ("lights of the cluster", Law::Doublings(DOUBLINGS), Colors::Heat),
             DebugView::ClusterFragments => ("fragments of the cluster", Law::Doublings(DOUBLINGS), Colors::Heat),
             DebugView::Visibility => ("share of listed lights", Law::Linear(1.0), Colors::Gray),
+            DebugView::Motion => ("pixels to the right", Law::Linear(FASTEST), Colors::Hue),
             DebugView::Occlusion => ("openness", Law::Linear(1.0), Colors::Light),
             DebugView::Normal
             | DebugView::GeometricNormal
@@ -88,6 +91,7 @@ impl Scale {
         match self.colors {
             Colors::Heat => heat(place).map(byte),
             Colors::Gray => [byte(place); 3],
+            Colors::Hue => [byte(place), 0, 0],
             Colors::Light if place <= 0.003_130_8 => [byte(12.92 * place); 3],
             Colors::Light => [byte(1.055 * place.powf(1.0 / 2.4) - 0.055); 3],
         }
@@ -98,7 +102,11 @@ impl std::fmt::Display for Scale {
     /// In one line: `shadow rays, linear: 0 is black, 10 and more red`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let law = if self.is_logarithmic() { "logarithmic" } else { "linear" };
-        let last = if self.colors == Colors::Heat { "red" } else { "white" };
+        let last = match self.colors {
+            Colors::Heat => "red",
+            Colors::Gray | Colors::Light => "white",
+            Colors::Hue => "red (down is lime, left cyan, up violet)",
+        };
         let [low, high] = [0.0, 1.0].map(|place| self.value(place));
         match self.law {
             Law::Linear(1.0) => write!(f, "{}, {law}: 0 is black, 1 {last}", self.what),

@@ -117,9 +117,10 @@ struct Template {
     bounds: Bounds,
 }
 
-/// The two vertex buffers, as pipelines see them.
-pub(super) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 2] {
+/// The vertex buffers, as pipelines see them: positions, attributes, and positions in the frame before.
+pub(super) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 3] {
     const POSITION: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x3];
+    const PREVIOUS: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![5 => Float32x3];
     const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
         wgpu::vertex_attr_array![1 => Snorm16x4, 2 => Snorm16x4, 3 => Float32x4, 4 => Unorm16x4];
     let layout = |stride: usize, attributes| wgpu::VertexBufferLayout {
@@ -127,7 +128,8 @@ pub(super) fn vertex_layouts() -> [Option<wgpu::VertexBufferLayout<'static>>; 2]
         step_mode: wgpu::VertexStepMode::Vertex,
         attributes,
     };
-    [Some(layout(size_of::<Vec3>(), &POSITION)), Some(layout(size_of::<VertexAttributes>(), &ATTRIBUTES))]
+    let [positions, previous] = [&POSITION, &PREVIOUS].map(|attributes| layout(size_of::<Vec3>(), attributes));
+    [Some(positions), Some(layout(size_of::<VertexAttributes>(), &ATTRIBUTES)), Some(previous)]
 }
 
 impl Geometry {
@@ -165,7 +167,7 @@ impl Geometry {
         let copied = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | copied;
         Ok(Self {
-            positions: buffer(device, "scene/positions", &positions, vertex)?,
+            positions: buffer(device, "scene/positions", &positions, vertex | wgpu::BufferUsages::COPY_SRC)?,
             attributes: buffer(device, "scene/attributes", &attributes, vertex)?,
             indices: buffer(
                 device,

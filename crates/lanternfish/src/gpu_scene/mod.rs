@@ -9,7 +9,7 @@
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!
-//! `update.rs` brings what has moved in the caller's scene to the device.
+//! `update.rs` brings what has moved in the caller's scene to the device; `previous.rs` keeps where it was in the frame before.
 
 mod bvh;
 mod cost;
@@ -21,6 +21,7 @@ mod mips;
 pub(crate) mod moving;
 mod needs;
 mod parts;
+mod previous;
 mod raster;
 mod refit;
 #[cfg(test)]
@@ -38,6 +39,7 @@ pub use materials::{Material, TextureSlot};
 pub use moving::Sent;
 pub(crate) use needs::Needs;
 pub(crate) use parts::Parts;
+pub(crate) use previous::GeometryAt;
 pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
@@ -53,6 +55,7 @@ use self::{
     hits::Hits,
     materials::Materials,
     moving::{Bending, Moving},
+    previous::Previous,
     textures::Textures,
     tlas::Tlas,
     tracing::Tracing,
@@ -126,6 +129,8 @@ pub struct GpuScene {
     moving: Option<Moving>,
     /// What bends vertices on the device, once some have bent.
     bending: Option<Bending>,
+    /// Where things were in the frame before, where a frame has asked for motion.
+    previous: Previous,
     device: wgpu::Device,
     /// What it was uploaded for.
     needs: Needs,
@@ -221,6 +226,7 @@ impl GpuScene {
             placed: Placed::new(scene, tracing),
             moving: None,
             bending: None,
+            previous: Previous::default(),
             device: device.clone(),
             needs,
             counters,

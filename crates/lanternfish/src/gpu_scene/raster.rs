@@ -38,8 +38,8 @@ pub(crate) struct SceneRaster {
 #[derive(Clone, Debug)]
 pub(crate) struct PassState {
     pub depth: wgpu::DepthStencilState,
-    /// `None`: depth alone, or what the shader stores by itself.
-    pub target: Option<wgpu::ColorTargetState>,
+    /// By their locations; none: depth alone, or what the shader stores by itself.
+    pub targets: Vec<wgpu::ColorTargetState>,
     /// Samples a pixel.
     pub samples: u32,
     /// Whether backs are drawn whose materials have one side, as rays meet them.
@@ -119,13 +119,17 @@ impl SceneRaster {
     }
 
     fn pipeline(&self, device: &wgpu::Device, scene: &GpuScene, key: &Key) -> RasterPipeline {
-        let targets = [self.state.target.clone()];
+        let targets: Vec<_> = self.state.targets.iter().cloned().map(Some).collect();
         let shader = &self.shaders[&key.features];
         // A vertex buffer that is not read is not fetched.
         let buffers = vertex_layouts();
-        let positions_suffice = shader.vertex_locations("vertex").iter().all(|location| *location == 0);
+        let read = match shader.vertex_locations("vertex").into_iter().max() {
+            None | Some(0) => 1,
+            Some(1..=4) => 2,
+            Some(_) => 3,
+        };
         let state = RasterState {
-            vertex_buffers: if positions_suffice { &buffers[..1] } else { &buffers },
+            vertex_buffers: &buffers[..read],
             primitive: wgpu::PrimitiveState {
                 front_face: if key.facing.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
                 cull_mode: key.facing.side.filter(|_| !self.state.draws_backs).map(|side| match side {
@@ -135,14 +139,15 @@ impl SceneRaster {
                 ..Default::default()
             },
             depth: Some(self.state.depth.clone()),
-            targets: &targets[..usize::from(self.state.target.is_some())],
+            targets: &targets,
             array_lengths: &scene.textures.array_lengths(),
             samples: self.state.samples,
         };
         RasterPipeline::new(device, shader, "vertex", "fragment", self.label, &state)
     }
 
-    /// Draws in the order given; [`SceneRaster::prepare`] must have seen the draws.
+    /// Draws in the order given; [`SceneRaster::prepare`] must have seen the draws. A shader that reads where vertices were in the frame
+    /// before finds them in vertex buffer 2, which the caller sets.
     pub fn draw(
         &self,
         groups: &mut BindGroups,

@@ -238,6 +238,10 @@ impl GpuScene {
             self.bvh.iter().for_each(|bvh| bvh.update_light_leaves(queue, &triangles, &leaves));
             return Ok(());
         }
+        match bent.is_empty() {
+            true => self.before_instances_move(queue),
+            false => self.before_vertices_bend(queue),
+        }
         self.geometry.update_vertices(queue, scene, &bent);
         self.geometry.place(queue, standing(scene));
         self.bounds = self.geometry.bounds();

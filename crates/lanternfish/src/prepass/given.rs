@@ -56,7 +56,7 @@ impl GivenSurfaces {
             pipeline.bind(groups, pass, &bindings, 4);
             pass.draw(0..3, 0..1);
         });
-        Ok(Surface { depth: own_depth, target: Some(own_target), size, samples: 1 })
+        Ok(Surface { depth: own_depth, target: Some(own_target), motion: None, size, samples: 1 })
     }
 }
 

@@ -1,9 +1,12 @@
-//! Depth and the thin surface target of what the view shows [Elagabani2025, §4.1].
+//! Depth and the thin surface target of what the view shows [Elagabani2025, §4.1], and its motion.
 
 mod given;
+mod motion;
+#[cfg(test)]
+mod tests;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Feature, Frame};
+use lanternfish_gpu::{Bindings, Feature, Frame, SharedStruct};
 
 use crate::{
     context::ViewContext,
@@ -14,7 +17,12 @@ use crate::{
     view::ViewBuffer,
 };
 
-pub(crate) use self::given::GivenSurfaces;
+use self::motion::MOTION_FORMAT;
+pub use self::motion::{Motion, ViewMotion};
+pub(crate) use self::{
+    given::GivenSurfaces,
+    motion::{FrameBefore, MOTION, ShownViews, ViewKey},
+};
 
 /// Depth of every pixel; its precision is what reverse-Z is for.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -29,19 +37,29 @@ pub(crate) const MULTISAMPLED: Feature = Feature("multisampled");
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
-        Root::of("prepass/prepass", &[&[&[], &[MASKED], &[BLENDED]], TEXTURES]),
+        Root::of("prepass/prepass", &[&[&[], &[MASKED], &[BLENDED], &[MOTION], &[MOTION, MASKED]], TEXTURES]),
         Root::of("prepass/depth", &[&[&[], &[MASKED]], TEXTURES]),
         given::ROOT,
     ],
-    structs: &[],
+    structs: &[SharedStruct::of::<ViewMotion>()],
 };
 
 /// The pass that draws depth and the surface target.
 #[derive(Debug)]
 pub struct Prepass {
     raster: SceneRaster,
-    with_target: bool,
+    writes: Writes,
     samples: u32,
+}
+
+/// What a prepass writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Writes {
+    Depth,
+    /// And the surface target.
+    Surface,
+    /// And motion.
+    Motion,
 }
 
 /// What the view shows: the prepass's result.
@@ -51,6 +69,8 @@ pub struct Surface {
     pub depth: wgpu::TextureView,
     /// Normals and roughness; where a later pass asks for them.
     pub target: Option<wgpu::TextureView>,
+    /// How far what it shows has come since the frame before; where a later pass asks for it.
+    pub motion: Option<Motion>,
     /// Size of the picture, pixels.
     pub size: UVec2,
     /// Samples a pixel.
@@ -60,11 +80,14 @@ pub struct Surface {
 impl Surface {
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
-        let bindings = Bindings::new().texture("depth_texture", &self.depth);
-        match &self.target {
-            Some(target) => bindings.texture("surface_texture", target),
-            None => bindings,
+        let mut bindings = Bindings::new().texture("depth_texture", &self.depth);
+        if let Some(target) = &self.target {
+            bindings = bindings.texture("surface_texture", target);
         }
+        if let Some(motion) = &self.motion {
+            bindings = bindings.with(&motion.bindings());
+        }
+        bindings
     }
 
     /// Its depth as an attachment that is tested and not written.
@@ -77,16 +100,23 @@ impl Prepass {
     /// Nothing is compiled until the first scene is drawn. `with_target`: whether a later pass asks for normals or roughness;
     /// there are none with more than one sample a pixel.
     pub fn new(with_target: bool, samples: u32) -> Self {
-        let with_target = with_target && samples == 1;
-        let module = if with_target { "prepass/prepass" } else { "prepass/depth" };
-        let raster = SceneRaster::new("prepass", module, &[], true, state(with_target, samples));
-        Self { raster, with_target, samples }
+        let writes = if with_target && samples == 1 { Writes::Surface } else { Writes::Depth };
+        let module = if writes == Writes::Surface { "prepass/prepass" } else { "prepass/depth" };
+        let raster = SceneRaster::new("prepass", module, &[], true, state(writes, samples));
+        Self { raster, writes, samples }
+    }
+
+    /// A prepass that writes motion besides, one sample a pixel: for [`Self::record_moving`].
+    pub(crate) fn of_moving() -> Self {
+        let raster = SceneRaster::new("prepass", "prepass/prepass", &[MOTION], true, state(Writes::Motion, 1));
+        Self { raster, writes: Writes::Motion, samples: 1 }
     }
 
     /// A prepass of blended surfaces, with normals and roughness, one sample a pixel.
     pub fn of_blended() -> Self {
-        let raster = SceneRaster::new("prepass/blended", "prepass/prepass", &[BLENDED], false, state(true, 1));
-        Self { raster, with_target: true, samples: 1 }
+        let raster =
+            SceneRaster::new("prepass/blended", "prepass/prepass", &[BLENDED], false, state(Writes::Surface, 1));
+        Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
     /// Draws everything but blended surfaces for one view of the frame.
@@ -99,7 +129,22 @@ impl Prepass {
         size: UVec2,
     ) -> Result<Surface, RenderError> {
         let bindings = view.bindings().with(&scene.bindings());
-        self.draw(frame, scene, &draws.solid, &bindings, size)
+        self.draw(frame, scene, &draws.solid, &bindings, size, None)
+    }
+
+    /// The same, and how far everything has come since the frame before. For a prepass [`Self::of_moving`].
+    pub(crate) fn record_moving(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        draws: &VisibleDraws<'_>,
+        view: &ViewBuffer,
+        size: UVec2,
+        before: &FrameBefore<'_>,
+    ) -> Result<Surface, RenderError> {
+        let (own, compared) = (scene.bindings(), before.bindings());
+        let bindings = view.bindings().with(&own).with(&compared);
+        self.draw(frame, scene, &draws.solid, &bindings, size, Some(before))
     }
 
     /// Draws a view's blended surfaces that are nearer than what is at its pixels' middles, and keeps the nearest. For a prepass
@@ -110,7 +155,7 @@ impl Prepass {
         ViewContext { scene, buffer, draws, middle, .. }: &ViewContext<'_>,
     ) -> Result<Surface, RenderError> {
         let bindings = buffer.bindings().with(&scene.bindings()).texture("depth_texture", &middle.depth);
-        self.draw(frame, scene, &draws.blended, &bindings, middle.size)
+        self.draw(frame, scene, &draws.blended, &bindings, middle.size, None)
     }
 
     fn draw(
@@ -120,42 +165,48 @@ impl Prepass {
         draws: &[&Draw],
         bindings: &Bindings<'_>,
         size: UVec2,
+        before: Option<&FrameBefore<'_>>,
     ) -> Result<Surface, RenderError> {
         self.raster.prepare(frame.device, scene, draws)?;
-        let surface = self.surface(frame, size);
-        let color = surface.target.as_ref().map(|view| wgpu::RenderPassColorAttachment {
+        let surface = self.surface(frame, size, before);
+        let targets = surface.target.iter().chain(surface.motion.iter().map(|motion| &motion.target));
+        let color = |view| wgpu::RenderPassColorAttachment {
             view,
             depth_slice: None,
             resolve_target: None,
             ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
-        });
-        let colors = [color];
+        };
+        let colors: Vec<_> = targets.map(|target| Some(color(target))).collect();
         let depth = wgpu::RenderPassDepthStencilAttachment {
             view: &surface.depth,
             depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         };
         let label = self.raster.label();
-        frame.render(label, &colors[..usize::from(self.with_target)], Some(depth), |groups, pass| {
+        frame.render(label, &colors, Some(depth), |groups, pass| {
+            if let Some(before) = before {
+                pass.set_vertex_buffer(2, before.positions().slice(..));
+            }
             self.raster.draw(groups, pass, scene, bindings, draws);
         });
         Ok(surface)
     }
 
-    fn surface(&self, frame: &mut Frame<'_>, size: UVec2) -> Surface {
+    fn surface(&self, frame: &mut Frame<'_>, size: UVec2, before: Option<&FrameBefore<'_>>) -> Surface {
         let none = wgpu::TextureUsages::empty();
         let mut target = |label, format| frame_target(frame, label, size, format, none, self.samples);
         let depth = target("depth", DEPTH_FORMAT);
         Surface {
             depth,
-            target: self.with_target.then(|| target("surface", SURFACE_FORMAT)),
+            target: (self.writes >= Writes::Surface).then(|| target("surface", SURFACE_FORMAT)),
+            motion: before.map(|before| before.found(target("motion", MOTION_FORMAT))),
             size,
             samples: self.samples,
         }
     }
 }
 
-fn state(with_target: bool, samples: u32) -> PassState {
+fn state(writes: Writes, samples: u32) -> PassState {
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
         depth_write_enabled: Some(true),
@@ -164,5 +215,10 @@ fn state(with_target: bool, samples: u32) -> PassState {
         stencil: Default::default(),
         bias: Default::default(),
     };
-    PassState { depth, target: with_target.then(|| SURFACE_FORMAT.into()), samples, draws_backs: false }
+    let targets = match writes {
+        Writes::Depth => Vec::new(),
+        Writes::Surface => vec![SURFACE_FORMAT.into()],
+        Writes::Motion => vec![SURFACE_FORMAT.into(), MOTION_FORMAT.into()],
+    };
+    PassState { depth, targets, samples, draws_backs: false }
 }

@@ -14,7 +14,7 @@ use crate::{
     light_culling::LightCulling,
     occlusion,
     output::{Output, present::Present},
-    prepass::{DEPTH_FORMAT, Prepass},
+    prepass::{DEPTH_FORMAT, Prepass, ShownViews},
     progressive::Progressive,
     rays::Tracer,
     settings::{
@@ -88,10 +88,16 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
     let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::None;
     let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
+    // With one sample a pixel, as debug views have it.
+    let asks_for_motion = settings.debug_view == Some(DebugView::Motion);
     // What is found for a pixel is of the surface at its middle.
     let one_sample = (finds_arriving || tracer.is_some()) && settings.samples != Samples::One;
     let passes = Passes {
-        prepass: Prepass::new(asks_for_normals, settings.samples.count()),
+        prepass: match asks_for_motion {
+            false => Prepass::new(asks_for_normals, settings.samples.count()),
+            true => Prepass::of_moving(),
+        },
+        shown: asks_for_motion.then(ShownViews::default),
         one_sample: one_sample.then(|| Prepass::new(true, 1)),
         light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
         occlusion: openness_passes,
@@ -109,7 +115,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     };
     let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
     let needs = Needs::new(&settings, parts, texture_arrays, anisotropy);
-    let drawn = (asks_for_normals, one_sample, settings.samples, shading::features(&settings, tracer));
+    let drawn = (asks_for_normals, asks_for_motion, one_sample, settings.samples, shading::features(&settings, tracer));
     let compiled = Compiled { asked: Asked::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
 }

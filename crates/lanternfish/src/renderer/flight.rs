@@ -104,6 +104,8 @@ impl Renderer {
         let frame = self.record(&mut commands, scene, &elsewhere)?;
         self.queue.submit([commands.finish()]);
         self.submitted(frame);
+        // These frames are before none.
+        self.passes.forget_shown();
         let lost = |error| GpuError::ReadBack { what: "ready".to_owned(), source: Box::new(error) };
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
         // Of the caller's frames it is told later.

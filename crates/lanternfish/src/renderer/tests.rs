@@ -1,6 +1,7 @@
 mod change;
 mod flight;
 mod later;
+mod motion;
 mod steady;
 
 use lanternfish_gpu::testing;

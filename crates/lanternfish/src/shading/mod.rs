@@ -100,7 +100,7 @@ impl Forward {
                 module,
                 &opaque,
                 true,
-                PassState { depth: equal, target: Some(RADIANCE_FORMAT.into()), samples, draws_backs: false },
+                PassState { depth: equal, targets: vec![RADIANCE_FORMAT.into()], samples, draws_backs: false },
             )
             .lit_by_areas(),
             dim: SceneRaster::new(
@@ -108,14 +108,14 @@ impl Forward {
                 "shading/dim",
                 &[],
                 false,
-                PassState { depth: nearer.clone(), target: Some(multiplied), samples, draws_backs: false },
+                PassState { depth: nearer.clone(), targets: vec![multiplied], samples, draws_backs: false },
             ),
             blended: SceneRaster::new(
                 "shading/transparent",
                 module,
                 &blended,
                 false,
-                PassState { depth: nearer, target: Some(over), samples, draws_backs: false },
+                PassState { depth: nearer, targets: vec![over], samples, draws_backs: false },
             )
             .lit_by_areas(),
             samples,

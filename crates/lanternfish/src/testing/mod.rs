@@ -20,12 +20,13 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 11] = [
+const PROBES: [ShaderSource; 12] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
     ("testing/light_tree", include_str!("light_tree.wesl")),
     ("testing/masks", include_str!("masks.wesl")),
+    ("testing/motion", include_str!("motion.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
     ("testing/random", include_str!("random.wesl")),

@@ -75,15 +75,27 @@ impl View {
     /// The same as frame `frame_index` of those that are averaged sees it: the picture is moved by
     /// [`jitter_of_frame`], which frame 0 has none of.
     pub fn of_frame(&self, frame_index: u32) -> Self {
-        // Pixels to ndc, where y is up. In perspective w = -z, so that a shift of ndc is one of the column of z.
-        let shift = jitter_of_frame(frame_index) * Vec2::new(2.0, -2.0) / self.size.as_vec2();
         let mut view = Self { frame_index, ..*self };
+        view.shift(jitter_of_frame(frame_index));
+        view
+    }
+
+    /// The same through the middles of pixels: what [`Self::of_frame`] was made of, but for the last bits of the shift.
+    pub(crate) fn centered(&self) -> Self {
+        let mut view = Self { frame_index: 0, ..*self };
+        view.shift(-jitter_of_frame(self.frame_index));
+        view
+    }
+
+    /// Moves the picture, pixels, x right and y down.
+    fn shift(&mut self, pixels: Vec2) {
+        // Pixels to ndc, where y is up. In perspective w = -z, so that a shift of ndc is one of the column of z.
+        let shift = pixels * Vec2::new(2.0, -2.0) / self.size.as_vec2();
         let (column, sign) = match self.orthographic == 1 {
-            true => (&mut view.clip_from_view.w_axis, 1.0),
-            false => (&mut view.clip_from_view.z_axis, -1.0),
+            true => (&mut self.clip_from_view.w_axis, 1.0),
+            false => (&mut self.clip_from_view.z_axis, -1.0),
         };
         *column += (sign * shift).extend(0.0).extend(0.0);
-        view
     }
 
     /// What clustering needs to know; near and far as tight as `bounds` allows.

@@ -65,6 +65,9 @@ impl GpuScene {
             return Err(RenderError::InvalidScene { what });
         }
         let bends = bend.is_some();
+        if bends {
+            self.before_vertices_bend(frame.queue);
+        }
         if let (Some(bend), Some(bending)) = (bend, &mut self.bending) {
             // Whatever becomes of the frame.
             self.placed.forget_vertices(bending.meshes());

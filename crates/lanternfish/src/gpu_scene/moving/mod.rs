@@ -301,6 +301,7 @@ impl GpuScene {
             sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }
         // Nothing is refused from here on.
+        self.before_instances_move(frame.queue);
         for (instance, transform) in moved {
             self.placed.set_transform(*instance, *transform);
         }

@@ -3,7 +3,7 @@
 use glam::{Affine3A, Quat, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, read_back, testing};
 use lanternfish_scene::{
-    Bounds, Instance, Light, Material, Mesh, Primitive, Scene,
+    Bounds, Camera, Instance, Light, Material, Mesh, Primitive, Scene,
     motion::{
         Animation, Bound, BoundLight, Channel, Deformation, DeformedMesh, Influences, Interpolation, MorphTarget,
         Motion, Node, Property, Sampler, Skin, Transform,
@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
-    settings::{Indirect, Sampled, Shadows, Tracer},
+    settings::{DebugView, Indirect, Sampled, Shadows, Tracer},
     testing::{quad, scene_of},
 };
 
@@ -316,4 +316,33 @@ fn gpu_what_cannot_be_animated_is_named() {
         other.motion.instances[0].node = 99;
         assert!(matches!(error(&other, (0, 0.0)), RenderError::InvalidScene { .. }));
     }
+}
+
+/// Motion of what the device bends is that of what the host bends, to the bit, and there is some.
+#[test]
+fn gpu_motion_sees_what_the_device_bends() {
+    let Some(gpu) = testing::gpu("gpu_motion_sees_what_the_device_bends") else { return };
+    let scene = scene();
+    let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
+    let shown = |by_device: bool| {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
+        let mut pictures = Vec::new();
+        for time in [0.3, 0.5, 0.5, 1.1] {
+            if by_device {
+                renderer.animate(&mut uploaded, &scene, Some((0, time))).unwrap();
+            } else {
+                let mut posed = scene.clone();
+                posed.pose(0, time);
+                renderer.update(&mut uploaded, &posed).unwrap();
+            }
+            pictures.push(renderer.render(&uploaded, &camera, 60, 40).unwrap().display);
+        }
+        pictures
+    };
+    let (device, host) = (shown(true), shown(false));
+    assert!(device == host, "motion differs");
+    let moving = |i: usize| device[i].iter().filter(|pixel| pixel[..3] != [0; 3]).count();
+    assert!(moving(1) > 200 && moving(2) == 0 && moving(3) > 200, "{} {} {}", moving(1), moving(2), moving(3));
 }

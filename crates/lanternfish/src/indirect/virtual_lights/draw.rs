@@ -39,7 +39,7 @@ impl MapRaster {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let state = PassState { depth, target: Some(FORMAT.into()), samples: 1, draws_backs: true };
+        let state = PassState { depth, targets: vec![FORMAT.into()], samples: 1, draws_backs: true };
         let label = "indirect/virtual_lights/draw";
         let reconstruct = SHADERS.link("indirect/virtual_lights/reconstruct", &[])?;
         Ok(Self {

@@ -123,7 +123,7 @@ impl ClusteredCulling {
             stencil: Default::default(),
             bias: Default::default(),
         };
-        let state = PassState { depth: seen, target: None, samples: samples.count(), draws_backs: false };
+        let state = PassState { depth: seen, targets: Vec::new(), samples: samples.count(), draws_backs: false };
         Ok(Self {
             settings,
             mark: ComputeKernel::new(device, &mark, "mark", &label("mark")),

@@ -1,0 +1,390 @@
+//! Motion of every pixel, against what the host finds by casting rays at triangles and projecting by the matrices of both frames.
+
+use glam::{Affine3A, DMat4, DVec2, DVec3, UVec2, Vec2, Vec3, Vec4};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Gpu, Profiler, read_back, storage_buffer, testing};
+use lanternfish_scene::{
+    AlphaMode, Camera, Filter, Image, Instance, Material, Mesh, Projection, Sampler, Scene, Texture, TextureRef,
+};
+
+use super::*;
+use crate::{
+    Renderer, Settings,
+    settings::Shadows,
+    testing::{looking, probe, quad, scene_of},
+    view::View,
+};
+
+const SIZE: UVec2 = UVec2::new(132, 88);
+
+/// A wall, a quad placed twice, once mirrored, one of which a mask drops half, and a sheet that bends.
+fn scene() -> Scene {
+    let solid = Material { double_sided: true, ..Material::default() };
+    let masked = Material {
+        alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+        base_color_texture: Some(TextureRef::new(0)),
+        ..solid.clone()
+    };
+    let mut scene =
+        scene_of(vec![quad(0, Vec3::new(0.0, 0.0, -1.0), 1.8 * Vec3::X, 1.0 * Vec3::Y)], vec![solid, masked]);
+    for primitive in [
+        quad(0, Vec3::new(0.1, 0.0, 0.0), 0.3 * Vec3::X, Vec3::new(0.05, 0.25, 0.1)),
+        quad(1, Vec3::new(0.0, 0.3, 0.2), 0.4 * Vec3::X, 0.25 * Vec3::Y),
+        quad(0, Vec3::new(0.0, -0.45, 0.1), 0.4 * Vec3::X, Vec3::new(0.0, 0.2, -0.2)),
+    ] {
+        scene.meshes.push(Mesh { name: String::new(), primitives: vec![primitive] });
+    }
+    let placed = |mesh, world_from_object| Instance { name: String::new(), mesh, world_from_object };
+    let mirrored = Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0));
+    scene.instances.extend([
+        placed(1, Affine3A::from_translation(Vec3::new(-0.6, 0.1, 0.0))),
+        placed(1, Affine3A::from_translation(Vec3::new(0.7, 0.0, 0.1)) * mirrored),
+        placed(2, Affine3A::IDENTITY),
+        placed(3, Affine3A::from_rotation_z(0.1)),
+    ]);
+    scene.images.push(Image {
+        name: String::new(),
+        width: 2,
+        height: 1,
+        rgba: [[255; 4], [255, 255, 255, 0]].concat(),
+    });
+    let nearest = Sampler { mag: Filter::Nearest, min: Filter::Nearest, ..Sampler::default() };
+    scene.samplers.push(nearest);
+    scene.textures.push(Texture { image: 0, sampler: 0 });
+    scene
+}
+
+/// The passes up to motion.
+struct Harness<'g> {
+    gpu: &'g Gpu,
+    renderer: Renderer,
+    profiler: Profiler,
+    prepass: Prepass,
+    shown: ShownViews,
+    pixels: ComputeKernel,
+}
+
+impl<'g> Harness<'g> {
+    fn new(gpu: &'g Gpu) -> Self {
+        let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
+        Self {
+            gpu,
+            renderer: Renderer::new(&gpu.device, &gpu.queue, settings).unwrap(),
+            profiler: Profiler::new(&gpu.device, &gpu.queue),
+            prepass: Prepass::of_moving(),
+            shown: ShownViews::default(),
+            pixels: probe(gpu, "testing/motion", &[], "pixels"),
+        }
+    }
+
+    /// A frame of one view: motion, uv, and depth of each pixel.
+    fn show(&mut self, scene: &GpuScene, view: &View) -> Vec<Vec4> {
+        let Self { gpu, profiler, prepass, shown, pixels, .. } = self;
+        let count = (SIZE.x * SIZE.y) as usize;
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
+        shown.begin();
+        let before = shown.follow(&mut frame, scene, view, ViewKey::Slot(0));
+        let buffer = view.upload(&gpu.device);
+        let draws = scene.visible_draws(view);
+        let surface = prepass.record_moving(&mut frame, scene, &draws, &buffer, SIZE, &before).unwrap();
+        let found = storage_buffer(&gpu.device, "pixel_motions", 16 * count as u64).unwrap();
+        let bindings =
+            buffer.bindings().with(&surface.bindings()).with(&Bindings::new().buffer("pixel_motions", &found));
+        frame.dispatch(pixels, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
+        frame.submit();
+        read_back(&gpu.device, &gpu.queue, &found, count).unwrap()
+    }
+}
+
+/// A triangle of the scene at two moments: before and now, world space.
+struct Triangle {
+    corners: [[DVec3; 3]; 2],
+    uv: [Vec2; 3],
+    is_masked: bool,
+}
+
+fn triangles(before: &Scene, now: &Scene) -> Vec<Triangle> {
+    let mut triangles = Vec::new();
+    for (i, instance) in now.instances.iter().enumerate() {
+        for (p, primitive) in now.meshes[instance.mesh].primitives.iter().enumerate() {
+            triangles.extend(primitive.indices.as_chunks::<3>().0.iter().map(|corners| {
+                let of = |scene: &Scene| {
+                    let world_from_object = scene.instances[i].world_from_object;
+                    let positions = &scene.meshes[instance.mesh].primitives[p].positions;
+                    corners.map(|v| world_from_object.transform_point3(positions[v as usize]).as_dvec3())
+                };
+                Triangle {
+                    corners: [of(before), of(now)],
+                    uv: corners.map(|v| primitive.uv0[v as usize]),
+                    is_masked: primitive.material == 1,
+                }
+            }));
+        }
+    }
+    triangles
+}
+
+/// What a ray meets first.
+struct Hit {
+    triangle: usize,
+    weights: [f64; 3],
+    distance: f64,
+}
+
+fn weighted<T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>>(v: [T; 3], w: [f64; 3]) -> T {
+    v[0] * w[0] + v[1] * w[1] + v[2] * w[2]
+}
+
+/// Through the triangles at a moment: 0: before, 1: now.
+fn cast(triangles: &[Triangle], moment: usize, eye: DVec3, direction: DVec3) -> Option<Hit> {
+    let hits = triangles.iter().enumerate().filter_map(|(index, triangle)| {
+        let [a, b, c] = triangle.corners[moment];
+        let (ab, ac) = (b - a, c - a);
+        let across = direction.cross(ac);
+        let determinant = ab.dot(across);
+        let from = eye - a;
+        let u = from.dot(across) / determinant;
+        let v = direction.dot(from.cross(ab)) / determinant;
+        let distance = ac.dot(from.cross(ab)) / determinant;
+        let weights = [1.0 - u - v, u, v];
+        let is_met = distance > 0.0 && weights.iter().all(|w| *w >= 0.0);
+        let is_open = triangle.is_masked && weighted(triangle.uv.map(|uv| f64::from(uv.x)), weights) >= 0.5;
+        (is_met && !is_open).then_some(Hit { triangle: index, weights, distance })
+    });
+    hits.min_by(|a, b| a.distance.total_cmp(&b.distance))
+}
+
+fn eye(view: &View) -> DVec3 {
+    view.eye.as_dvec3()
+}
+
+/// The direction of a place in the picture, pixels; as long as one along the axis.
+fn direction(view: &View, pixel: DVec2) -> DVec3 {
+    let ndc = pixel / SIZE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
+    let world_from_clip = (view.clip_from_view.as_dmat4() * view.view_from_world.as_dmat4()).inverse();
+    (world_from_clip.project_point3(ndc.extend(0.5)) - eye(view)).normalize()
+}
+
+fn uv_of(view: &View, p: DVec3, w: f64) -> DVec2 {
+    let clip_from_world: DMat4 = view.clip_from_view.as_dmat4() * view.view_from_world.as_dmat4();
+    let clip = clip_from_world * p.extend(w);
+    DVec2::new(clip.x, -clip.y) / clip.w * 0.5 + 0.5
+}
+
+/// Two frames: before and now.
+struct Frames<'a> {
+    triangles: Vec<Triangle>,
+    /// Through the middles of pixels.
+    views: [&'a View; 2],
+}
+
+impl Frames<'_> {
+    /// Where what is seen through a place of the frame of now was, world space, and its motion, uv. None at edges: where less than a pixel
+    /// beside something else is seen. The picture is seen through `through`.
+    fn at(&self, through: &View, pixel: DVec2) -> Option<(Option<DVec3>, DVec2)> {
+        let seen = |pixel| cast(&self.triangles, 1, eye(through), direction(through, pixel));
+        let middle = seen(pixel);
+        let around = [(-0.8, -0.8), (0.8, -0.8), (-0.8, 0.8), (0.8, 0.8)].map(|(x, y)| seen(pixel + DVec2::new(x, y)));
+        let index = |hit: &Option<Hit>| hit.as_ref().map(|hit| hit.triangle);
+        if around.iter().any(|hit| index(hit) != index(&middle)) {
+            return None;
+        }
+        let [before, now] = self.views;
+        Some(match middle {
+            None => {
+                let far = direction(through, pixel);
+                (None, uv_of(now, far, 0.0) - uv_of(before, far, 0.0))
+            }
+            Some(hit) => {
+                let [was, is] = self.triangles[hit.triangle].corners.map(|corners| weighted(corners, hit.weights));
+                (Some(was), uv_of(now, is, 1.0) - uv_of(before, was, 1.0))
+            }
+        })
+    }
+
+    /// Compares all pixels but those at edges.
+    fn check(&self, name: &str, found: &[Vec4], through: &View) -> Checked {
+        let mut checked = Checked::default();
+        for (i, texel) in found.iter().enumerate() {
+            let pixel = UVec2::new(i as u32 % SIZE.x, i as u32 / SIZE.x).as_dvec2() + 0.5;
+            let Some((place, expected)) = self.at(through, pixel) else { continue };
+            assert_eq!(place.is_some(), texel.z > 0.0, "{name}: {pixel} shows something else");
+            let motion = texel.truncate().truncate().as_dvec2();
+            let off = ((motion - expected) * SIZE.as_dvec2()).abs();
+            // Steps of half floats, which devices round either way; corners of triangles are put on places 1/256 of a pixel apart.
+            let halves = (expected * SIZE.as_dvec2()).abs() / 1024.0;
+            let allowed = halves + 1.0 / 256.0;
+            checked.wrong += usize::from(off.cmpgt(allowed).any());
+            checked.off = checked.off.max((off - halves).max_element());
+            checked.longest = checked.longest.max((expected * SIZE.as_dvec2()).length());
+            checked.pixels += 1;
+            checked.covered += usize::from(place.is_some());
+        }
+        checked
+    }
+}
+
+#[derive(Debug, Default)]
+struct Checked {
+    pixels: usize,
+    covered: usize,
+    wrong: usize,
+    /// Beyond what half floats round, pixels.
+    off: f64,
+    /// Pixels.
+    longest: f64,
+}
+
+/// What moves between two frames.
+struct Step {
+    name: &'static str,
+    camera: Option<Camera>,
+    /// By [`Renderer::move_instances`].
+    moved: Vec<(usize, Affine3A)>,
+    /// By [`Renderer::update`]: one after the other.
+    updates: Vec<fn(&mut Scene)>,
+}
+
+fn steps() -> Vec<Step> {
+    let nothing = || Step { name: "nothing", camera: None, moved: Vec::new(), updates: Vec::new() };
+    let turn = |s: &mut Scene| {
+        for (i, instance) in s.instances.iter_mut().enumerate() {
+            let shift = Affine3A::from_translation(Vec3::new(0.05, 0.03 * i as f32, -0.04));
+            instance.world_from_object = shift * instance.world_from_object * Affine3A::from_rotation_z(0.1);
+        }
+    };
+    let bend = |s: &mut Scene| {
+        let positions = &mut s.meshes[3].primitives[0].positions;
+        (positions[1].y, positions[2].z, positions[3].x) =
+            (positions[1].y + 0.12, positions[2].z + 0.1, positions[3].x - 0.06);
+    };
+    let shift = |x, y| Affine3A::from_translation(Vec3::new(x, y, 0.05));
+    let camera = |x, y, z| Some(looking([x, y, z], [0.0, 0.1, 0.0]));
+    vec![
+        Step { name: "the camera", camera: camera(0.4, 0.3, 2.3), ..nothing() },
+        Step { name: "one instance", moved: vec![(1, shift(-0.8, -0.1))], ..nothing() },
+        Step { name: "instances", updates: vec![turn], ..nothing() },
+        nothing(),
+        Step { name: "vertices", updates: vec![bend], ..nothing() },
+        Step { name: "vertices again", updates: vec![bend], ..nothing() },
+        Step {
+            name: "all, and twice",
+            camera: camera(0.1, 0.2, 2.2),
+            moved: vec![(3, shift(0.2, -0.1)), (0, shift(0.0, 0.1))],
+            updates: vec![turn, bend],
+        },
+        nothing(),
+        Step { name: "a wide turn", camera: Some(looking([0.1, 0.2, 2.2], [0.6, 0.4, 0.4])), ..nothing() },
+    ]
+}
+
+fn view_of(camera: &Camera, scene: &Scene) -> View {
+    View::new(camera, SIZE, Vec3::ZERO, &scene.bounds())
+}
+
+#[test]
+fn gpu_motion_is_what_both_frames_matrices_say() {
+    let Some(gpu) = testing::gpu("gpu_motion_is_what_both_frames_matrices_say") else { return };
+    let mut harness = Harness::new(gpu);
+    let mut scene = scene();
+    let mut uploaded = harness.renderer.upload(&scene).unwrap();
+    let mut view = view_of(&looking([0.3, 0.2, 2.4], [0.0, 0.1, 0.0]), &scene);
+    let mut depths = harness.show(&uploaded, &view);
+    assert!(depths.iter().all(|texel| texel.x == 0.0 && texel.y == 0.0), "the first frame has none before it");
+    for (i, Step { name, camera, moved, updates }) in steps().into_iter().enumerate() {
+        let (before, last_view) = (scene.clone(), view);
+        if !moved.is_empty() {
+            harness.renderer.move_instances(&mut uploaded, &moved).unwrap();
+            moved.iter().for_each(|(instance, to)| scene.instances[*instance].world_from_object = *to);
+        }
+        for update in updates {
+            update(&mut scene);
+            harness.renderer.update(&mut uploaded, &scene).unwrap();
+        }
+        if let Some(camera) = camera {
+            view = view_of(&camera, &scene);
+        }
+        // Every other frame looks through other points of its pixels: that is no motion.
+        let through = view.of_frame(i as u32 % 2 * 5);
+        let found = harness.show(&uploaded, &through);
+        let frames = Frames { triangles: triangles(&before, &scene), views: [&last_view, &view] };
+        let checked = frames.check(name, &found, &through);
+        println!("{name}: {checked:?}");
+        assert!(checked.pixels > 9000 && checked.covered > 3000, "{name}: {checked:?}");
+        assert_eq!(checked.wrong, 0, "{name}: {checked:?}");
+        let still = name == "nothing";
+        assert_eq!(still, checked.longest == 0.0, "{name}: {checked:?}");
+        assert!(!still || found.iter().all(|texel| texel.truncate().truncate().abs().max_element() < 1e-7), "{name}");
+        if !still {
+            // It can fail: against no motion, and where all moves the other way.
+            let stays = Frames { triangles: triangles(&scene, &scene), views: [&view, &view] };
+            let back: Vec<Vec4> = found.iter().map(|texel| Vec4::new(-texel.x, -texel.y, texel.z, 0.0)).collect();
+            for checked in [stays.check(name, &found, &through), frames.check(name, &back, &through)] {
+                assert!(checked.wrong > 40, "{name}: blind to other motion: {checked:?}");
+            }
+            check_reprojection(name, &frames, &through, &found, &depths);
+        }
+        depths = found;
+    }
+}
+
+/// The pixel of the frame before that motion leads to shows the same point, where that was seen then.
+fn check_reprojection(name: &str, frames: &Frames<'_>, through: &View, found: &[Vec4], depths: &[Vec4]) {
+    let before = frames.views[0];
+    let world_from_clip = (before.clip_from_view.as_dmat4() * before.view_from_world.as_dmat4()).inverse();
+    let (mut seen, mut same, mut same_in_place) = (0, 0, 0);
+    for (i, texel) in found.iter().enumerate() {
+        let pixel = UVec2::new(i as u32 % SIZE.x, i as u32 / SIZE.x).as_dvec2() + 0.5;
+        let Some((Some(place), _)) = frames.at(through, pixel) else { continue };
+        let to_place = place - eye(before);
+        let hit = cast(&frames.triangles, 0, eye(before), to_place.normalize());
+        let was_seen = hit.is_some_and(|hit| hit.distance > to_place.length() - 1e-4);
+        let uv = uv_of(before, place, 1.0);
+        if !was_seen || uv.min_element() < 0.0 || uv.max_element() >= 1.0 {
+            continue;
+        }
+        seen += 1;
+        // Half a pixel across, and twice as much along what is seen at an angle, and where the frame before looked through its pixels.
+        let width = 3.0 * to_place.length() * 0.8 / f64::from(SIZE.y);
+        let is_there = |uv: DVec2| {
+            let pixel = (uv * SIZE.as_dvec2()).as_ivec2();
+            if pixel.min_element() < 0 || pixel.cmpge(SIZE.as_ivec2()).any() {
+                return false;
+            }
+            let depth = depths[(pixel.y as u32 * SIZE.x + pixel.x as u32) as usize].z;
+            let ndc = (pixel.as_dvec2() + 0.5) / SIZE.as_dvec2() * DVec2::new(2.0, -2.0) + DVec2::new(-1.0, 1.0);
+            depth > 0.0 && world_from_clip.project_point3(ndc.extend(depth.into())).distance(place) < width
+        };
+        let now = uv_of(frames.views[1], eye(through) + direction(through, pixel), 1.0);
+        same += usize::from(is_there(now - texel.truncate().truncate().as_dvec2()));
+        same_in_place += usize::from(is_there(now));
+    }
+    println!("{name}: {same} of {seen} pixels are found again, {same_in_place} where they are now");
+    assert!(seen > 3000 && same * 100 >= seen * 95, "{name}: {same} of {seen}");
+    assert!(same_in_place < same, "{name}: blind to motion");
+}
+
+/// What was behind the viewer has come from outside of any picture, and parallel rays have motion as well.
+#[test]
+fn gpu_motion_from_behind_and_of_parallel_rays() {
+    let Some(gpu) = testing::gpu("gpu_motion_from_behind_and_of_parallel_rays") else { return };
+    let mut harness = Harness::new(gpu);
+    let scene = scene();
+    let uploaded = harness.renderer.upload(&scene).unwrap();
+    let away = view_of(&looking([0.0, 0.0, 3.0], [0.0, 0.0, 9.0]), &scene);
+    let towards = view_of(&looking([0.0, 0.0, 3.0], [0.0, 0.0, 0.0]), &scene);
+    harness.show(&uploaded, &away);
+    let found = harness.show(&uploaded, &towards);
+    assert!(found.iter().all(|texel| texel.x == 65504.0 && texel.y == 65504.0), "{:?}", found[0]);
+    let parallel = |x: f32| {
+        let projection = Projection::Orthographic { half_height: 1.5, near: 0.01, far: 20.0 };
+        view_of(&Camera::look_at(Vec3::new(x, 0.0, 5.0), Vec3::new(x, 0.0, 0.0), projection), &scene)
+    };
+    harness.show(&uploaded, &parallel(0.0));
+    let found = harness.show(&uploaded, &parallel(0.25));
+    // To the left by 0.25 of 4.5 m; what is infinitely far stays.
+    let expected = |texel: &Vec4| if texel.z > 0.0 { -0.25 / 4.5 } else { 0.0 };
+    let off = found.iter().map(|texel| (texel.x - expected(texel)).abs().max(texel.y.abs())).fold(0.0, f32::max);
+    let covered = found.iter().filter(|texel| texel.z > 0.0).count();
+    println!("parallel rays: off by {off}, {covered} pixels");
+    assert!(off < 1e-4 && covered > 1000 && covered < found.len(), "{off}, {covered}");
+}

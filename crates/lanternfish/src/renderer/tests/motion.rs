@@ -1,0 +1,143 @@
+//! The debug view of motion: each view has its own frame before, and nothing is kept for renderers that do not ask.
+
+use glam::{Affine3A, Vec3};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{Camera, Material, Projection, Scene};
+
+use crate::{
+    GpuScene, Renderer, Settings, Target, ViewRequest,
+    debug_views::Scale,
+    settings::{DebugView, Exposure, Shadows},
+    testing::{quad, scene_of},
+};
+
+const SIZE: [u32; 2] = [16, 12];
+
+fn settings(debug_view: Option<DebugView>) -> Settings {
+    Settings { debug_view, shadows: Shadows::None, exposure: Exposure::Ev(0.0), ..Settings::direct_light() }
+}
+
+fn wall() -> Scene {
+    scene_of(vec![quad(0, Vec3::ZERO, 40.0 * Vec3::X, 40.0 * Vec3::Y)], vec![Material::default()])
+}
+
+/// A pixel to the right is 1/6 m.
+fn pixels(right: f32, down: f32) -> Affine3A {
+    Affine3A::from_translation(Vec3::new(right, -down, 0.0) / 6.0)
+}
+
+/// A camera that has moved so far.
+fn camera(right: f32, down: f32) -> Camera {
+    let projection = Projection::Orthographic { half_height: 1.0, near: 0.01, far: 10.0 };
+    let camera = Camera::look_at(Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, projection);
+    Camera { world_from_camera: pixels(right, down) * camera.world_from_camera, ..camera }
+}
+
+/// The one colour of a picture.
+fn color(display: &[[u8; 4]]) -> [u8; 3] {
+    let [first @ .., _] = display[0];
+    assert!(display.iter().all(|texel| *texel == display[0]), "{display:?}");
+    first
+}
+
+/// Whether a colour is one within a byte.
+fn is(found: [u8; 3], expected: [f32; 3]) -> bool {
+    found.iter().zip(expected).all(|(found, expected)| (f32::from(*found) - expected).abs() <= 1.0)
+}
+
+fn render(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> [u8; 3] {
+    color(&renderer.render(scene, camera, SIZE[0], SIZE[1]).unwrap().display)
+}
+
+#[test]
+fn gpu_colours_of_motion_are_those_of_the_frame_before() {
+    let Some(gpu) = testing::gpu("gpu_colours_of_motion_are_those_of_the_frame_before") else { return };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(Some(DebugView::Motion))).unwrap();
+    let mut uploaded = renderer.upload(&wall()).unwrap();
+    let still = camera(0.0, 0.0);
+    assert_eq!(render(&mut renderer, &uploaded, &still), [0; 3], "the first frame");
+    let mut place = [0.0, 0.0];
+    for (right, down, hue) in [
+        (8.0, 0.0, [1.0, 0.0, 0.0]),
+        (0.0, 4.0, [0.5, 1.0, 0.0]),
+        (-16.0, 0.0, [0.0, 1.0, 1.0]),
+        (0.0, -2.0, [0.5, 0.0, 1.0]),
+        (100.0, 0.0, [1.0, 0.0, 0.0]),
+    ] {
+        place = [place[0] + right, place[1] + down];
+        renderer.move_instances(&mut uploaded, &[(0, pixels(place[0], place[1]))]).unwrap();
+        let found = render(&mut renderer, &uploaded, &still);
+        let length = right.abs().max(down.abs());
+        let expected = hue.map(|share| 255.0 * share * (length / 16.0).min(1.0));
+        assert!(is(found, expected), "{right}, {down}: {found:?}, not {expected:?}");
+        let scale = Scale::of(DebugView::Motion).unwrap();
+        let of_scale = scale.color(scale.place(length)).map(f32::from);
+        assert!(down != 0.0 || right < 0.0 || is(found, of_scale), "{found:?}, not {of_scale:?}");
+        assert_eq!(render(&mut renderer, &uploaded, &still), [0; 3], "nothing has moved since");
+    }
+    // The camera goes right, the wall left; other settings in between are another beginning.
+    assert!(is(render(&mut renderer, &uploaded, &camera(8.0, 0.0)), [0.0, 127.5, 127.5]));
+    renderer.set(settings(None)).unwrap();
+    renderer.set(settings(Some(DebugView::Motion))).unwrap();
+    assert_eq!(render(&mut renderer, &uploaded, &still), [0; 3]);
+}
+
+fn shown(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, views: &[(u64, Camera)]) -> Vec<[u8; 3]> {
+    let requests = views.iter().map(|(key, camera)| ViewRequest::of_camera(*key, camera, SIZE, Target::Own));
+    let mut commands = gpu.device.create_command_encoder(&Default::default());
+    let frame = renderer.record(&mut commands, scene, &requests.collect::<Vec<_>>()).unwrap();
+    gpu.queue.submit([commands.finish()]);
+    renderer.submitted(frame);
+    renderer.read(frame).unwrap().iter().map(|picture| color(&picture.display)).collect()
+}
+
+#[test]
+fn gpu_views_and_renderers_have_frames_before_of_their_own() {
+    let Some(gpu) = testing::gpu("gpu_views_and_renderers_have_frames_before_of_their_own") else { return };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(Some(DebugView::Motion))).unwrap();
+    let mut uploaded = renderer.upload(&wall()).unwrap();
+    let at = |right| camera(right, 0.0);
+    let (black, cyan) = ([0; 3], [0.0, 127.5, 127.5]);
+    assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0)), (3, at(50.0))]), [black; 2]);
+    // One camera moves; they come in another order, and a third is new.
+    let found = shown(gpu, &mut renderer, &uploaded, &[(3, at(58.0)), (7, at(0.0)), (4, at(90.0))]);
+    assert!(is(found[0], cyan) && found[1..] == [black; 2], "{found:?}");
+    // One is left out of a frame, and is compared with its own last one.
+    assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))]), [black]);
+    assert!(is(shown(gpu, &mut renderer, &uploaded, &[(3, at(66.0))])[0], cyan));
+    // Another renderer of the same scene has seen nothing of it.
+    let mut other = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();
+    renderer.move_instances(&mut uploaded, &[(0, pixels(-8.0, 0.0))]).unwrap();
+    assert_eq!(shown(gpu, &mut other, &uploaded, &[(7, at(0.0))]), [black]);
+    assert!(is(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))])[0], cyan));
+    // Of a scene that has changed twice, the second time after a frame of the other one, the moment is not known any more.
+    renderer.move_instances(&mut uploaded, &[(0, pixels(-16.0, 0.0))]).unwrap();
+    assert!(is(shown(gpu, &mut other, &uploaded, &[(7, at(0.0))])[0], cyan));
+    renderer.move_instances(&mut uploaded, &[(0, pixels(-24.0, 0.0))]).unwrap();
+    assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))]), [black]);
+    // Frames that make ready are before none.
+    let camera = at(30.0);
+    renderer.ready(&uploaded, &[ViewRequest::of_camera(7, &camera, SIZE, Target::Own)]).unwrap();
+    assert_eq!(shown(gpu, &mut renderer, &uploaded, &[(7, at(0.0))]), [black]);
+}
+
+#[test]
+fn gpu_nothing_is_kept_for_those_who_do_not_ask() {
+    let Some(gpu) = testing::gpu("gpu_nothing_is_kept_for_those_who_do_not_ask") else { return };
+    for (debug_view, kept) in [(None, 0), (Some(DebugView::Normal), 0), (Some(DebugView::Motion), 2)] {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(debug_view)).unwrap();
+        let mut scene = wall();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let mut frame = |i: usize| {
+            scene.meshes[0].primitives[0].positions[0].x += 0.1;
+            renderer.update(&mut uploaded, &scene).unwrap();
+            renderer.move_instances(&mut uploaded, &[(0, pixels(i as f32, 0.0))]).unwrap();
+            renderer.render(&uploaded, &camera(0.0, 0.0), SIZE[0], SIZE[1]).unwrap();
+            uploaded.kept_buffers()
+        };
+        assert!(frame(0).is_empty(), "no frame has asked before");
+        let buffers = frame(1);
+        assert_eq!(buffers.len(), kept, "{debug_view:?}");
+        assert!((2..6).all(|i| frame(i) == buffers), "{debug_view:?}: buffers are made again");
+    }
+}
