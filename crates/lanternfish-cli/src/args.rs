@@ -33,6 +33,7 @@ use crate::{
     scene::SceneName,
     shot,
     stereo::{Eyes, StereoLayout},
+    window,
 };
 
 const EXAMPLES: &str = "\
@@ -107,6 +108,12 @@ pub enum Command {
     // `cargo xtask demo FLAGS` puts FLAGS after its own.
     #[command(after_help = RENDER_SHORT, after_long_help = RENDER_EXAMPLES, args_override_self = true)]
     Render(Box<RenderArgs>),
+    /// Opens a window on a scene: fly through it, change every setting, see what each pass costs.
+    ///
+    /// Takes the flags of `render`; without a scene it shows the built-in atrium.
+    #[command(after_help = window::HELP, args_override_self = true)]
+    #[command(override_usage = "lanternfish view [OPTIONS OF render] [SCENE]")]
+    View(Box<WindowArgs>),
     /// Prints a shot: a file that renders what these flags render, with every flag as a key.
     ///
     /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder.
@@ -205,6 +212,30 @@ impl Args for ShotArgs {
 }
 
 impl FromArgMatches for ShotArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        RenderArgs::from_arg_matches(matches).map(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.update_from_arg_matches(matches)
+    }
+}
+
+/// The flags of `render`, and a scene where none is named.
+#[derive(Debug)]
+pub struct WindowArgs(pub RenderArgs);
+
+impl Args for WindowArgs {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        ShotArgs::augment_args(command).mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST))
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for WindowArgs {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         RenderArgs::from_arg_matches(matches).map(Self)
     }

@@ -57,7 +57,11 @@ pub fn adapters() -> Vec<AdapterDescription> {
 fn enumerate() -> Vec<wgpu::Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
-    let instance = wgpu::Instance::new(descriptor);
+    sorted(&wgpu::Instance::new(descriptor))
+}
+
+/// Those of an instance, the most capable first.
+fn sorted(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
@@ -67,6 +71,28 @@ fn enumerate() -> Vec<wgpu::Adapter> {
         wgpu::DeviceType::Cpu => 4,
     });
     adapters
+}
+
+/// The one that is asked for.
+fn choose(adapters: Vec<wgpu::Adapter>, choice: &AdapterChoice) -> Result<wgpu::Adapter, GpuError> {
+    if adapters.is_empty() {
+        return Err(GpuError::NoAdapter);
+    }
+    let adapter = match choice {
+        AdapterChoice::Auto => adapters.first(),
+        AdapterChoice::Cpu => adapters.iter().find(|a| a.get_info().device_type == wgpu::DeviceType::Cpu),
+        AdapterChoice::Name(name) => {
+            adapters.iter().find(|a| a.get_info().name.to_lowercase().contains(&name.to_lowercase()))
+        }
+    };
+    let adapter = adapter.ok_or_else(|| GpuError::UnknownAdapter {
+        name: match choice {
+            AdapterChoice::Name(name) => name.clone(),
+            _ => "cpu".to_owned(),
+        },
+        known: adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", "),
+    })?;
+    Ok(adapter.clone())
 }
 
 /// An adapter and its open device.
@@ -102,25 +128,20 @@ impl Gpu {
     /// Limits are WebGPU's defaults, so that what runs here runs everywhere, but for sizes (buffers, bindings,
     /// textures) and the counts that optional features need, which are the adapter's.
     pub fn open(choice: &AdapterChoice) -> Result<Self, GpuError> {
-        let adapters = enumerate();
-        if adapters.is_empty() {
-            return Err(GpuError::NoAdapter);
-        }
-        let adapter = match choice {
-            AdapterChoice::Auto => adapters.first(),
-            AdapterChoice::Cpu => adapters.iter().find(|a| a.get_info().device_type == wgpu::DeviceType::Cpu),
-            AdapterChoice::Name(name) => {
-                adapters.iter().find(|a| a.get_info().name.to_lowercase().contains(&name.to_lowercase()))
-            }
-        };
-        let adapter = adapter.ok_or_else(|| GpuError::UnknownAdapter {
-            name: match choice {
-                AdapterChoice::Name(name) => name.clone(),
-                _ => "cpu".to_owned(),
-            },
-            known: adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", "),
-        })?;
-        Self::open_adapter(adapter, adapter.features() & Self::WANTED_FEATURES)
+        let adapter = choose(enumerate(), choice)?;
+        Self::open_adapter(&adapter, adapter.features() & Self::WANTED_FEATURES)
+    }
+
+    /// The same among the adapters of an instance that can draw to a window's surface, and the adapter.
+    pub fn open_for(
+        instance: &wgpu::Instance,
+        surface: &wgpu::Surface<'_>,
+        choice: &AdapterChoice,
+    ) -> Result<(Self, wgpu::Adapter), GpuError> {
+        let able = sorted(instance).into_iter().filter(|adapter| adapter.is_surface_supported(surface));
+        let adapter = choose(able.collect(), choice)?;
+        let gpu = Self::open_adapter(&adapter, adapter.features() & Self::WANTED_FEATURES)?;
+        Ok((gpu, adapter))
     }
 
     /// Opens `adapter` with exactly these features.

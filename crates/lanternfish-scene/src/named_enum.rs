@@ -60,6 +60,25 @@ impl Setting for Option<f32> {
     }
 }
 
+/// `none`: it is not set.
+impl<T: Named> Setting for Option<T> {
+    fn text(&self) -> Option<String> {
+        self.map(|value| value.name().to_owned())
+    }
+    fn read(&mut self, text: &str) -> Result<(), String> {
+        let named = || T::all().iter().copied().find(|value| value.name() == text);
+        *self = match text {
+            "none" => None,
+            _ => Some(named().ok_or_else(|| "expected one of its names, or none".to_owned())?),
+        };
+        Ok(())
+    }
+    fn names(&self) -> Vec<(&'static str, &'static str)> {
+        let all = T::all().iter().map(|value| (value.name(), value.words()));
+        std::iter::once(("none", "It is not set")).chain(all).collect()
+    }
+}
+
 /// Declares an enum whose variants have a name, and a line of help, that are written in one place.
 #[doc(hidden)]
 #[macro_export]

@@ -1,5 +1,7 @@
 //! Everything that can be chosen. A setting says what a higher and a lower value do.
 
+mod knobs;
+
 use std::fmt;
 
 pub use lanternfish_scene::shading::{Attenuation, Materials};

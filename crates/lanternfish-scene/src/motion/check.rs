@@ -39,8 +39,8 @@ impl Motion {
         instances.chain(cameras).chain(self.lights.iter().map(|bound| ("light", bound.index, bound.node)))
     }
 
-    /// Whether every index is in range and every list as long as it must be; if not, the first fault and where it is.
-    pub(crate) fn validate(&self, scene: &Scene) -> Result<(), String> {
+    /// [`Self::check_nodes`], and whether there are the instances, cameras, lights and meshes of `scene` that go with nodes.
+    pub fn check_things(&self, scene: &Scene) -> Result<(), String> {
         self.check_nodes()?;
         let counts =
             [("instance", scene.instances.len()), ("camera", scene.cameras.len()), ("light", scene.lights.len())];
@@ -49,6 +49,15 @@ impl Motion {
                 return Err(format!("motion of {what} {index} by node {node}: not there"));
             }
         }
+        match self.meshes.iter().find(|deformed| deformed.mesh >= scene.meshes.len()) {
+            Some(deformed) => Err(format!("a deformed mesh {}: not there", deformed.mesh)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether every index is in range and every list as long as it must be; if not, the first fault and where it is.
+    pub(crate) fn validate(&self, scene: &Scene) -> Result<(), String> {
+        self.check_things(scene)?;
         for deformed in &self.meshes {
             let joint_count = deformed.skin.map_or(Some(0), |skin| self.skins.get(skin).map(|skin| skin.joints.len()));
             let (Some(mesh), Some(joint_count)) = (scene.meshes.get(deformed.mesh), joint_count) else {

@@ -164,10 +164,11 @@ impl Geometry {
         }
         let (draws, instances) = place(&templates, standing(scene));
 
+        // Read back, and kept where motion is asked for.
         let copied = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let vertex = wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::STORAGE | copied;
         Ok(Self {
-            positions: buffer(device, "scene/positions", &positions, vertex | wgpu::BufferUsages::COPY_SRC)?,
+            positions: buffer(device, "scene/positions", &positions, vertex)?,
             attributes: buffer(device, "scene/attributes", &attributes, vertex)?,
             indices: buffer(
                 device,

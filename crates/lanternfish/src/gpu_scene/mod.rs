@@ -9,7 +9,7 @@
 //!        └─ lights        as lights/mod.rs packs them
 //! ```
 //!
-//! `update.rs` brings what has moved in the caller's scene to the device; `previous.rs` keeps where it was in the frame before.
+//! `update.rs` brings what has changed in the caller's scene to the device; `previous.rs` keeps where it was in the frame before.
 
 mod bvh;
 mod cost;
@@ -59,7 +59,7 @@ use self::{
     textures::Textures,
     tlas::Tlas,
     tracing::Tracing,
-    update::{Kept, Placed},
+    update::{Placed, Unchanged},
 };
 use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
@@ -146,7 +146,7 @@ impl GpuScene {
         needs: Needs,
     ) -> Result<Self, RenderError> {
         validate(scene)?;
-        Self::with(device, queue, scene, settings, needs, Kept::default())
+        Self::with(device, queue, scene, settings, needs, Unchanged::default())
     }
 
     /// Uploads a scene that is valid, less what is kept of another upload.
@@ -156,12 +156,12 @@ impl GpuScene {
         scene: &Scene,
         settings: &Settings,
         needs: Needs,
-        kept: Kept,
+        unchanged: Unchanged,
     ) -> Result<Self, RenderError> {
         let Needs { shading, parts, .. } = needs;
         cost::check(scene, shading, parts.rays())?;
         let textures =
-            Textures::new(device, queue, scene, shading, (needs.texture_arrays, needs.anisotropy), kept.images)?;
+            Textures::new(device, queue, scene, shading, (needs.texture_arrays, needs.anisotropy), unchanged.images)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
@@ -184,20 +184,20 @@ impl GpuScene {
         let bvh = parts.bvh.then(|| Bvh::new(device, nodes, triangles, &leaves)).transpose()?;
         let tlas = parts.ray_query.then(|| Tlas::new(device, queue, triangles)).transpose()?;
 
-        let environment = match (kept.environment, &scene.environment) {
+        let environment = match (unchanged.environment, &scene.environment) {
             (None, Some(environment)) => Some(EnvironmentImage::new(device, queue, environment)?),
             (kept, _) => kept,
         };
 
         let surroundings = scene.environment.as_ref().zip(environment.as_ref());
         let asks_for_light = parts.open_surroundings || (parts.hits && surroundings.is_some());
-        let environment_light = match kept.environment_light {
+        let environment_light = match unchanged.environment_light {
             None if asks_for_light => Some(EnvironmentLight::new(device, queue, surroundings)?),
             kept => kept,
         };
 
         let mut counters = vec![
-            ("scene/draws".to_owned(), geometry.draws.len() as u64),
+            (DRAWS.to_owned(), geometry.draws.len() as u64),
             (LIGHTS.to_owned(), lights.len() as u64),
             ("scene/textures_bytes".to_owned(), textures.bytes),
             ("scene/traced_triangles".to_owned(), triangles.len() as u64),
@@ -296,6 +296,8 @@ impl GpuScene {
 
 /// Buffer and counter.
 const LIGHTS: &str = "scene/lights";
+/// Counter.
+const DRAWS: &str = "scene/draws";
 
 /// An error that names the first thing that is not as a scene's types promise.
 fn validate(scene: &Scene) -> Result<(), RenderError> {

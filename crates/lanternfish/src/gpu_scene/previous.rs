@@ -70,6 +70,11 @@ impl GpuScene {
         self.previous.kept = Some(Kept { generation, instances, positions, has_bent: false });
     }
 
+    /// Forgets the moment that is kept: of a change after which things have another order on the device.
+    pub(super) fn forget_previous(&mut self) {
+        self.previous = Previous::default();
+    }
+
     /// Keeps where instances and vertices are, if a frame has shown it. **Whatever writes `scene/positions` calls it first**, on the host
     /// or on the device, before the scene's generation changes. The copy is handed to the device at once: what is written with the queue
     /// after the call comes after it, and so do all commands that are submitted after the call, whenever they were recorded.

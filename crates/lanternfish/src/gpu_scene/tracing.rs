@@ -99,7 +99,7 @@ pub struct Tracing {
 }
 
 impl Tracing {
-    /// Gathers the triangles of every instance, less those without three distinct finite vertices. One whose corners are not finite is a point.
+    /// Gathers the triangles of every instance, less those that have a vertex twice, or one that is not finite. One whose corners are not finite is a point.
     ///
     /// Where the masks would take more than `mask_bytes`, the largest get half the resolution until they fit. Records
     /// and one word a mask are kept whatever they take.
@@ -175,10 +175,10 @@ fn gather(scene: &Scene, parts: &[Part], part: u32) -> (Vec<TracedTriangle>, Vec
     let mut records = Vec::new();
     for (triangle, indices) in primitive.indices.as_chunks::<3>().0.iter().enumerate() {
         let corners = corners(instance, primitive, triangle);
-        // What is a line now may be a triangle when it moves or bends; not so one whose vertices are in one place and stay there.
-        let [a, b, c] = indices.map(|i| primitive.positions[i as usize]);
-        let is_triangle = a != b && b != c && c != a && (a + b + c).is_finite();
-        if primitive.deformation.is_none() && !is_triangle {
+        // What is a line or a point now may be a triangle when it moves or bends; not so one that has a vertex twice.
+        let [a, b, c] = *indices;
+        let is_finite = indices.iter().all(|i| primitive.positions[*i as usize].is_finite());
+        if a == b || b == c || c == a || !is_finite {
             continue;
         }
         let is_finite = corners.iter().all(|corner| corner.is_finite());

@@ -1,4 +1,4 @@
-//! Bringing what has moved to the device.
+//! Bringing what has changed to the device.
 //!
 //! 1. What is dear is compared with what was uploaded: `outline.rs`. Where other things are there (meshes, instances, textures, kinds of
 //!    materials, surroundings), the scene is uploaded again, less the images and the surroundings that are as they were. Else:
@@ -21,8 +21,8 @@ use lanternfish_scene::Scene;
 
 use self::outline::Outline;
 use super::{
-    GpuScene, LIGHTS, emissive,
-    geometry::{Geometry, standing},
+    DRAWS, GpuScene, LIGHTS, emissive,
+    geometry::{Geometry, mirrors, standing},
     has_area_lights, light_bounds, light_set, packed_lights,
     textures::Images,
     tlas::Tlas,
@@ -49,6 +49,8 @@ pub(super) struct Placed {
     sources: Vec<Source>,
     /// Whether the device may have failed to pose what has moved.
     is_unsure: bool,
+    /// Whether the device has refused something.
+    is_distrusted: bool,
     /// What each material emits.
     shining: Vec<emissive::Shining>,
     /// See [`GpuScene::generation`].
@@ -65,6 +67,7 @@ impl Placed {
             transforms: transforms(scene).collect(),
             vertices: outline::vertices(scene).into_iter().map(Some).collect(),
             is_unsure: false,
+            is_distrusted: false,
             shining: emissive::shining(scene),
             sources: tracing.triangles.iter().map(|triangle| triangle.source).collect(),
             parts: tracing.parts,
@@ -76,7 +79,7 @@ impl Placed {
 
 /// What an upload need not bring, since another has it.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
+pub(super) struct Unchanged {
     /// Images that are as they were.
     pub images: Images,
     /// The surroundings, as they were.
@@ -117,6 +120,11 @@ impl Placed {
     /// See [`Outline::check_counts`].
     pub fn check_counts(&self, scene: &Scene) -> Result<(), RenderError> {
         self.outline.check_counts(scene)
+    }
+
+    /// Whether any of these instances is mirrored by the place that it gets, or no longer: draws then have another order.
+    pub fn mirrors_others(&self, mut places: impl Iterator<Item = (usize, Affine3A)>) -> bool {
+        places.any(|(instance, place)| mirrors(&place) != mirrors(&self.transforms[instance]))
     }
 
     /// Notes where an instance stands now.
@@ -202,9 +210,9 @@ impl GpuScene {
     ) -> Result<(), RenderError> {
         validate(scene)?;
         let outline = Outline::of(scene);
-        if outline != self.placed.outline {
-            let kept = self.kept(&outline);
-            *self = Self::with(device, queue, scene, settings, self.needs, kept)?;
+        if self.placed.is_distrusted || outline != self.placed.outline {
+            let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&outline) };
+            *self = Self::with(device, queue, scene, settings, self.needs, unchanged)?;
             return Ok(());
         }
         self.placed.revision = next_number();
@@ -242,9 +250,12 @@ impl GpuScene {
             true => self.before_instances_move(queue),
             false => self.before_vertices_bend(queue),
         }
+        if self.placed.mirrors_others(transforms(scene).enumerate()) {
+            self.forget_previous();
+        }
         self.geometry.update_vertices(queue, scene, &bent);
         self.geometry.place(queue, standing(scene));
-        self.bounds = self.geometry.bounds();
+        self.has_placed();
         if let Some(bvh) = &mut self.bvh {
             bvh.update(queue, &triangles, &leaves);
         }
@@ -261,14 +272,27 @@ impl GpuScene {
         Ok(())
     }
 
+    /// Notes what follows from other places of draws.
+    pub(super) fn has_placed(&mut self) {
+        self.bounds = self.geometry.bounds();
+        let counter = self.counters.iter_mut().find(|(name, _)| name == DRAWS);
+        counter.into_iter().for_each(|(_, count)| *count = self.geometry.draws.len() as u64);
+    }
+
+    /// Notes that the device has refused something: what it holds is not relied on, and the next update uploads all of it.
+    pub(crate) fn distrust(&mut self) {
+        self.placed.is_distrusted = true;
+        self.placed.forget();
+    }
+
     /// What is as it was in a scene of this outline.
-    fn kept(&self, now: &Outline) -> Kept {
+    fn unchanged(&self, now: &Outline) -> Unchanged {
         let was = &self.placed.outline;
         let images = self.textures.images(|image| was.has_image_of(now, image));
         if !was.has_environment_of(now) {
-            return Kept { images, ..Kept::default() };
+            return Unchanged { images, ..Unchanged::default() };
         }
-        Kept { images, environment: self.environment.clone(), environment_light: self.environment_light.clone() }
+        Unchanged { images, environment: self.environment.clone(), environment_light: self.environment_light.clone() }
     }
 
     fn update_lights(

@@ -78,7 +78,7 @@ impl Renderer {
         gpu_scene.set_material(&self.queue, index, material)
     }
 
-    /// Hands what `record` adds to a frame of its own to the device. After an error the next update poses all triangles.
+    /// Hands what `record` adds to a frame of its own to the device. After an error of the device the next update uploads the scene.
     fn recorded(
         &self,
         gpu_scene: &mut GpuScene,
@@ -92,8 +92,8 @@ impl Renderer {
             Ok(sent)
         };
         let result = checked(&self.device, "move", || self.engine.within(recorded));
-        if result.is_err() {
-            gpu_scene.is_unsure_of_triangles();
+        if let Err(RenderError::Gpu(_)) = result {
+            gpu_scene.distrust();
         }
         result
     }

@@ -40,14 +40,19 @@ impl Renderer {
     ///
     /// All this takes time linear in the scene, as far as its vertices; [`Self::move_instances`], [`Self::animate`],
     /// [`Self::set_light`] and [`Self::set_material`] look at no vertex. For instances that come and go often, have spare ones in the scene,
-    /// scaled to nothing, and move them: what has no size is neither seen nor met.
+    /// scaled to nothing within the scene's box, and move them: what has no size is neither seen nor met. While a scene is uploaded again the
+    /// device holds the old one too.
     ///
     /// An error, and nothing is done, for a scene that is not valid ([`Scene::validate`]) and for one that was not uploaded for this
-    /// renderer. After any other error update again, or upload.
+    /// renderer. After any other error update again: that uploads all of the scene.
     pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
         let update = || gpu_scene.update(&self.device, &self.queue, scene, &self.effective);
-        checked(&self.device, "update", || self.engine.within(update))
+        let result = checked(&self.device, "update", || self.engine.within(update));
+        if let Err(RenderError::Gpu(_)) = result {
+            gpu_scene.distrust();
+        }
+        result
     }
 }

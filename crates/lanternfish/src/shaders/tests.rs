@@ -131,6 +131,7 @@ fn rows_of_workgroups_are_the_hosts() {
     assert!(modules.len() > 5, "{modules:?}");
     for module in modules {
         assert_eq!(constant(module, "WIDTH"), f64::from(crate::common::WIDTH), "{module}");
+        assert_eq!(constant(module, "WORKGROUP"), f64::from(crate::common::WORKGROUP), "{module}");
     }
 }
 

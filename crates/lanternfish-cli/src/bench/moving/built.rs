@@ -26,8 +26,9 @@ pub struct Built {
     resolution: u32,
     /// Passes that build deep images, in the frame after one part has moved.
     images_ms: f64,
-    /// The same passes in the next frame, in which nothing has.
-    kept_ms: f64,
+    /// How many they are; and in the next frame, in which nothing has moved.
+    image_passes: usize,
+    kept_passes: usize,
     /// One instance more, by an update.
     inserted_ms: f64,
     /// The same where it was there, scaled to nothing, and is moved in.
@@ -39,7 +40,8 @@ pub fn built(gpu: &Gpu, scene: &Scene, runs: u32) -> Result<Built, CliError> {
         directions: 0,
         resolution: 0,
         images_ms: f64::INFINITY,
-        kept_ms: f64::INFINITY,
+        image_passes: 0,
+        kept_passes: 0,
         inserted_ms: f64::INFINITY,
         moved_in_ms: f64::INFINITY,
     };
@@ -57,30 +59,33 @@ fn images(gpu: &Gpu, scene: &Scene, runs: u32, built: &mut Built) -> Result<(), 
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings)?;
     let mut uploaded = renderer.upload(scene)?;
     let camera = scene.default_camera(SIZE[0] as f32 / SIZE[1] as f32);
-    let part = dark_part(scene);
+    // What shines goes by an update.
+    let Some(part) = dark_part(scene) else { return Ok(()) };
     let places = [moved(scene, 0.01), scene.clone()].map(|scene| scene.instances[part].world_from_object);
     for run in 0..=runs as usize {
         renderer.move_instances(&mut uploaded, &[(part, places[run % 2])])?;
-        for least in [&mut built.images_ms, &mut built.kept_ms] {
+        let mut of_images = || {
             let picture = renderer.render(&uploaded, &camera, SIZE[0], SIZE[1])?;
-            let of_images = picture.report.passes.iter().filter(|pass| pass.name.starts_with("deep_images/"));
-            let ms = of_images.map(|pass| pass.ms).sum();
-            if run > 0 {
-                *least = least.min(ms);
-            }
+            let passes = picture.report.passes.into_iter();
+            Ok::<_, CliError>(passes.filter(|pass| pass.name.starts_with("deep_images/")).collect::<Vec<_>>())
+        };
+        let (moved, kept) = (of_images()?, of_images()?);
+        (built.image_passes, built.kept_passes) = (moved.len(), kept.len());
+        if run > 0 && !moved.is_empty() {
+            built.images_ms = built.images_ms.min(moved.iter().map(|pass| pass.ms).sum());
         }
     }
     Ok(())
 }
 
-/// The middle one of the parts that do not shine: those that do go by an update.
-fn dark_part(scene: &Scene) -> usize {
+/// The middle one of the parts that do not shine.
+fn dark_part(scene: &Scene) -> Option<usize> {
     let shines = |part: &usize| {
         let primitives = &scene.meshes[scene.instances[*part].mesh].primitives;
         primitives.iter().any(|primitive| scene.materials[primitive.material].emissive.max_element() > 0.0)
     };
     let dark: Vec<usize> = (0..scene.instances.len()).filter(|part| !shines(part)).collect();
-    dark.get(dark.len() / 2).copied().unwrap_or(0)
+    dark.get(dark.len() / 2).copied()
 }
 
 fn instances(gpu: &Gpu, scene: &Scene, runs: u32, built: &mut Built) -> Result<(), CliError> {
@@ -108,13 +113,15 @@ fn instances(gpu: &Gpu, scene: &Scene, runs: u32, built: &mut Built) -> Result<(
 }
 
 pub fn markdown(built: &Built) -> String {
-    let Built { directions, resolution, images_ms, kept_ms, inserted_ms, moved_in_ms } = built;
+    let Built { directions, resolution, images_ms, image_passes, kept_passes, inserted_ms, moved_in_ms } = built;
+    // Passes are not timed everywhere.
+    let ms = if images_ms.is_finite() { format!("{images_ms:.1} ms") } else { "–".to_owned() };
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "\nDeep images, {directions} of {resolution}² texels: {images_ms:.1} ms of the device in the frame after one part has moved, \
-         {kept_ms:.1} ms in the next.\n\nOne instance more: {inserted_ms:.1} ms by an update, {moved_in_ms:.1} ms where it was there, scaled \
-         to nothing, and is moved in."
+        "\nDeep images, {directions} of {resolution}² texels: {ms} of the device in the frame after one part has moved, in {image_passes} \
+         passes; in the next frame {kept_passes}.\n\nOne instance more: {inserted_ms:.1} ms by an update, {moved_in_ms:.1} ms where it was there, \
+         scaled to nothing, and is moved in."
     );
     text
 }

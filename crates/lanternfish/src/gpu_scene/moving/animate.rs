@@ -4,10 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::Frame;
-use lanternfish_scene::{
-    Bounds, Light, Scene,
-    motion::{Motion, Pose},
-};
+use lanternfish_scene::{Bounds, Light, Scene, motion::Pose};
 
 use super::{
     super::{GpuScene, validate},
@@ -26,8 +23,9 @@ struct Step {
 }
 
 /// Where nodes stand at a moment: an animation's index and seconds; `None`: where the file puts them.
-fn pose_at(motion: &Motion, moment: Option<(usize, f32)>) -> Result<Pose, RenderError> {
-    motion.check_nodes().map_err(|what| RenderError::InvalidScene { what })?;
+fn pose_at(scene: &Scene, moment: Option<(usize, f32)>) -> Result<Pose, RenderError> {
+    let motion = &scene.motion;
+    motion.check_things(scene).map_err(|what| RenderError::InvalidScene { what })?;
     let Some((number, time)) = moment else { return Ok(motion.pose(None)) };
     let count = motion.animations.len();
     let animation = motion.animations.get(number).ok_or(RenderError::NoAnimation { number, count })?;
@@ -44,7 +42,7 @@ impl GpuScene {
         settings: &Settings,
     ) -> Result<Sent, RenderError> {
         self.placed.check_counts(scene)?;
-        let pose = pose_at(&scene.motion, moment)?;
+        let pose = pose_at(scene, moment)?;
         let mut sent = Sent::default();
         if self.bending.is_none() && bends(scene) {
             validate(scene)?;

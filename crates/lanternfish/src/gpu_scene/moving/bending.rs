@@ -201,9 +201,11 @@ impl Bending {
             (0..*target_count).map(|target| weights.get(target).copied().unwrap_or(0.0))
         });
         let weights: Vec<f32> = weights.collect();
-        let is_finite = joints.iter().all(Affine3A::is_finite) && weights.iter().all(|weight| weight.is_finite());
-        if !is_finite {
-            return Err(RenderError::InvalidScene { what: "a joint's transform or a weight is not finite".to_owned() });
+        let entries = joints.iter().flat_map(|joint| joint.to_cols_array()).chain(weights.iter().copied());
+        // Of what is no number, too.
+        if !entries.into_iter().all(|entry| entry.abs() <= Scene::FARTHEST) {
+            let what = format!("a joint's transform or a weight is not finite, or beyond {:e}", Scene::FARTHEST);
+            return Err(RenderError::InvalidScene { what });
         }
         Ok(Bend { joints, weights })
     }

@@ -302,17 +302,15 @@ impl GpuScene {
         }
         // Nothing is refused from here on.
         self.before_instances_move(frame.queue);
+        if self.placed.mirrors_others(moved.iter().copied()) {
+            self.forget_previous();
+        }
         for (instance, transform) in moved {
             self.placed.set_transform(*instance, *transform);
         }
         sent.bytes += self.geometry.place(frame.queue, self.placed.stands());
-        self.bounds = self.geometry.bounds();
+        self.has_placed();
         self.placed.moved();
         Ok(sent)
-    }
-
-    /// Notes that the device may not have done what it was told of triangles that moved: the next update poses all of them.
-    pub(crate) fn is_unsure_of_triangles(&mut self) {
-        self.placed.forget();
     }
 }

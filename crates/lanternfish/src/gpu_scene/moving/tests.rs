@@ -346,3 +346,23 @@ fn gpu_motion_sees_what_the_device_bends() {
     let moving = |i: usize| device[i].iter().filter(|pixel| pixel[..3] != [0; 3]).count();
     assert!(moving(1) > 200 && moving(2) == 0 && moving(3) > 200, "{} {} {}", moving(1), moving(2), moving(3));
 }
+
+/// Where an instance is mirrored the draws have another order: the frame has no motion, not that of others.
+#[test]
+fn gpu_motion_ends_where_an_instance_is_mirrored() {
+    let Some(gpu) = testing::gpu("gpu_motion_ends_where_an_instance_is_mirrored") else { return };
+    let scene = scene();
+    let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
+    let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let mut moving = |place: Affine3A| {
+        renderer.render(&uploaded, &camera, 60, 40).unwrap();
+        renderer.move_instances(&mut uploaded, &[(3, place)]).unwrap();
+        let picture = renderer.render(&uploaded, &camera, 60, 40).unwrap();
+        picture.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count()
+    };
+    let place = scene.instances[3].world_from_object;
+    assert!(moving(Affine3A::from_translation(0.1 * Vec3::Y) * place) > 50, "it moves");
+    assert_eq!(moving(place * Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))), 0);
+}

@@ -36,7 +36,7 @@ gpu_struct! {
         least_width: f32,
         /// 1: nothing was added to the pixels' sums before.
         is_first: u32,
-        /// 1: every photon turns the directions its own way.
+        /// 1: photons turn the directions, each few their own way.
         own_directions: u32,
     }
 }

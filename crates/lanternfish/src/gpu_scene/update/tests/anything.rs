@@ -6,10 +6,14 @@ use super::*;
 
 type Change = fn(&mut Scene);
 
-const CHANGES: [(&str, Change); 17] = [
+const CHANGES: [(&str, Change); 18] = [
     ("an instance more", |s| {
         let world_from_object = Affine3A::from_translation(0.2 * Vec3::ONE) * s.instances[4].world_from_object;
         s.instances.push(Instance { world_from_object, ..s.instances[4].clone() });
+    }),
+    ("one of two mirrored", |s| {
+        let last = s.instances.last_mut().unwrap();
+        last.world_from_object.matrix3.x_axis *= -1.0;
     }),
     ("an instance less", |s| drop(s.instances.remove(2))),
     ("a mesh more", |s| {
@@ -169,4 +173,47 @@ fn gpu_one_material_is_put_in_the_place_of_another() {
         }
         assert_eq!(differing(&small(&mut renderer, &uploaded, &now), &found), 0);
     }
+}
+
+/// What has no area at the upload, and gets one by an update, stops light.
+#[test]
+fn gpu_what_is_flat_at_first_stops_light_later() {
+    let Some(gpu) = testing::gpu("gpu_what_is_flat_at_first_stops_light_later") else { return };
+    let whole = scene();
+    let mut flat = whole.clone();
+    flat.meshes[1].primitives[0].positions.fill(Vec3::ZERO);
+    let mut renderer = renderer(gpu, Shadows::BVH);
+    let mut uploaded = renderer.upload(&flat).unwrap();
+    let before = shown(&mut renderer, &uploaded, &flat);
+    renderer.update(&mut uploaded, &whole).unwrap();
+    let fresh = renderer.upload(&whole).unwrap();
+    let (found, expected) = (shown(&mut renderer, &uploaded, &whole), shown(&mut renderer, &fresh, &whole));
+    assert_eq!(differing(&found, &expected), 0);
+    assert!(differing(&found, &before) > 500);
+}
+
+/// After the device has refused something the next update brings all of the scene.
+#[test]
+fn gpu_what_is_distrusted_is_uploaded_again() {
+    let Some(gpu) = testing::gpu("gpu_what_is_distrusted_is_uploaded_again") else { return };
+    let scene = textured();
+    let mut renderer = renderer(gpu, Shadows::BVH);
+    let mut uploaded = renderer.upload(&scene).unwrap();
+    let (picture, images) = (small(&mut renderer, &uploaded, &scene), uploaded.textures.images(|_| true));
+    let is_another = |uploaded: &GpuScene| {
+        let now = uploaded.textures.images(|_| true);
+        now.iter().all(|(key, (view, _))| images[key].0 != *view)
+    };
+    renderer.update(&mut uploaded, &scene).unwrap();
+    assert!(!is_another(&uploaded));
+    uploaded.distrust();
+    renderer.update(&mut uploaded, &scene).unwrap();
+    assert!(is_another(&uploaded));
+    assert_eq!(differing(&small(&mut renderer, &uploaded, &scene), &picture), 0);
+    // A refusal of what was asked for is none of the device's.
+    renderer.move_instances(&mut uploaded, &[(99, Affine3A::IDENTITY)]).unwrap_err();
+    let (generation, images) = (uploaded.generation(), uploaded.textures.images(|_| true));
+    renderer.update(&mut uploaded, &scene).unwrap();
+    assert_eq!(uploaded.generation(), generation);
+    assert!(uploaded.textures.images(|_| true).iter().all(|(key, (view, _))| images[key].0 == *view));
 }

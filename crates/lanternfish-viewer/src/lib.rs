@@ -1,0 +1,57 @@
+//! The window of Lanternfish: a scene, a camera that flies through it, every setting a click away, and what each pass costs.
+//!
+//! ```text
+//! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ seen.rs ─▶ a texture ─▶ window.rs
+//!  winit, egui   egui       controls.rs                       Renderer::record
+//! ```
+
+mod controls;
+mod error;
+mod pace;
+mod panels;
+mod player;
+mod seen;
+mod window;
+
+use std::path::Path;
+
+use lanternfish::Settings;
+use lanternfish_gpu::AdapterChoice;
+use lanternfish_scene::{Camera, Scene};
+
+pub use error::ViewerError;
+
+/// What is seen first.
+pub struct Start {
+    /// What the window is called.
+    pub name: String,
+    /// The scene.
+    pub scene: Scene,
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// How it is rendered.
+    pub settings: Settings,
+    /// Points of the window across and down.
+    pub size: [u32; 2],
+    /// Where to run.
+    pub adapter: AdapterChoice,
+    /// Opens a file that was dropped on the window, or says why it cannot.
+    pub open: Box<dyn Fn(&Path) -> Result<Opened, String>>,
+    /// Writes a screenshot: sRGB bytes, RGBA, pixels across and down. Where it is, or why there is none.
+    pub keep: Box<dyn Fn(&[u8], [u32; 2]) -> Result<String, String>>,
+}
+
+/// A file that was opened.
+pub struct Opened {
+    /// What the window is called.
+    pub name: String,
+    /// The scene.
+    pub scene: Scene,
+    /// Where it is seen from.
+    pub camera: Camera,
+}
+
+/// Opens the window, and returns when it is closed.
+pub fn run(start: Start) -> Result<(), ViewerError> {
+    window::run(start)
+}

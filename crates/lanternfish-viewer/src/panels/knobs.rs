@@ -1,0 +1,148 @@
+//! A widget for every setting, made from what rooms and settings say of themselves.
+
+use egui::Ui;
+use lanternfish::{
+    Settings,
+    rooms::{Family, KnobWords, Range},
+};
+
+use super::State;
+
+/// A setting's value as text; what it is where nobody says otherwise; the names of its values, with words on each.
+struct Value {
+    now: Option<String>,
+    usual: Option<String>,
+    names: Vec<(&'static str, &'static str)>,
+}
+
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let usual = state.usual.clone();
+    let settings = &mut state.settings;
+    family(ui, &mut settings.indirect, &usual.indirect, &mut state.message);
+    family(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message);
+    family(ui, &mut settings.culling, &usual.culling, &mut state.message);
+    for knob in Settings::KNOBS {
+        let name = knob.words.name;
+        let names = (knob.of)(&mut settings.clone()).names();
+        let value = Value { now: settings.get(name), usual: usual.get(name), names };
+        if let Some(text) = widget(ui, &knob.words, &value) {
+            tell(&mut state.message, name, settings.set(name, &text));
+        }
+    }
+    ui.separator();
+    if ui.button("All as they were").clicked() {
+        *settings = usual;
+    }
+}
+
+fn tell(message: &mut String, name: &str, done: Result<(), String>) {
+    match done {
+        Ok(()) => message.clear(),
+        Err(what) => *message = format!("{name}: {what}"),
+    }
+}
+
+/// Which room, and its settings.
+fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message: &mut String) {
+    let rooms = F::rooms();
+    let words = rooms.iter().filter_map(|room| Some((room.name(), room.room()?.words())));
+    let names: Vec<_> = [(F::NONE_NAME, F::NONE_WORDS)].into_iter().chain(words).collect();
+    let say = |family: &F| Some(family.name().to_owned());
+    let first = F::HELP.lines().next().unwrap_or(F::HELP);
+    let choice = KnobWords::new(F::FLAG, "NAME", Range::Names, first);
+    let value = Value { now: say(family), usual: say(usual), names };
+    if let Some(text) = widget(ui, &choice, &value) {
+        let of_usual = (usual.name() == text).then_some(*usual);
+        *family = of_usual.or_else(|| F::named(&text)).unwrap_or(*family);
+    }
+    let Some(room) = family.room() else { return };
+    let (knobs, name) = (room.knobs(), family.name());
+    // As it was where the family is that of before; else as the room is by itself.
+    let plain = if usual.name() == name { *usual } else { F::named(name).unwrap_or(*family) };
+    ui.collapsing(format!("{} {name}", F::FLAG), |ui| {
+        for (words, names) in knobs {
+            let get = |family: &F| family.room().and_then(|room| room.get(words.name));
+            let value = Value { now: get(family), usual: get(&plain), names };
+            if let (Some(text), Some(room)) = (widget(ui, &words, &value), family.room_mut()) {
+                tell(message, words.name, room.set(words.name, &text));
+            }
+        }
+    });
+}
+
+/// A row: the name, the value, and where it is another than before, a click back. What it was changed to.
+fn widget(ui: &mut Ui, words: &KnobWords, value: &Value) -> Option<String> {
+    let shown = value.now.clone().unwrap_or_default();
+    let mut changed = None;
+    ui.horizontal(|ui| {
+        let label = ui.label(words.name).on_hover_text(words.help);
+        let response = match words.range {
+            Range::Names | Range::Numbers => choice(ui, words, value, &mut changed),
+            Range::Switch(..) => {
+                let mut is_on = shown == "on";
+                let response = ui.checkbox(&mut is_on, "");
+                if response.changed() {
+                    changed = Some(if is_on { "on" } else { "off" }.to_owned());
+                }
+                response
+            }
+            Range::Count(least, most) => {
+                let mut number: u32 = shown.parse().unwrap_or(least);
+                let response = ui.add(egui::DragValue::new(&mut number).range(least..=most).speed(0.1));
+                if response.changed() {
+                    changed = Some(number.to_string());
+                }
+                response
+            }
+            Range::Positive => {
+                let mut number: f32 = shown.parse().unwrap_or(1.0);
+                let speed = f64::from(0.01 * number);
+                let response = ui.add(egui::DragValue::new(&mut number).range(1e-6..=1e6).speed(speed));
+                if response.changed() {
+                    changed = Some(number.to_string());
+                }
+                response
+            }
+            Range::Text => text(ui, words, &shown, &mut changed),
+        };
+        response.labelled_by(label.id);
+        if value.now != value.usual
+            && let Some(usual) = value.usual.clone().or_else(|| Some("none".to_owned()))
+        {
+            let back = ui.small_button("reset").on_hover_text(format!("{} again: {usual}", words.name));
+            if back.clicked() {
+                changed = Some(usual);
+            }
+        }
+    });
+    changed
+}
+
+fn choice(ui: &mut Ui, words: &KnobWords, value: &Value, changed: &mut Option<String>) -> egui::Response {
+    let now = value.now.as_deref().unwrap_or("none");
+    let list = egui::ComboBox::from_id_salt(("knob", words.name)).selected_text(now);
+    let shown = list.show_ui(ui, |ui| {
+        for (name, meaning) in &value.names {
+            if ui.selectable_label(*name == now, *name).on_hover_text(*meaning).clicked() {
+                *changed = Some((*name).to_owned());
+            }
+        }
+    });
+    shown.response
+}
+
+/// What is typed counts when it is done.
+fn text(ui: &mut Ui, words: &KnobWords, shown: &str, changed: &mut Option<String>) -> egui::Response {
+    let id = ui.scope_id().with(("typed", words.name));
+    let mut typed: String = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| shown.to_owned());
+    let response = ui.add(egui::TextEdit::singleline(&mut typed).desired_width(80.0));
+    if response.lost_focus() {
+        if typed != shown {
+            *changed = Some(typed);
+        }
+        ui.data_mut(|data| data.remove::<String>(id));
+    } else if response.changed() {
+        ui.data_mut(|data| data.insert_temp(id, typed));
+    }
+    response
+}

@@ -1,0 +1,210 @@
+//! What stands about the picture: settings, passes and their times, the scene's animation, keys.
+
+mod knobs;
+mod passes;
+#[cfg(test)]
+mod tests;
+
+use egui::{Key, PointerButton, Ui};
+use glam::Vec2;
+use lanternfish::{FrameReport, Settings};
+use lanternfish_gpu::AdapterDescription;
+
+use crate::controls::{Controls, Way};
+
+/// What the panels change.
+#[derive(Debug)]
+pub struct State {
+    /// What is asked for.
+    pub settings: Settings,
+    /// Those that a click on "as it was" goes back to.
+    pub usual: Settings,
+    /// The camera and how it moves.
+    pub controls: Controls,
+    /// What is played.
+    pub clip: Option<Clip>,
+    /// A line that tells of the last thing that went wrong, or was done.
+    pub message: String,
+    /// Whether the page of keys is shown.
+    pub shows_keys: bool,
+    /// Whether the panels are shown.
+    pub shows_panels: bool,
+}
+
+/// An animation of the scene, and where in it the scene is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clip {
+    /// Names of all that there are.
+    pub names: Vec<String>,
+    /// Which of them, by its index.
+    pub animation: usize,
+    /// How long it is, s.
+    pub duration: f32,
+    /// What is shown of it, s.
+    pub time: f32,
+    /// Whether time passes.
+    pub is_playing: bool,
+}
+
+/// What the panels tell of.
+#[derive(Debug)]
+pub struct Facts<'a> {
+    /// The scene's name.
+    pub name: &'a str,
+    /// Its triangles and lights.
+    pub counts: (usize, usize),
+    /// What renders.
+    pub adapter: &'a AdapterDescription,
+    /// Pixels of the picture.
+    pub size: [u32; 2],
+    /// Frames that it is the mean of.
+    pub averaged: u32,
+    /// The last frame.
+    pub report: Option<&'a FrameReport>,
+    /// Milliseconds from frame to frame.
+    pub frame_ms: f64,
+    /// The picture, and where its texture is.
+    pub picture: Option<egui::TextureId>,
+}
+
+/// What is asked of the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// A file with the picture.
+    pub screenshot: bool,
+    /// To be closed.
+    pub close: bool,
+    /// Points that are left for the picture, across and down.
+    pub room: Vec2,
+    /// Whether the camera was moved by hand.
+    pub is_moving: bool,
+}
+
+/// Draws everything, and takes what was clicked and pressed. `seconds`: since the last time.
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> Asked {
+    let mut asked = Asked::default();
+    keys(ui, state, &mut asked);
+    if state.shows_panels {
+        egui::Panel::left("settings").default_size(290.0).show(ui, |ui| {
+            ui.heading("Settings");
+            egui::ScrollArea::vertical().id_salt("settings/all").show(ui, |ui| knobs::show(ui, state));
+        });
+        egui::Panel::right("frame").default_size(270.0).show(ui, |ui| {
+            asked.screenshot |= passes::show(ui, facts);
+        });
+        egui::Panel::bottom("below").show(ui, |ui| below(ui, state));
+    }
+    egui::CentralPanel::default()
+        .frame(egui::Frame::NONE)
+        .show(ui, |ui| picture(ui, state, facts, seconds, &mut asked));
+    if state.shows_keys {
+        let window = egui::Window::new("Keys").collapsible(false).open(&mut state.shows_keys);
+        window.show(ui.ctx(), page_of_keys);
+    }
+    asked
+}
+
+const KEYS: [(&str, &str); 11] = [
+    ("W A S D", "Fly forward, left, back, right"),
+    ("E Q", "Fly up, down"),
+    ("Shift", "Four times as fast"),
+    ("Drag, right button", "Look about"),
+    ("Drag, left button", "Go round what is in the middle"),
+    ("Wheel", "Fly faster, slower"),
+    ("Space", "Play and pause the animation"),
+    (", .", "A frame back, on"),
+    ("F2", "A screenshot"),
+    ("F3", "Hide and show the panels"),
+    ("F1", "This page; Escape closes it, or the window"),
+];
+
+fn page_of_keys(ui: &mut Ui) {
+    egui::Grid::new("keys").show(ui, |ui| {
+        for (key, words) in KEYS {
+            ui.strong(key);
+            ui.label(words);
+            ui.end_row();
+        }
+    });
+}
+
+/// Keys that belong to no widget.
+fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    ui.input_mut(|input| {
+        let mut pressed = |key| input.consume_key(egui::Modifiers::NONE, key);
+        state.shows_keys ^= pressed(Key::F1);
+        state.shows_panels ^= pressed(Key::F3);
+        asked.screenshot |= pressed(Key::F2);
+        if pressed(Key::Escape) {
+            asked.close = !state.shows_keys;
+            state.shows_keys = false;
+        }
+        if let Some(clip) = &mut state.clip {
+            clip.is_playing ^= pressed(Key::Space);
+            let step = f32::from(i8::from(pressed(Key::Period)) - i8::from(pressed(Key::Comma))) / 24.0;
+            clip.time = (clip.time + step).rem_euclid(clip.duration.max(1e-3));
+        }
+    });
+}
+
+/// The picture, and the hand that moves the camera over it.
+fn picture(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, asked: &mut Asked) {
+    let rect = ui.available_rect_before_wrap();
+    asked.room = Vec2::new(rect.width(), rect.height());
+    let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
+    if let Some(texture) = facts.picture {
+        let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+        ui.painter().image(texture, rect, whole, egui::Color32::WHITE);
+    }
+    let controls = &mut state.controls;
+    let dragged = response.drag_delta();
+    if response.dragged_by(PointerButton::Secondary) {
+        controls.look(dragged.x, dragged.y);
+    } else if response.dragged_by(PointerButton::Primary) {
+        controls.orbit(dragged.x, dragged.y);
+    }
+    asked.is_moving |= response.dragged() && dragged != egui::Vec2::ZERO;
+    if response.hovered() {
+        controls.accelerate(ui.input(|input| input.smooth_scroll_delta.y) / 50.0);
+    }
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let (way, is_fast) = ui.input(|input| {
+        let towards = |more, less| f32::from(i8::from(input.key_down(more)) - i8::from(input.key_down(less)));
+        let way = Way { right: towards(Key::D, Key::A), up: towards(Key::E, Key::Q), forward: towards(Key::W, Key::S) };
+        (way, input.modifiers.shift)
+    });
+    if way != Way::default() {
+        controls.fly(way, if is_fast { 4.0 * seconds } else { seconds });
+        asked.is_moving = true;
+    }
+}
+
+/// The animation, and what went wrong.
+fn below(ui: &mut Ui, state: &mut State) {
+    ui.horizontal(|ui| {
+        if let Some(clip) = &mut state.clip {
+            if ui.button(if clip.is_playing { "Pause" } else { "Play" }).clicked() {
+                clip.is_playing = !clip.is_playing;
+            }
+            let name = clip.names.get(clip.animation).map_or("", String::as_str);
+            egui::ComboBox::from_id_salt("animation").selected_text(name).show_ui(ui, |ui| {
+                for (i, name) in clip.names.iter().enumerate() {
+                    ui.selectable_value(&mut clip.animation, i, name);
+                }
+            });
+            let duration = clip.duration;
+            ui.add(egui::Slider::new(&mut clip.time, 0.0..=duration).suffix(" s"));
+        }
+        ui.label(format!("{:.2} m/s", state.controls.speed))
+            .on_hover_text("How fast the camera flies: the wheel changes it");
+        ui.label(&state.message);
+        if ui.small_button("Keys (F1)").clicked() {
+            state.shows_keys = true;
+        }
+    });
+}
