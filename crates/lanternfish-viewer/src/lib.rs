@@ -21,6 +21,11 @@ use lanternfish_scene::{Camera, Scene};
 
 pub use error::ViewerError;
 
+/// Opens a file, or says why it cannot.
+pub type Opener = Box<dyn Fn(&Path) -> Result<Opened, String>>;
+/// Writes sRGB bytes, RGBA, of so many pixels across and down; says where they are, or why it cannot.
+pub type Keeper = Box<dyn Fn(&[u8], [u32; 2]) -> Result<String, String>>;
+
 /// What is seen first.
 pub struct Start {
     /// What the window is called.
@@ -35,10 +40,10 @@ pub struct Start {
     pub size: [u32; 2],
     /// Where to run.
     pub adapter: AdapterChoice,
-    /// Opens a file that was dropped on the window, or says why it cannot.
-    pub open: Box<dyn Fn(&Path) -> Result<Opened, String>>,
-    /// Writes a screenshot: sRGB bytes, RGBA, pixels across and down. Where it is, or why there is none.
-    pub keep: Box<dyn Fn(&[u8], [u32; 2]) -> Result<String, String>>,
+    /// Opens a file that was dropped on the window.
+    pub open: Opener,
+    /// Writes a screenshot.
+    pub keep: Keeper,
 }
 
 /// A file that was opened.

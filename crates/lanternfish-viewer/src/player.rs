@@ -47,7 +47,7 @@ mod tests {
         let mut scene = generate::demo("cornell").unwrap();
         scene.motion.nodes.push(Node::default());
         let (times, values) = (vec![0.0, 2.0], vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
-        let sampler = Sampler { times, values, interpolation: Interpolation::Linear, ..Sampler::default() };
+        let sampler = Sampler { times, values, interpolation: Interpolation::Linear };
         let channels = vec![Channel { node: 0, property: Property::Translation, sampler }];
         scene.motion.animations.push(Animation { name: String::new(), channels });
         scene

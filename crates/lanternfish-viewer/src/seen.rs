@@ -180,3 +180,67 @@ fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
     });
     texture.create_view(&Default::default())
 }
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::settings::{DebugView, Shadows};
+    use lanternfish_gpu::{read_texture, testing};
+    use lanternfish_scene::generate::demo;
+
+    use super::*;
+
+    fn pixels(seen: &Seen) -> Vec<[u8; 4]> {
+        read_texture(&seen.gpu.device, &seen.gpu.queue, seen.picture().texture()).unwrap()
+    }
+
+    /// Draws until so many frames are averaged, as a window does, but waiting for the device.
+    fn draw(seen: &mut Seen, camera: &Camera, frames: u32) {
+        for _ in 0..50 {
+            let is_of_camera = seen.averaged.1.as_ref() == Some(camera);
+            if is_of_camera && seen.averaged() >= frames && !seen.is_busy() {
+                return;
+            }
+            if !seen.is_busy() {
+                seen.draw(camera).unwrap();
+            }
+            seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+            seen.poll();
+        }
+        panic!("{} frames of {frames}", seen.averaged());
+    }
+
+    #[test]
+    fn gpu_a_picture_follows_sizes_settings_and_scenes() {
+        let Some(gpu) = testing::gpu("gpu_a_picture_follows_sizes_settings_and_scenes") else { return };
+        let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
+        let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
+        let camera = scene.default_camera(1.5);
+        let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+        let mut seen = Seen::new(gpu, scene, &settings).unwrap();
+        assert!(seen.resize(UVec2::new(48, 32)) && !seen.resize(UVec2::new(48, 32)));
+        assert!(seen.has_more(&camera));
+        draw(&mut seen, &camera, 3);
+        let first = pixels(&seen);
+        assert!(first.iter().filter(|pixel| pixel[..3] != [0; 3]).count() > 300 && seen.report.is_some());
+        // Another camera is another mean.
+        let mut moved = camera.clone();
+        moved.world_from_camera.translation.x += 0.3;
+        assert!(seen.has_more(&moved));
+        draw(&mut seen, &moved, 1);
+        assert!(seen.averaged() == 1 && pixels(&seen) != first);
+        seen.set(&Settings { debug_view: Some(DebugView::Normal), ..settings.clone() }).unwrap();
+        draw(&mut seen, &camera, 1);
+        assert!(seen.change.is_some() && !seen.has_more(&camera), "a view of a quantity has no mean");
+        seen.set(&settings).unwrap();
+        draw(&mut seen, &camera, 3);
+        assert!(pixels(&seen) == first, "back again");
+        // A window without a size, and another scene.
+        assert!(seen.resize(UVec2::ZERO) && seen.size() == UVec2::ONE);
+        draw(&mut seen, &camera, 1);
+        seen.resize(UVec2::new(48, 32));
+        let elsewhere = hall.default_camera(1.5);
+        seen.open(hall).unwrap();
+        draw(&mut seen, &elsewhere, 2);
+        assert!(pixels(&seen) != first);
+    }
+}

@@ -17,7 +17,7 @@ use winit::{
 };
 
 use crate::{
-    Opened, Start, ViewerError,
+    Keeper, Opened, Opener, Start, ViewerError,
     controls::Controls,
     pace::Pace,
     panels::{self, Asked, Facts, State},
@@ -66,8 +66,8 @@ struct Viewer {
     frame_ms: f64,
     moved: Option<Instant>,
     wants_screenshot: bool,
-    open: Box<dyn Fn(&std::path::Path) -> Result<Opened, String>>,
-    keep: Box<dyn Fn(&[u8], [u32; 2]) -> Result<String, String>>,
+    open: Opener,
+    keep: Keeper,
 }
 
 impl ApplicationHandler for App {
@@ -92,11 +92,7 @@ impl ApplicationHandler for App {
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => viewer.configure(),
             WindowEvent::DroppedFile(path) => viewer.open_file(&path),
-            WindowEvent::RedrawRequested => {
-                if viewer.frame().close {
-                    events.exit();
-                }
-            }
+            WindowEvent::RedrawRequested if viewer.frame().close => events.exit(),
             _ => {}
         }
     }
