@@ -2,6 +2,8 @@
 
 /// Milliseconds that a frame may take while the camera moves.
 const BUDGET: f64 = 60.0;
+/// Share of the window's sides while nothing is known.
+const FIRST: f32 = 0.3;
 /// Least share of the window's sides.
 const LEAST: f32 = 0.2;
 /// Sides go by steps of so many parts of the whole, so that lists and textures are not made anew for each frame.
@@ -24,7 +26,10 @@ impl Pace {
 
     /// Share of the sides of a picture of so many pixels.
     pub fn scale(&self, pixels: u64, is_moving: bool) -> f32 {
-        let (true, Some(cost)) = (is_moving, self.ms_per_megapixel) else { return 1.0 };
+        if !is_moving {
+            return 1.0;
+        }
+        let Some(cost) = self.ms_per_megapixel else { return FIRST };
         let share = (BUDGET / (cost * pixels as f64 * 1e-6)).sqrt() as f32;
         ((share * STEPS).floor() / STEPS).clamp(LEAST, 1.0)
     }
@@ -37,7 +42,7 @@ mod tests {
     #[test]
     fn what_moves_is_drawn_as_large_as_time_allows_and_whole_at_rest() {
         let mut pace = Pace::default();
-        assert_eq!(pace.scale(1_000_000, true), 1.0);
+        assert_eq!((pace.scale(1_000_000, true), pace.scale(1_000_000, false)), (FIRST, 1.0));
         pace.took(1_000_000, 600.0);
         // A tenth of the pixels fits: sides of 0.316, and of a step below that.
         assert_eq!((pace.scale(1_000_000, true), pace.scale(1_000_000, false)), (0.3, 1.0));

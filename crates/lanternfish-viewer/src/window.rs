@@ -99,8 +99,10 @@ impl ApplicationHandler for App {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &mut self.open else { return };
-        if viewer.has_more() {
+        if viewer.poll() || viewer.has_more() {
             viewer.window.request_redraw();
+        }
+        if viewer.has_more() || viewer.seen.is_busy() {
             events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
         } else {
             events.set_control_flow(ControlFlow::Wait);
@@ -163,7 +165,8 @@ impl Viewer {
             moment: None,
             last,
             frame_ms: 0.0,
-            moved: None,
+            // The first picture is a small one: how long a frame takes is not known.
+            moved: Some(last),
             wants_screenshot: false,
             open,
             keep,
@@ -184,10 +187,22 @@ impl Viewer {
         self.window.request_redraw();
     }
 
-    /// Whether anything would be drawn that is not there yet.
+    /// Whether anything would be drawn that is not there yet. While the device is busy the panels need not be painted again, unless something
+    /// moves.
     fn has_more(&self) -> bool {
         let plays = self.state.clip.as_ref().is_some_and(|clip| clip.is_playing);
-        plays || self.moved.is_some() || self.seen.is_busy() || self.seen.has_more(&self.state.controls.camera)
+        let is_whole = self.seen.size() == self.room && !self.seen.has_more(&self.state.controls.camera);
+        plays || self.moved.is_some() || !(self.seen.is_busy() || is_whole)
+    }
+
+    /// Asks what has become of the last frame of the picture: whether it has just ended.
+    fn poll(&mut self) -> bool {
+        let Some(ms) = self.seen.poll() else { return false };
+        let size = self.seen.size();
+        self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
+        self.frame_ms = ms;
+        self.keep_picture();
+        true
     }
 
     fn open_file(&mut self, path: &std::path::Path) {
@@ -208,14 +223,7 @@ impl Viewer {
     fn frame(&mut self) -> Asked {
         let seconds = self.last.elapsed().as_secs_f32().min(0.25);
         self.last = Instant::now();
-        if let Some(ms) = self.seen.poll() {
-            let size = self.seen.size();
-            self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
-            self.frame_ms = ms;
-            if self.wants_screenshot && self.seen.size() == self.room {
-                self.screenshot();
-            }
-        }
+        self.poll();
         let (asked, output) = self.panels(seconds);
         self.room = UVec2::new(asked.room.x as u32, asked.room.y as u32).max(UVec2::ONE);
         if asked.is_moving {
@@ -223,6 +231,9 @@ impl Viewer {
         }
         self.moved = self.moved.filter(|since| since.elapsed() < REST);
         self.wants_screenshot |= asked.screenshot;
+        if !self.seen.is_busy() {
+            self.keep_picture();
+        }
         if !self.seen.is_busy() {
             let drawn = self.draw(seconds);
             if let Err(error) = drawn {
@@ -336,9 +347,13 @@ impl Viewer {
         }
     }
 
-    fn screenshot(&mut self) {
-        self.wants_screenshot = false;
+    /// Writes a screenshot, if one is asked for and the whole picture is there.
+    fn keep_picture(&mut self) {
         let size = self.seen.size();
+        if !self.wants_screenshot || size != self.room || self.seen.averaged() == 0 {
+            return;
+        }
+        self.wants_screenshot = false;
         let gpu = &self.seen.gpu;
         let read = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, self.seen.picture().texture());
         let kept =
