@@ -52,6 +52,11 @@ impl Progress {
         Self { line, quiet, seconds: Vec::new() }
     }
 
+    /// Shows nothing, and leaves the log where it goes: for steps while another line may be shown.
+    pub fn hidden() -> Self {
+        Self { line: ProgressBar::hidden(), quiet: true, seconds: Vec::new() }
+    }
+
     /// Runs a step and remembers how long it took; a step that is run again adds to its seconds. `name` is the report's, `doing` the terminal's.
     pub fn step<T, E>(&mut self, name: &'static str, doing: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         self.line.reset_elapsed();

@@ -76,7 +76,7 @@ fn dropped(path: &Path) -> Result<Opened, CliError> {
         true => shot::read(path, Vec::new())?,
         false => shot::plain(&name),
     };
-    let (scene, camera) = loaded(&shot.args, &mut Progress::start(true))?;
+    let (scene, camera) = loaded(&shot.args, &mut Progress::hidden())?;
     Ok(Opened { name: name.to_string(), scene, camera })
 }
 
