@@ -1,4 +1,4 @@
-//! The window of Lanternfish: a scene, a camera that flies through it, every setting a click away, and what each pass costs.
+//! The window of Lanternfish: a scene, a camera that flies through it, settings a click away, and what each pass costs.
 //!
 //! ```text
 //! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ seen.rs ─▶ a texture ─▶ window.rs
