@@ -88,6 +88,11 @@ struct Refit {
     /// Moves before: one of all parts by the host, or so many of one part by the device.
     moves: u32,
     reach: f32,
+    /// How often a tree that was built in the background took the place of the one before.
+    rebuilt: u32,
+    /// The longest that the host was held by one of the moves, ms; and the most that one of them sent.
+    longest_ms: f64,
+    most_bytes: u64,
     /// Million rays a second, best of all runs.
     refit_rate: f64,
     fresh_rate: f64,
@@ -275,39 +280,49 @@ fn refit(gpu: &Gpu, scene: &Scene, moves: u32, reach: f32, args: &MovingArgs) ->
     };
     let rays: Vec<TracedRay> = (0..args.rays).map(ray).collect();
     let mut uploaded = renderer.upload(scene)?;
+    let (mut rebuilt, mut longest_ms, mut most_bytes) = (0, 0.0f64, 0);
     match moves {
         0 => renderer.update(&mut uploaded, &elsewhere)?,
         _ => {
-            for one in &list {
-                renderer.move_instances(&mut uploaded, std::slice::from_ref(one))?;
+            for (i, one) in list.iter().enumerate() {
+                let start = Instant::now();
+                let sent = renderer.move_instances(&mut uploaded, std::slice::from_ref(one))?;
+                // The first compiles.
+                if i > 0 {
+                    longest_ms = longest_ms.max(1e3 * start.elapsed().as_secs_f64());
+                    most_bytes = most_bytes.max(sent.bytes);
+                }
+                rebuilt += u32::from(sent.has_rebuilt);
             }
         }
     }
-    let (refit_rate, found) = rate(gpu, &uploaded, &rays, args.runs)?;
-    let (fresh_rate, expected) = rate(gpu, &renderer.upload(&elsewhere)?, &rays, args.runs)?;
+    let fresh = renderer.upload(&elsewhere)?;
+    let [(refit_rate, found), (fresh_rate, expected)] = rates(gpu, [&uploaded, &fresh], &rays, args.runs)?;
     let differing = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
-    Ok(Refit { moves, reach, refit_rate, fresh_rate, differing })
+    Ok(Refit { moves, reach, rebuilt, longest_ms, most_bytes, refit_rate, fresh_rate, differing })
 }
 
-/// Million rays a second, and how far each went.
-fn rate(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay], runs: u32) -> Result<(f64, Vec<f32>), CliError> {
+/// Of two scenes, traced in turn: million rays a second, and how far each ray went.
+fn rates(gpu: &Gpu, scenes: [&GpuScene; 2], rays: &[TracedRay], runs: u32) -> Result<[(f64, Vec<f32>); 2], CliError> {
     let tracer = RayTracer::new(&gpu.device)?;
     let buffer = tracer.upload(&gpu.device, rays)?;
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
-    let (mut least, mut distances) = (f64::INFINITY, Vec::new());
+    let mut rates = [0; 2].map(|_| (0.0f64, Vec::new()));
     for run in 0..=runs {
-        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-        let found = tracer.record(&mut frame, uploaded, Tracer::Bvh, None, &buffer, rays.len() as u32)?;
-        let ms = timed(gpu, || {
-            frame.submit();
-            Ok(())
-        })?;
-        if run > 0 {
-            least = least.min(ms);
+        for (scene, (rate, distances)) in scenes.into_iter().zip(&mut rates) {
+            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+            let found = tracer.record(&mut frame, scene, Tracer::Bvh, None, &buffer, rays.len() as u32)?;
+            let ms = timed(gpu, || {
+                frame.submit();
+                Ok(())
+            })?;
+            if run > 0 {
+                *rate = rate.max(rays.len() as f64 / ms / 1e3);
+            }
+            *distances = read_back::<f32>(&gpu.device, &gpu.queue, &found, rays.len())?;
         }
-        distances = read_back::<f32>(&gpu.device, &gpu.queue, &found, rays.len())?;
     }
-    Ok((rays.len() as f64 / least / 1e3, distances))
+    Ok(rates)
 }
 
 fn markdown(report: &Report) -> String {
@@ -341,18 +356,28 @@ fn markdown(report: &Report) -> String {
     );
     text += &built::markdown(&report.built);
     text += "\n## Rays through the BVH, closest hit\n\nFrom all over the scene's box in all directions, after every part has turned and \
-             been shifted by up to so much of the scene's diagonal; or, with moves, after so many of one part each, by the device.\n\n\
-             | moves | shift | refit, M rays/s | built anew | ratio | distances that differ |\n|---:|---:|---:|---:|---:|---:|\n";
+             been shifted by up to so much of the scene's diagonal; or, with moves, after so many of one part each, by the device. \
+             *In the background*: how often another tree was built there and took the place of the one before.\n\n\
+             | moves | shift | in the background | refit, M rays/s | built anew | ratio | distances that differ |\n\
+             |---:|---:|---:|---:|---:|---:|---:|\n";
     for r in &report.refits {
         let _ = writeln!(
             text,
-            "| {} | {} % | {:.2} | {:.2} | {:.2} | {} |",
+            "| {} | {} % | {} | {:.2} | {:.2} | {:.2} | {} |",
             r.moves,
             100.0 * r.reach,
+            r.rebuilt,
             r.refit_rate,
             r.fresh_rate,
             r.refit_rate / r.fresh_rate,
             r.differing
+        );
+    }
+    for r in report.refits.iter().filter(|r| r.moves > 0) {
+        let _ = writeln!(
+            text,
+            "\nThe longest of {} moves held the host for {:.1} ms; the most that one of them sent are {} bytes.",
+            r.moves, r.longest_ms, r.most_bytes
         );
     }
     text

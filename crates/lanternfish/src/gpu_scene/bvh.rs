@@ -7,7 +7,7 @@ use obvhs::{aabb::Aabb, cwbvh::node::CwBvhNode};
 use rayon::prelude::*;
 
 use super::{
-    refit::refit,
+    refit::{box_of, cost, refit},
     tracing::{TracedTriangle, Tracing},
 };
 use crate::error::RenderError;
@@ -30,6 +30,9 @@ gpu_struct! {
     }
 }
 
+/// There is room for one more node for so many: trees over the same triangles have about as many.
+const SPARE: usize = 8;
+
 /// A BVH on the device.
 #[derive(Debug)]
 pub struct Bvh {
@@ -39,6 +42,8 @@ pub struct Bvh {
     pub triangles: wgpu::Buffer,
     /// The nodes again, to be refit.
     tree: Vec<CwBvhNode>,
+    /// See [`refit::cost`](super::refit::cost).
+    cost_when_built: f64,
 }
 
 /// Builds the tree and puts the triangles into its leaf order. A scene without triangles gets one node without children.
@@ -65,12 +70,35 @@ impl Bvh {
         light_leaves: &[(u32, u32)],
     ) -> Result<Self, RenderError> {
         let none = wgpu::BufferUsages::empty();
-        let words: &[u32] = bytemuck::cast_slice(&tree);
         Ok(Self {
-            nodes: storage_buffer_of(device, "scene/bvh_nodes", words, none)?,
+            nodes: nodes(device, &tree)?,
             triangles: storage_buffer_of(device, "scene/bvh_triangles", &packed(triangles, light_leaves), none)?,
+            cost_when_built: cost(&tree, |place| box_of(&triangles[place].corners)),
             tree,
         })
+    }
+
+    /// Puts another tree in the place of this one; the triangles are put into its leaf order by the caller. Where it fits it is in the same
+    /// buffer: frames that are recorded and not yet handed over then see it, as they see the triangles. `cost`: what rays spend on it.
+    pub fn replace(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        tree: Vec<CwBvhNode>,
+        cost: f64,
+    ) -> Result<(), RenderError> {
+        let bytes: &[u8] = bytemuck::cast_slice(&tree);
+        match bytes.len() as u64 <= self.nodes.size() {
+            true => queue.write_buffer(&self.nodes, 0, bytes),
+            false => self.nodes = nodes(device, &tree)?,
+        }
+        (self.cost_when_built, self.tree) = (cost, tree);
+        Ok(())
+    }
+
+    /// What rays spent on the tree as it was built: see [`refit::cost`](super::refit::cost).
+    pub fn cost_when_built(&self) -> f64 {
+        self.cost_when_built
     }
 
     /// The tree, with the boxes that the host last gave it.
@@ -89,6 +117,14 @@ impl Bvh {
     pub fn update_light_leaves(&self, queue: &wgpu::Queue, triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) {
         queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&packed(triangles, light_leaves)));
     }
+}
+
+fn nodes(device: &wgpu::Device, tree: &[CwBvhNode]) -> Result<wgpu::Buffer, RenderError> {
+    let mut roomy = Vec::with_capacity(tree.len() + tree.len() / SPARE + 1);
+    roomy.extend_from_slice(tree);
+    roomy.resize(roomy.capacity(), CwBvhNode::default());
+    let words: &[u32] = bytemuck::cast_slice(&roomy);
+    Ok(storage_buffer_of(device, "scene/bvh_nodes", words, wgpu::BufferUsages::empty())?)
 }
 
 fn packed(triangles: &[TracedTriangle], light_leaves: &[(u32, u32)]) -> Vec<BvhTriangle> {

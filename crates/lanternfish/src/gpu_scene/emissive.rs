@@ -24,7 +24,8 @@ pub fn shining_of(material: &Material) -> Shining {
     (material.emissive, material.double_sided, material.unlit)
 }
 
-/// The traced triangles that shine, in the order of `traced`. Left out, and found by chance alone: those of alpha masks, which may be
+/// The traced triangles that shine, in the scene's order: trees over them, and what is chosen in them, are the same whichever BVH
+/// holds the triangles. Left out, and found by chance alone: those of alpha masks, which may be
 /// holes anywhere, and those of unlit surfaces, whose radiance is their base colour.
 pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[TracedTriangle]) -> Vec<EmissiveTriangle> {
     let shines = |part: &Part| {
@@ -44,7 +45,12 @@ pub fn triangles(scene: &Scene, shading: Shading, parts: &[Part], traced: &[Trac
         let emitter = Emitter::of_triangle(traced.corners, radiance, front);
         (emitter.power > 0.0).then_some(EmissiveTriangle { triangle: triangle as u32, emitter })
     };
-    traced.par_iter().enumerate().filter_map(emissive).collect()
+    let mut all: Vec<EmissiveTriangle> = traced.par_iter().enumerate().filter_map(emissive).collect();
+    all.sort_unstable_by_key(|shining| {
+        let Source { part, triangle, .. } = traced[shining.triangle as usize].source;
+        (part, triangle)
+    });
+    all
 }
 
 /// The side that shines, where there is one: that of the normals (`gpu_scene/hits.wesl`).

@@ -201,7 +201,7 @@ impl GpuScene {
             (LIGHTS.to_owned(), lights.len() as u64),
             ("scene/textures_bytes".to_owned(), textures.bytes),
             ("scene/traced_triangles".to_owned(), triangles.len() as u64),
-            ("scene/bvh_nodes".to_owned(), node_count),
+            (NODES.to_owned(), node_count),
         ];
         if let Some(environment) = &environment {
             counters.push(("scene/environment_bytes".to_owned(), environment.bytes));
@@ -298,6 +298,8 @@ impl GpuScene {
 const LIGHTS: &str = "scene/lights";
 /// Counter.
 const DRAWS: &str = "scene/draws";
+/// Counter.
+const NODES: &str = "scene/bvh_nodes";
 
 /// An error that names the first thing that is not as a scene's types promise.
 fn validate(scene: &Scene) -> Result<(), RenderError> {

@@ -6,7 +6,10 @@
 use glam::Vec3;
 use lanternfish_gpu::storage_buffer_of;
 
-use super::{geometry::buffer, tracing::TracedTriangle};
+use super::{
+    geometry::buffer,
+    tracing::{Source, TracedTriangle},
+};
 use crate::error::RenderError;
 
 /// An acceleration structure on the device.
@@ -47,22 +50,20 @@ impl Tlas {
         // One vertex buffer; each geometry picks its triangles by index.
         let corners: Vec<Vec3> = triangles.iter().flat_map(|t| t.corners).collect();
         let input = wgpu::BufferUsages::BLAS_INPUT;
-        let vertices = buffer(device, "scene/tlas_vertices", &corners, input | wgpu::BufferUsages::STORAGE)?;
-        let parts = [places(triangles, |t| t.source.record == 0), places(triangles, |t| t.source.record != 0)];
-        let first = parts.iter().find(|part| !part.is_empty()).map_or(0, |part| part.len() as u32);
-        let numbers: Vec<u32> = std::iter::once(first).chain(parts.iter().flatten().copied()).collect();
+        let copied = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        let vertices = buffer(device, "scene/tlas_vertices", &corners, input | wgpu::BufferUsages::STORAGE | copied)?;
+        let Lists { numbers, indices } = Lists::of(triangles.iter().map(|triangle| &triangle.source));
         let numbers = storage_buffer_of(device, "scene/tlas_triangles", &numbers, wgpu::BufferUsages::empty())?;
-        let parts = parts.map(|places| places.iter().flat_map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<u32>>());
         let flags = [
             wgpu::AccelerationStructureGeometryFlags::OPAQUE,
             wgpu::AccelerationStructureGeometryFlags::NO_DUPLICATE_ANY_HIT_INVOCATION,
         ];
-        let geometries: Vec<Geometry> = parts
+        let geometries: Vec<Geometry> = indices
             .iter()
             .zip(flags)
             .filter(|(indices, _)| !indices.is_empty())
             .map(|(indices, flags)| {
-                let buffer = buffer(device, "scene/tlas_indices", indices, input)?;
+                let buffer = buffer(device, "scene/tlas_indices", indices, input | copied)?;
                 let size = wgpu::BlasTriangleGeometrySizeDescriptor {
                     vertex_format: wgpu::VertexFormat::Float32x3,
                     vertex_count: corners.len() as u32,
@@ -94,6 +95,16 @@ impl Tlas {
         Ok(made)
     }
 
+    /// Names the triangles anew, which are those of before in another order. The caller puts `vertices` into that order, and builds.
+    pub fn reorder(&self, queue: &wgpu::Queue, sources: &[Source]) {
+        let Lists { numbers, indices } = Lists::of(sources.iter());
+        queue.write_buffer(&self.triangles, 0, bytemuck::cast_slice(&numbers));
+        let indices = indices.iter().filter(|indices| !indices.is_empty());
+        for ((buffer, _), indices) in self.geometries.iter().zip(indices) {
+            queue.write_buffer(buffer, 0, bytemuck::cast_slice(indices));
+        }
+    }
+
     /// Builds it of the corners that `vertices` holds when these commands run.
     pub fn build(&self, encoder: &mut wgpu::CommandEncoder) {
         let Some(blas) = &self.blas else {
@@ -118,16 +129,30 @@ impl Tlas {
     }
 }
 
-/// Places of the triangles that are wanted, in order.
-fn places(triangles: &[TracedTriangle], wanted: impl Fn(&TracedTriangle) -> bool) -> Vec<u32> {
-    triangles.iter().zip(0u32..).filter(|(t, _)| wanted(t)).map(|(_, i)| i).collect()
+/// Which triangles are solid, and which have a mask.
+struct Lists {
+    /// How many are in the first geometry; the triangles of both.
+    numbers: Vec<u32>,
+    /// Vertices of each geometry.
+    indices: [Vec<u32>; 2],
+}
+
+impl Lists {
+    fn of<'s>(sources: impl Iterator<Item = &'s Source>) -> Self {
+        let (solid, masked): (Vec<_>, Vec<_>) = sources.zip(0u32..).partition(|(source, _)| source.record == 0);
+        let parts = [solid, masked].map(|part| part.into_iter().map(|(_, i)| i).collect::<Vec<u32>>());
+        let first = parts.iter().find(|part| !part.is_empty()).map_or(0, |part| part.len() as u32);
+        let numbers = std::iter::once(first).chain(parts.iter().flatten().copied()).collect();
+        let indices = parts.map(|places| places.iter().flat_map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
+        Self { numbers, indices }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use lanternfish_gpu::{GpuError, checked, testing};
 
-    use super::{super::tracing::Source, *};
+    use super::*;
 
     #[test]
     fn gpu_tlas_buffers_are_limited_by_the_largest_buffer_not_by_the_largest_binding() {

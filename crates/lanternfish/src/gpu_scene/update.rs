@@ -21,7 +21,7 @@ use lanternfish_scene::Scene;
 
 use self::outline::Outline;
 use super::{
-    DRAWS, GpuScene, LIGHTS, emissive,
+    DRAWS, GpuScene, LIGHTS, NODES, emissive,
     geometry::{Geometry, mirrors, standing},
     has_area_lights, light_bounds, light_set, packed_lights,
     textures::Images,
@@ -125,6 +125,22 @@ impl Placed {
     /// Whether any of these instances is mirrored by the place that it gets, or no longer: draws then have another order.
     pub fn mirrors_others(&self, mut places: impl Iterator<Item = (usize, Affine3A)>) -> bool {
         places.any(|(instance, place)| mirrors(&place) != mirrors(&self.transforms[instance]))
+    }
+
+    /// Puts the traced triangles into another order, which names the place of each before.
+    pub fn reorder(&mut self, order: &[u32]) {
+        self.sources = order.iter().map(|i| self.sources[*i as usize]).collect();
+    }
+
+    /// What sources are parts of.
+    #[cfg(test)]
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// What each traced triangle is, in leaf order.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
     }
 
     /// Notes where an instance stands now.
@@ -277,6 +293,14 @@ impl GpuScene {
         self.bounds = self.geometry.bounds();
         let counter = self.counters.iter_mut().find(|(name, _)| name == DRAWS);
         counter.into_iter().for_each(|(_, count)| *count = self.geometry.draws.len() as u64);
+    }
+
+    /// Notes that another tree holds the triangles, and returns its number of nodes.
+    pub(super) fn has_rebuilt(&mut self) -> usize {
+        let nodes = self.bvh.as_ref().map_or(0, |bvh| bvh.tree().len());
+        let counter = self.counters.iter_mut().find(|(name, _)| name == NODES);
+        counter.into_iter().for_each(|(_, count)| *count = nodes as u64);
+        nodes
     }
 
     /// Notes that the device has refused something: what it holds is not relied on, and the next update uploads all of it.

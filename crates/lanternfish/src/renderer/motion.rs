@@ -17,7 +17,11 @@ impl Renderer {
     /// object. The host sends these transforms; the device poses their triangles, gives the BVH new boxes, and builds the adapter's own
     /// structure again. Instances that are not named stay; one that is named twice goes where it is said last.
     ///
-    /// The BVH keeps its tree: see [`Self::update`]. An error, and nothing is done, for an instance that is not there, a transform that
+    /// The BVH keeps its tree until that has become costly. Then a thread builds another, of where things stood, which takes its place in a
+    /// later call: [`Sent::has_rebuilt`]. Call with nothing moved to have it where things rest. Rays find the same distances through
+    /// either; of surfaces in one place either may be found first.
+    ///
+    /// An error, and nothing is done, for an instance that is not there, a transform that
     /// is not finite, and, where indirect light is looked for, instances that shine ([`RenderError::NeedsUpdate`]):
     /// [`Self::update`] moves these. After an error of the device call `update`.
     pub fn move_instances(&self, gpu_scene: &mut GpuScene, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
@@ -40,7 +44,7 @@ impl Renderer {
     /// [`RenderError::NeedsUpdate`] for other numbers of instances, meshes, primitives, vertices, indices or lights that go with nodes than were
     /// uploaded, other meshes that bend than at the first call, and, where indirect light is looked for, lights that change and instances
     /// that shine and move or bend.
-    /// [`Scene::pose`] and [`Self::update`] bring these, and all else back. The BVH keeps its tree: see [`Self::update`]. After an error of the device call `update`.
+    /// [`Scene::pose`] and [`Self::update`] bring these, and all else back. The BVH's tree: see [`Self::move_instances`]. After an error of the device call `update`.
     pub fn animate(
         &self,
         gpu_scene: &mut GpuScene,

@@ -52,7 +52,8 @@ impl GpuScene {
         }
         let Step { moved, bend, lights } = self.step(scene, &pose, settings)?;
         if moved.is_empty() && bend.is_none() && lights.is_empty() {
-            return Ok(sent);
+            let stayed = self.stay(frame)?;
+            return Ok(Sent { bytes: sent.bytes + stayed.bytes, ..stayed });
         }
         let bounds = bend.as_ref().zip(self.bending.as_ref()).map(|(bend, bending)| bending.bounds(bend));
         let bounds = bounds.unwrap_or_default();
@@ -75,7 +76,8 @@ impl GpuScene {
         }
         if bends || !moved.is_empty() {
             let posed = self.put(frame, &moved)?;
-            sent = Sent { bytes: sent.bytes + posed.bytes, dispatches: sent.dispatches + posed.dispatches };
+            let (bytes, dispatches) = (sent.bytes + posed.bytes, sent.dispatches + posed.dispatches);
+            sent = Sent { bytes, dispatches, ..posed };
         }
         sent.bytes += self.write_lights(frame.queue, &lights);
         Ok(sent)

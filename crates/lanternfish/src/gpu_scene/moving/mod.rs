@@ -6,10 +6,12 @@
 //! transforms ───────────────────────────────┴▶ pose.wesl ─▶ bvh_triangles, hit_triangles, corners of the adapter's own structure ─▶ refit.wesl, a level a pass
 //! ```
 //!
-//! `bending.rs` has what is bent, `animate.rs` brings a moment of an animation.
+//! `bending.rs` has what is bent, `animate.rs` brings a moment of an animation, `rebuild.rs` builds another tree where this one has become
+//! costly.
 
 mod animate;
 mod bending;
+mod rebuild;
 #[cfg(test)]
 mod tests;
 
@@ -19,11 +21,14 @@ use glam::{Affine3A, UVec4, Vec3, Vec4};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, storage_buffer, storage_buffer_of,
 };
-use obvhs::cwbvh::{BRANCHING, node::CwBvhNode};
+use obvhs::cwbvh::{BRANCHING, CwBvh, node::CwBvhNode};
 
 pub use self::bending::Bending;
-use self::bending::{BendParameters, BentPrimitive, Influence};
-use super::{GpuScene, geometry::mirrors};
+use self::{
+    bending::{BendParameters, BentPrimitive, Influence},
+    rebuild::{Built, CostParameters, PermuteParameters, Rebuild, Watched},
+};
+use super::{BvhTriangle, GpuScene, HitTriangle, bvh::Bvh, geometry::mirrors};
 use crate::{
     common::workgroups,
     error::RenderError,
@@ -34,6 +39,8 @@ use crate::{
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
         Root::new("gpu_scene/moving/bend"),
+        Root::new("gpu_scene/moving/cost"),
+        Root::new("gpu_scene/moving/permute"),
         Root::computed("gpu_scene/moving/pose", variants),
         Root::new("gpu_scene/moving/refit"),
     ],
@@ -43,6 +50,8 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<BendParameters>(),
         SharedStruct::of::<Moved>(),
         SharedStruct::of::<MovingParameters>(),
+        SharedStruct::of::<CostParameters>(),
+        SharedStruct::of::<PermuteParameters>(),
     ],
 };
 
@@ -97,6 +106,8 @@ pub struct Moving {
     /// [`UVec4`]s: instance, first index, first vertex of each traced triangle.
     sources: wgpu::Buffer,
     tree: Option<Tree>,
+    /// Where there is a BVH.
+    rebuild: Option<Rebuild>,
 }
 
 /// The BVH's nodes by their levels.
@@ -108,6 +119,15 @@ struct Tree {
     order: wgpu::Buffer,
     /// Of `order`, the deepest level first.
     levels: Vec<Range<u32>>,
+}
+
+impl Tree {
+    fn new(device: &wgpu::Device, bvh: &Bvh) -> Result<Self, RenderError> {
+        let (order, levels) = levels(bvh.tree());
+        let boxes = storage_buffer(device, "scene/node_boxes", 32 * bvh.tree().len() as u64)?;
+        let order = storage_buffer_of(device, "scene/refit_order", &order, wgpu::BufferUsages::empty())?;
+        Ok(Self { boxes, order, levels })
+    }
 }
 
 /// Nodes level by level, the deepest first.
@@ -147,24 +167,21 @@ impl Moving {
             let shader = SHADERS.link(&label, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };
-        let tree = scene.bvh.as_ref().map(|bvh| {
-            let (order, levels) = levels(bvh.tree());
-            let boxes = storage_buffer(device, "scene/node_boxes", 32 * bvh.tree().len() as u64)?;
-            let order = storage_buffer_of(device, "scene/refit_order", &order, none)?;
-            Ok::<_, RenderError>(Tree { boxes, order, levels })
-        });
+        let tree = scene.bvh.as_ref().map(|bvh| Tree::new(device, bvh)).transpose()?;
+        let rebuild = scene.bvh.as_ref().map(|_| Rebuild::new(device)).transpose()?;
         let sources: Vec<UVec4> = scene.placed.triangle_sources(&scene.geometry).collect();
         Ok(Self {
             pose: kernel("pose", &features, "pose")?,
             refit: kernel("refit", &[], "refit")?,
             sources: storage_buffer_of(device, "scene/triangle_sources", &sources, none)?,
-            tree: tree.transpose()?,
+            tree,
+            rebuild,
         })
     }
 
-    /// Adds the passes, and returns the number of dispatches.
-    fn record(&self, frame: &mut Frame<'_>, scene: &GpuScene, moved: &[Moved]) -> Result<u32, RenderError> {
-        let mut parameters = MovingParameters {
+    /// Adds the pass that poses the triangles of these instances.
+    fn pose(&self, frame: &mut Frame<'_>, scene: &GpuScene, moved: &[Moved]) -> Result<(), RenderError> {
+        let parameters = MovingParameters {
             triangle_count: scene.traced_triangles,
             moved_count: moved.len() as u32,
             ..MovingParameters::default()
@@ -189,10 +206,18 @@ impl Moving {
             posing = posing.buffer("posed_corners", &tlas.vertices);
         }
         frame.dispatch(&self.pose, &posing, workgroups(scene.traced_triangles));
+        Ok(())
+    }
+
+    /// Adds the passes that put boxes around the triangles where they are, and returns their number.
+    fn refit(&self, frame: &mut Frame<'_>, scene: &GpuScene) -> u32 {
         if let (Some(tree), Some(bvh)) = (&self.tree, &scene.bvh) {
             for level in &tree.levels {
-                parameters.first_node = level.start;
-                parameters.node_count = level.end - level.start;
+                let parameters = MovingParameters {
+                    first_node: level.start,
+                    node_count: level.end - level.start,
+                    ..MovingParameters::default()
+                };
                 let uniform = frame.uniform(&parameters);
                 let refitting = Bindings::new()
                     .part("moving", &uniform)
@@ -206,7 +231,53 @@ impl Moving {
         if let Some(tlas) = &scene.tlas {
             tlas.build(frame.encoder());
         }
-        Ok(1 + self.tree.as_ref().map_or(0, |tree| tree.levels.len() as u32))
+        self.tree.as_ref().map_or(0, |tree| tree.levels.len() as u32)
+    }
+
+    /// Takes the next step towards another tree, where it can be taken, and returns the number of dispatches.
+    fn watch(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, has_moved: bool) -> u32 {
+        let (Some(rebuild), Some(tree), Some(bvh)) = (&mut self.rebuild, &self.tree, &scene.bvh) else { return 0 };
+        let watched = Watched {
+            boxes: &tree.boxes,
+            node_count: bvh.tree().len() as u32,
+            cost_when_built: bvh.cost_when_built(),
+            triangles: &bvh.triangles,
+            triangle_count: scene.traced_triangles,
+        };
+        rebuild.go_on(frame, watched, has_moved)
+    }
+
+    /// Adds the passes that put everything into the order of another tree's leaves, and makes that the scene's. Its boxes are to be refit.
+    /// Returns how many bytes are sent.
+    fn adopt(&mut self, frame: &mut Frame<'_>, scene: &mut GpuScene, built: Built) -> Result<u64, RenderError> {
+        let (Some(rebuild), Some(bvh)) = (&self.rebuild, &mut scene.bvh) else { return Ok(0) };
+        let Built { tree: CwBvh { nodes, primitive_indices: order, .. }, cost } = built;
+        bvh.replace(frame.device, frame.queue, nodes, cost)?;
+        self.tree = Some(Tree::new(frame.device, bvh)?);
+        let on_device = frame.storage_of("scene/new_order", &order)?;
+        let mut permute = |list: &wgpu::Buffer, words: usize| {
+            rebuild.permute(frame, (&on_device, order.len() as u32), list, words as u32)
+        };
+        permute(&bvh.triangles, size_of::<BvhTriangle>() / 4)?;
+        permute(&self.sources, size_of::<UVec4>() / 4)?;
+        if let Some(hits) = &scene.hits {
+            permute(hits.triangles(), size_of::<HitTriangle>() / 4)?;
+        }
+        if let Some(tlas) = &scene.tlas {
+            permute(&tlas.vertices, 9)?;
+        }
+        scene.placed.reorder(&order);
+        if let Some(tlas) = &scene.tlas {
+            tlas.reorder(frame.queue, scene.placed.sources());
+        }
+        if let Some(trees) = &mut scene.light_trees {
+            let mut place = vec![0; order.len()];
+            order.iter().zip(0..).for_each(|(before, now)| place[*before as usize] = now);
+            trees.renumber(frame.queue, &place);
+        }
+        let nodes = scene.has_rebuilt();
+        let per_node = size_of::<CwBvhNode>() + size_of::<u32>();
+        Ok((size_of_val(order.as_slice()) + nodes * per_node) as u64)
     }
 }
 
@@ -237,6 +308,8 @@ pub struct Sent {
     pub bytes: u64,
     /// Dispatches of the device.
     pub dispatches: u32,
+    /// Whether a tree that was built in the background took the place of the one that rays were traced through.
+    pub has_rebuilt: bool,
 }
 
 impl GpuScene {
@@ -271,9 +344,40 @@ impl GpuScene {
         last.reverse();
         last.retain(|(instance, transform)| self.placed.may_have_moved(*instance, transform));
         if last.is_empty() {
-            return Ok(Sent::default());
+            return self.stay(frame);
         }
         self.put(frame, &last)
+    }
+
+    /// Goes on with what is under way in the background, where nothing has moved.
+    fn stay(&mut self, frame: &mut Frame<'_>) -> Result<Sent, RenderError> {
+        let is_under_way = |moving: &Moving| moving.rebuild.as_ref().is_some_and(Rebuild::is_under_way);
+        match self.moving.take_if(|moving| is_under_way(moving)) {
+            Some(moving) => self.go_on(frame, moving, &[]),
+            None => Ok(Sent::default()),
+        }
+    }
+
+    /// Poses what has moved, and goes on with what is under way in the background.
+    fn go_on(&mut self, frame: &mut Frame<'_>, mut moving: Moving, moved: &[Moved]) -> Result<Sent, RenderError> {
+        // What has come from the device is told here.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        let built = moving.rebuild.as_mut().and_then(Rebuild::built);
+        let mut sent = Sent { has_rebuilt: built.is_some(), ..Sent::default() };
+        if let Some(built) = built {
+            sent.bytes += moving.adopt(frame, self, built)?;
+            self.placed.moved();
+        }
+        if !moved.is_empty() {
+            moving.pose(frame, self, moved)?;
+            sent.dispatches += 1;
+        }
+        if sent.has_rebuilt || !moved.is_empty() {
+            sent.dispatches += moving.refit(frame, self);
+        }
+        sent.dispatches += moving.watch(frame, self, !moved.is_empty());
+        self.moving = Some(moving);
+        Ok(sent)
     }
 
     /// An error where any of these instances shines, and is in a tree of lights.
@@ -291,12 +395,12 @@ impl GpuScene {
     fn put(&mut self, frame: &mut Frame<'_>, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
         let mut sent = Sent::default();
         if self.needs.parts.rays() && !moved.is_empty() {
-            if self.moving.is_none() {
-                self.moving = Some(Moving::new(self)?);
-            }
+            let moving = match self.moving.take() {
+                Some(moving) => moving,
+                None => Moving::new(self)?,
+            };
             let list: Vec<Moved> = moved.iter().map(|(instance, transform)| Moved::new(*instance, transform)).collect();
-            let moving = self.moving.as_ref().expect("it was just made");
-            sent.dispatches = moving.record(frame, self, &list)?;
+            sent = self.go_on(frame, moving, &list)?;
             let uniforms = u64::from(sent.dispatches) * size_of::<MovingParameters>() as u64;
             sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
         }

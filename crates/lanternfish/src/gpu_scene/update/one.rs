@@ -22,7 +22,7 @@ impl GpuScene {
         self.check_light(index, Some(light))?;
         self.check_light_trees(index)?;
         let bytes = self.write_lights(queue, &[(index, Light::new(light, settings))]);
-        Ok(Sent { bytes, dispatches: 0 })
+        Ok(Sent { bytes, ..Sent::default() })
     }
 
     /// An error for a light that is not there, or not valid. `None`: one that sends nothing.
@@ -101,6 +101,6 @@ impl GpuScene {
         }
         self.placed.shining[index] = shining;
         self.placed.revision = next_number();
-        Ok(Sent { bytes, dispatches: 0 })
+        Ok(Sent { bytes, ..Sent::default() })
     }
 }

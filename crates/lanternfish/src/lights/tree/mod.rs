@@ -99,6 +99,15 @@ impl SceneLightTrees {
         Ok(())
     }
 
+    /// Gives the triangles other numbers: `place` has the new one of each.
+    pub fn renumber(&mut self, queue: &wgpu::Queue, place: &[u32]) {
+        self.triangles.iter_mut().for_each(|triangle| triangle.triangle = place[triangle.triangle as usize]);
+        let mut nodes = Vec::new();
+        append(&mut nodes, &self.tree, |i| self.triangles[i as usize].triangle);
+        // They are the first.
+        queue.write_buffer(&self.nodes, 0, bytemuck::cast_slice(&nodes));
+    }
+
     /// Emissive triangles.
     pub fn triangles(&self) -> &[EmissiveTriangle] {
         &self.triangles
