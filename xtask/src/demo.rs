@@ -5,11 +5,16 @@ use crate::{
     release::{self, lanternfish},
 };
 
+/// What is seen.
+const SCENE: [&str; 5] = ["demo:atrium", "--lights", "rain:1000", "--seed", "1"];
+
 /// Sets up, builds, and renders the built-in scene; `flags` go to `lanternfish render`, after the demo's own.
 pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
     release::ready(may_install)?;
     let picture = workspace().join("lanternfish-demo.png");
-    let mut render = lanternfish(&["render", "demo:atrium", "--lights", "rain:1000", "--seed", "1", "--timings"]);
+    let mut render = lanternfish(&["render"]);
     // The picture's path is the last thing it prints.
-    command::run(render.arg("-o").arg(picture).args(flags))
+    command::run(render.args(SCENE).args(["--timings", "-o"]).arg(picture).args(flags))?;
+    eprintln!("==> The same in a window: cargo run --release -- view {}", SCENE.join(" "));
+    Ok(())
 }

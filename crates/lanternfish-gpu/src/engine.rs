@@ -7,7 +7,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline};
+use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline, ShaderLibrary, ShaderTexts};
 
 /// A device, its queue, and every shader and pipeline that has been compiled for them. Clones share it.
 ///
@@ -36,6 +36,8 @@ struct Compiled {
     shaders: HashMap<ShaderKey, Arc<LinkedShader>>,
     kernels: HashMap<PipelineKey, ComputeKernel>,
     rasters: HashMap<PipelineKey, RasterPipeline>,
+    /// Texts in the place of those of a library.
+    edited: HashMap<usize, Arc<ShaderTexts>>,
     count: Compilations,
 }
 
@@ -103,8 +105,18 @@ impl Engine {
 
     /// Drops everything: after an error, something that the device refused to compile may be among it. What is in use stays.
     pub fn forget(&self) {
-        let count = self.compilations();
-        *self.compiled() = Compiled { count, ..Compiled::default() };
+        let mut compiled = self.compiled();
+        let (count, edited) = (compiled.count, std::mem::take(&mut compiled.edited));
+        *compiled = Compiled { count, edited, ..Compiled::default() };
+    }
+
+    /// Puts texts in the place of files of a library, and returns those that were in their place before. Shaders that are linked
+    /// from now on are made of them; pipelines that are in use stay.
+    pub fn edit(&self, library: &ShaderLibrary, texts: ShaderTexts) -> Arc<ShaderTexts> {
+        let mut compiled = self.compiled();
+        let number = library.number();
+        compiled.shaders.retain(|(library, _), _| *library != number);
+        compiled.edited.insert(number, Arc::new(texts)).unwrap_or_default()
     }
 
     fn compiled(&self) -> MutexGuard<'_, Compiled> {
@@ -117,19 +129,20 @@ fn current() -> Option<Engine> {
     CURRENT.with_borrow(|current| current.as_ref().map(|(engine, _)| engine.clone()))
 }
 
-/// The shader of this label in a library, which `link` links.
+/// The shader of this label in a library, which `link` links of the texts that stand in for those of the library.
 pub(crate) fn linked(
     library: usize,
     label: &str,
-    link: impl FnOnce() -> Result<LinkedShader, GpuError>,
+    link: impl FnOnce(&ShaderTexts) -> Result<LinkedShader, GpuError>,
 ) -> Result<Arc<LinkedShader>, GpuError> {
-    let Some(engine) = current() else { return link().map(Arc::new) };
+    let Some(engine) = current() else { return link(&ShaderTexts::new()).map(Arc::new) };
     let key = (library, label.to_owned());
     if let Some(known) = engine.compiled().shaders.get(&key) {
         return Ok(known.clone());
     }
     // Not under the lock: another thread may compile meanwhile, at worst the same.
-    let shader = Arc::new(link()?);
+    let edited = engine.compiled().edited.get(&library).cloned().unwrap_or_default();
+    let shader = Arc::new(link(&edited)?);
     let mut compiled = engine.compiled();
     compiled.count.shaders += 1;
     compiled.shaders.insert(key, shader.clone());

@@ -16,6 +16,7 @@ mod bindings;
 mod buffer;
 mod compute;
 mod driver;
+mod edited;
 mod engine;
 mod error;
 mod frame;
@@ -38,6 +39,7 @@ pub use buffer::{
 };
 pub use compute::ComputeKernel;
 pub use driver::{FAULTY_LOOP_STEPS, driver_warning, faulty_software, software_mesa};
+pub use edited::ShaderTexts;
 pub use engine::{Asked, Compilations, Engine};
 pub use error::GpuError;
 pub use frame::{Frame, PassTime, Profiler, discarded, submitted};

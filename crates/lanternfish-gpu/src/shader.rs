@@ -8,7 +8,11 @@ use wesl::{
     syntax::{Attribute, Expression, GlobalDeclaration, LiteralExpression, PathOrigin, TranslationUnit},
 };
 
-use crate::{GpuError, engine};
+use crate::{
+    GpuError,
+    edited::{self, ShaderTexts},
+    engine,
+};
 
 /// A choice that a shader makes when it is linked: the name of an `@if`. A constant where what it means is declared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -47,20 +51,42 @@ impl ShaderLibrary {
         self.sources
     }
 
+    /// A number that no other library has.
+    pub(crate) fn number(&self) -> usize {
+        self.sources.as_ptr().addr()
+    }
+
     /// Links `module` with its imports, these `@if` features on and all others off, numbers its bindings, and validates it. Within an
     /// [`Engine`](crate::Engine) that has done so before, it is that one's.
     pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
-        let label = features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{}", feature.0));
-        let library = self.sources.as_ptr().addr();
-        engine::linked(library, &label, || self.link_anew(module, features, label.clone()))
+        let (library, label) = (self.number(), label(module, features));
+        engine::linked(library, &label, |edited| self.link_edited(module, features, edited))
     }
 
-    fn link_anew(&self, module: &str, features: &[Feature], label: String) -> Result<LinkedShader, GpuError> {
+    /// The same with texts in the place of files of the package. An error, too, where the host could not run what it has become.
+    pub(crate) fn link_edited(
+        &self,
+        module: &str,
+        features: &[Feature],
+        texts: &ShaderTexts,
+    ) -> Result<LinkedShader, GpuError> {
+        let linked = self.link_anew(module, features, texts)?;
+        if !texts.is_empty() {
+            let known = self.link_anew(module, features, &ShaderTexts::new())?;
+            let fail = |what| GpuError::Shader { shader: linked.label.clone(), what };
+            edited::check(&known, &linked).map_err(fail)?;
+        }
+        Ok(linked)
+    }
+
+    fn link_anew(&self, module: &str, features: &[Feature], texts: &ShaderTexts) -> Result<LinkedShader, GpuError> {
+        let label = label(module, features);
         let fail = |what: String| GpuError::Shader { shader: label.clone(), what };
 
         let mut resolver = VirtualResolver::new();
         for (path, text) in self.sources {
-            resolver.add_module(module_path(path), Cow::Borrowed(*text));
+            let text = texts.get(*path).map_or(*text, String::as_str);
+            resolver.add_module(module_path(path), Cow::Borrowed(text));
         }
         let mut linker = Wesl::new_barebones().set_custom_resolver(resolver);
         linker.set_options(CompileOptions { validate: false, ..Default::default() });
@@ -76,6 +102,10 @@ impl ShaderLibrary {
             .map_err(|e| fail(e.emit_to_string(&source)))?;
         Ok(LinkedShader { label, source, module, info })
     }
+}
+
+fn label(module: &str, features: &[Feature]) -> String {
+    features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{}", feature.0))
 }
 
 impl LinkedShader {

@@ -2,6 +2,7 @@
 
 mod build;
 mod change;
+mod edit;
 mod flight;
 mod frames;
 mod motion;

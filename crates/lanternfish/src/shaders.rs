@@ -127,6 +127,11 @@ impl Package {
         self.0.sources()
     }
 
+    /// All files of the package, linked in any way.
+    pub fn library(&self) -> &ShaderLibrary {
+        &self.0
+    }
+
     /// Links a file with entry points, these features on and all others off.
     ///
     /// Panics with debug assertions, so in every test, where no folder declares the file, or its folder does not declare these features

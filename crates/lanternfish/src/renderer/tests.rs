@@ -1,4 +1,5 @@
 mod change;
+mod edit;
 mod flight;
 mod later;
 mod motion;

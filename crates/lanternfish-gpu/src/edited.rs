@@ -1,0 +1,146 @@
+//! Shaders that somebody is editing: their texts stand in for those that a library carries with it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use naga::{Module, TypeInner};
+
+use crate::{LinkedShader, shader::item_name};
+
+/// Texts of WESL files by their module path below the package: `"light_culling/tiled/assign"`.
+pub type ShaderTexts = BTreeMap<String, String>;
+
+/// What a host relies on in a linked shader.
+#[derive(Debug, PartialEq, Eq)]
+struct Interface {
+    /// Stage and name of each entry point.
+    entries: BTreeSet<(String, String)>,
+    /// Name of each resource, and what is bound to it.
+    resources: BTreeMap<String, String>,
+}
+
+impl Interface {
+    fn of(shader: &LinkedShader) -> Self {
+        let module = &shader.module;
+        let entries = module.entry_points.iter();
+        let entries = entries.map(|entry| (format!("{:?}", entry.stage).to_lowercase(), entry.name.clone()));
+        let bound = module.global_variables.iter().filter(|(_, variable)| variable.binding.is_some());
+        let resources = bound.map(|(_, variable)| {
+            let name = item_name(variable.name.as_deref().unwrap_or_default()).to_owned();
+            let group = variable.binding.as_ref().map_or(0, |binding| binding.group);
+            (name, format!("group {group}, {:?}, {}", variable.space, described(module, variable.ty)))
+        });
+        Self { entries: entries.collect(), resources: resources.collect() }
+    }
+}
+
+/// A type with all that is in it, so that types of two modules can be compared.
+fn described(module: &Module, ty: naga::Handle<naga::Type>) -> String {
+    match &module.types[ty].inner {
+        TypeInner::Array { base, size, stride } => {
+            let size = match size {
+                naga::ArraySize::Constant(count) => count.to_string(),
+                _ => "any number".to_owned(),
+            };
+            format!("{size} × {stride} bytes of {}", described(module, *base))
+        }
+        TypeInner::BindingArray { base, .. } => format!("any number of {}", described(module, *base)),
+        TypeInner::Struct { members, span } => {
+            let members = members.iter().map(|member| {
+                let name = member.name.as_deref().unwrap_or_default();
+                format!("{name} at {}: {}", member.offset, described(module, member.ty))
+            });
+            format!("{span} bytes of {{ {} }}", members.collect::<Vec<_>>().join(", "))
+        }
+        plain => format!("{plain:?}"),
+    }
+}
+
+/// An error where the host could not run the edited shader as it runs the one that it knows: other entry points, a resource that is not
+/// bound, or another type of one.
+pub fn check(known: &LinkedShader, edited: &LinkedShader) -> Result<(), String> {
+    let (known, edited) = (Interface::of(known), Interface::of(edited));
+    if known.entries != edited.entries {
+        let names = |entries: &BTreeSet<(String, String)>| {
+            entries.iter().map(|(stage, name)| format!("@{stage} {name}")).collect::<Vec<_>>().join(", ")
+        };
+        return Err(format!(
+            "it has the entry points {}, and the host runs {}",
+            names(&edited.entries),
+            names(&known.entries)
+        ));
+    }
+    for (name, is) in &edited.resources {
+        match known.resources.get(name) {
+            None => return Err(format!("it reads {name}, which the host does not bind here: build the program again")),
+            Some(was) if was != is => {
+                return Err(format!("{name} is {is}, and the host has {was}: build the program again"));
+            }
+            Some(_) => {}
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::{GpuError, ShaderLibrary};
+
+    const LIBRARY: ShaderLibrary = ShaderLibrary::new(&[
+        ("common/scale", "const SCALE = 2.0;"),
+        (
+            "room/kernel",
+            "import package::common::scale::SCALE;\nstruct Cell { size: f32, count: u32 }\n\
+             @group(2) var<storage, read_write> cells: array<Cell>;\n\
+             @compute @workgroup_size(64) fn main() { cells[0].size = SCALE; }",
+        ),
+    ]);
+
+    fn linked(texts: &[(&str, &str)]) -> Result<Arc<LinkedShader>, GpuError> {
+        let texts = texts.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned())).collect();
+        LIBRARY.link_edited("room/kernel", &[], &texts).map(Arc::new)
+    }
+
+    #[test]
+    fn an_edited_file_stands_in_for_the_one_of_the_library() {
+        let plain = linked(&[]).unwrap();
+        assert!(plain.source.contains("2.0"));
+        let other = linked(&[("common/scale", "const SCALE = 5.0;")]).unwrap();
+        assert!(other.source.contains("5.0") && !other.source.contains("2.0"));
+        // A file that is not in the library is nobody's.
+        assert_eq!(linked(&[("common/other", "nonsense")]).unwrap().source, plain.source);
+    }
+
+    #[test]
+    fn what_the_host_could_not_run_is_refused_with_a_reason() {
+        let kernel = |text: &str| linked(&[("room/kernel", text)]).unwrap_err().to_string();
+        let cases = [
+            (linked(&[("common/scale", "const SCALE = ;")]).unwrap_err().to_string(), "expected"),
+            (
+                kernel(
+                    "@group(2) var<storage, read_write> cells: array<u32>;\n@compute @workgroup_size(1) fn other() { cells[0] = 1u; }",
+                ),
+                "@compute other",
+            ),
+            (
+                kernel(
+                    "@group(2) var<storage, read_write> cells: array<u32>;\n@compute @workgroup_size(1) fn main() { cells[0] = 1u; }",
+                ),
+                "cells is",
+            ),
+            (
+                kernel(
+                    "@group(2) var<storage, read_write> more: array<u32>;\n@compute @workgroup_size(1) fn main() { more[0] = 1u; }",
+                ),
+                "reads more",
+            ),
+        ];
+        for (message, expected) in cases {
+            assert!(message.contains(expected) && message.contains("room/kernel"), "{expected}: {message}");
+        }
+        // A resource less is no fault.
+        linked(&[("room/kernel", "@compute @workgroup_size(64) fn main() {}")]).unwrap();
+    }
+}

@@ -1,0 +1,73 @@
+//! Shaders that are edited while they run.
+
+use std::collections::BTreeMap;
+
+use lanternfish_gpu::{Engine, ShaderTexts, testing};
+use lanternfish_scene::generate::demo;
+
+use crate::{
+    RenderError, Renderer, Settings, Target, ViewRequest,
+    settings::{Exposure, Indirect, Sampled, Shadows, Tracer},
+    shaders::SHADERS,
+};
+
+/// A file of the library with a piece of it replaced.
+fn edited(module: &str, from: &str, to: &str) -> ShaderTexts {
+    let (_, text) = SHADERS.sources().iter().find(|(path, _)| *path == module).unwrap();
+    assert!(text.contains(from), "{module} has {from}");
+    BTreeMap::from([(module.to_owned(), text.replace(from, to))])
+}
+
+#[test]
+fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
+    let Some(gpu) = testing::gpu("gpu_edited_shaders_are_seen_and_broken_ones_change_nothing") else { return };
+    let scene = demo("cornell").unwrap();
+    let camera = &scene.cameras[0];
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, tracer: Tracer::Bvh, ..Sampled::default() };
+    let settings = Settings {
+        shadows: Shadows::BVH,
+        indirect: Indirect::Sampled(few),
+        exposure: Exposure::Ev(0.0),
+        ..Settings::default()
+    };
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    let mut renderer = Renderer::with_engine(&engine, settings.clone()).unwrap();
+    let uploaded = renderer.upload(&scene).unwrap();
+    let view = ViewRequest::of_camera(0, camera, [32, 24], Target::Own);
+    let shown = |renderer: &mut Renderer| renderer.render(&uploaded, camera, 32, 24).unwrap().radiance;
+    let own = shown(&mut renderer);
+
+    // Half the diffuse light.
+    let darker = || edited("common/math", "const PI = 3.14159265358979;", "const PI = 6.28318530717959;");
+    renderer.edit_shaders(darker(), &uploaded, &[view]).unwrap();
+    let dark = shown(&mut renderer);
+    let sum = |picture: &[[f32; 4]]| picture.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>();
+    assert!(sum(&dark) < 0.9 * sum(&own), "{} of {}", sum(&dark), sum(&own));
+
+    // Broken ones: what is compiled with the passes, and what with the first frame.
+    let broken = [
+        edited("common/math", "const PI = ", "const PI = of "),
+        edited("common/math", "const PI = ", "const TAU = "),
+        edited("shading/forward", "@fragment", "@fragment nonsense"),
+    ];
+    for texts in broken {
+        let module = texts.keys().next().unwrap().clone();
+        let error = renderer.edit_shaders(texts, &uploaded, &[view]).unwrap_err();
+        assert!(matches!(error, RenderError::Gpu(_)), "{module}: {error}");
+        println!("{module}: {error}");
+        assert_eq!(shown(&mut renderer), dark, "{module}");
+    }
+    // Another renderer of the engine has what stands in, and settings that change compile it too.
+    let mut other = Renderer::with_engine(&engine, settings.clone()).unwrap();
+    let again = other.upload(&scene).unwrap();
+    assert_eq!(other.render(&again, camera, 32, 24).unwrap().radiance, dark);
+    renderer.set(Settings { exposure: Exposure::Ev(1.0), indirect: Indirect::None, ..settings.clone() }).unwrap();
+    renderer.set(settings).unwrap();
+    assert_eq!(shown(&mut renderer), dark);
+
+    // Mended, it compiles nothing that it had.
+    let pipelines = engine.compilations().pipelines;
+    renderer.edit_shaders(ShaderTexts::new(), &uploaded, &[view]).unwrap();
+    assert_eq!(engine.compilations().pipelines, pipelines);
+    assert_eq!(shown(&mut renderer), own);
+}
