@@ -30,6 +30,7 @@ use crate::{
     parse::{self, Size},
     progress::ToldTo,
     reference::{self, MergeArgs, ReferenceArgs},
+    replay::{self, ReplayArgs},
     scene::SceneName,
     shot,
     stereo::{Eyes, StereoLayout},
@@ -146,6 +147,12 @@ pub enum Command {
     /// A is the picture under test, B the reference.
     #[command(after_help = compare::HELP)]
     Compare(Box<CompareArgs>),
+    /// Plays a camera track frame by frame: what every pass takes, what every frame counts, and what became slower.
+    ///
+    /// Takes the flags of `render`. Times are of --runs equal runs, in which nothing is read back; counts and pictures' hashes are of
+    /// one run of their own. Writes report.html with plots, report.json, passes.csv and counts.csv.
+    #[command(after_help = replay::HELP, args_override_self = true)]
+    Replay(Box<ReplayArgs>),
     /// Shows the scene as sorted rays: deep images as points in the scene, by layers, or by how many surfaces each texel holds.
     ///
     /// Takes the camera of `render`. What a shot says of lights, look and technique has no meaning here and is left aside, as is

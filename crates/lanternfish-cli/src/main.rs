@@ -17,9 +17,11 @@ mod light_rig;
 mod motion;
 mod output;
 mod parse;
+mod plot;
 mod progress;
 mod reference;
 mod render;
+mod replay;
 mod report;
 mod scene;
 mod shot;
@@ -60,6 +62,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(&args).map(|()| 0),
         Command::Help(args) => help::run(&args).map(|()| 0),
         Command::Compare(args) => return compare::main(&args),
+        Command::Replay(args) => return replay::main(&args),
     })
 }
 

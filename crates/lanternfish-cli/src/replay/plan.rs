@@ -1,0 +1,113 @@
+//! What is played: a scene in its light, and a camera for every frame.
+
+use lanternfish::settings::{Indirect, Occlusion, Settings};
+use lanternfish_scene::{Bounds, Camera, Scene};
+
+use crate::{
+    camera,
+    error::CliError,
+    light_rig::{self, Lighting},
+    motion::Motion,
+    parse::Size,
+    progress::Progress,
+    render::apply_lights,
+    scene,
+    shot::{Shot, ShotFrame},
+    stereo::Eyes,
+};
+
+/// One frame.
+#[derive(Clone, Debug)]
+pub struct Step {
+    frame: ShotFrame,
+    camera: Camera,
+}
+
+/// A simulation that is the same however often it is played.
+#[derive(Debug)]
+pub struct Plan {
+    /// As it was loaded, at 0 s; then as the last frame left it.
+    pub scene: Scene,
+    pub settings: Settings,
+    pub size: Size,
+    motion: Option<Motion>,
+    bounds: Bounds,
+    eyes: Option<Eyes>,
+    steps: Vec<Step>,
+}
+
+impl Plan {
+    /// What a shot shows. Each frame is one frame, whatever the shot says of means.
+    pub fn of(shot: &Shot, progress: &mut Progress) -> Result<Self, CliError> {
+        let (args, size) = (&shot.args, shot.args.output.size);
+        let settings = Settings { accumulate: 1, ..args.settings() };
+        let part = args.part.scene_of_file.as_deref();
+        let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
+            let mut scene = scene::load_part(&args.scene, part)?;
+            let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
+            Ok::<_, CliError>((scene, rain))
+        })?;
+        let motion = Motion::of(&scene, &args.track, rain)?;
+        motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
+        let frames = shot.frames();
+        let views: Vec<_> = frames.iter().map(|frame| frame.view.clone()).collect();
+        let (cameras, is_inside) = camera::choose_each(&scene, &views, size.width as f32 / size.height as f32)?;
+        if is_inside {
+            progress.note(camera::INSIDE);
+        }
+        let lights = Lighting {
+            is_seen: settings.debug_view.is_none(),
+            reaches_surfaces: settings.indirect != Indirect::None || settings.occlusion != Occlusion::None,
+        };
+        light_rig::light(&mut scene, &args.lights, &cameras[0], lights, |note| progress.note(note))?;
+        let steps = frames.into_iter().zip(cameras).map(|(frame, camera)| Step { frame, camera }).collect();
+        let bounds = scene.bounds();
+        Ok(Self { scene, settings, size, motion, bounds, eyes: args.stereo.stereo, steps })
+    }
+
+    /// How many frames there are.
+    pub fn frames(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Whether a frame may be another than the one before it.
+    pub fn moves(&self) -> bool {
+        self.motion.is_some() || self.steps.windows(2).any(|pair| pair[0].camera != pair[1].camera)
+    }
+
+    /// Pictures of a frame.
+    pub fn eyes(&self) -> usize {
+        if self.eyes.is_some() { 2 } else { 1 }
+    }
+
+    /// When each frame is, seconds; 0 where nothing says.
+    pub fn moments(&self) -> Vec<f32> {
+        self.steps.iter().map(|step| step.frame.time.unwrap_or(0.0)).collect()
+    }
+
+    /// Brings the scene to a frame's time; whether anything may be another than before.
+    pub fn go_to(&mut self, frame: usize) -> bool {
+        match (&self.motion, self.steps[frame].frame.time) {
+            (Some(motion), Some(time)) => {
+                motion.at_time(&mut self.scene, time);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// The cameras of a frame to which the scene was brought, one an eye.
+    pub fn cameras(&self, frame: usize) -> Result<Vec<Camera>, CliError> {
+        let aspect = self.size.width as f32 / self.size.height as f32;
+        let Step { frame, camera } = &self.steps[frame];
+        let moves = self.motion.is_some() && frame.time.is_some();
+        let camera = match moves {
+            true => camera::follow(&self.scene, &self.bounds, &frame.view, aspect, camera)?,
+            false => camera.clone(),
+        };
+        match self.eyes {
+            Some(eyes) => Ok(eyes.cameras(&camera, aspect)?.into()),
+            None => Ok(vec![camera]),
+        }
+    }
+}
