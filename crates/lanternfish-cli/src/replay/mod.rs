@@ -1,6 +1,6 @@
 //! `lanternfish replay`: the frames of a track, timed and counted [VanGelderen2020, §6.1].
 //!
-//! 1. Say what is played ([`plan`]): a shot's frames, at fixed times.
+//! 1. Say what is played ([`plan`]): a shot's frames, or what a hand did to the camera, at fixed times.
 //! 2. Count: one run that reads back counters, what clusters hold, and pictures ([`counted`]).
 //! 3. Time: runs that are the same, in which nothing is read back ([`measure`], [`series`]).
 //! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before ([`compare`]).
@@ -23,6 +23,7 @@ use std::{
 
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use lanternfish_gpu::{Gpu, driver_warning};
+use lanternfish_scene::Camera;
 
 use self::{measure::Player, plan::Plan, report::Report};
 use crate::{
@@ -30,7 +31,9 @@ use crate::{
     error::{self, CliError},
     motion::NOTHING_MOVES,
     output,
+    parse::Frames,
     progress::Progress,
+    recording::Recorded,
     report::settings_by_name,
     scene::SceneName,
     shot::{self, Shot},
@@ -42,6 +45,9 @@ Examples:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o before
   Whether a change made a pass slower:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o after --compare before/report.json
+  A walk of your own, recorded in the window:
+    lanternfish view scene.glb --record walk.toml
+    lanternfish replay walk.toml
   Twenty frames of rain through a scene that has no track:
     lanternfish replay demo:cornell --lights rain:1000 --frames 0-19
 
@@ -53,7 +59,7 @@ const FAILED: u8 = 2;
 
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
-    #[arg(help = format!("A shot (.toml) with a [track]; or a scene, as `render` is given it: a file, or {}", demos()))]
+    #[arg(help = format!("A shot (.toml) with a [track], or what `view --record` wrote; or a scene, as `render` is given it: a file, or {}", demos()))]
     pub scene: SceneName,
     /// The folder for the report. It is made if it is not there.
     #[arg(id = "replay_output", short = 'o', long = "output", value_name = "FOLDER", default_value = "replay")]
@@ -120,11 +126,11 @@ pub fn main(args: &ReplayArgs) -> ExitCode {
 
 fn run(args: &ReplayArgs) -> Result<u8, CliError> {
     let old = args.compare.as_deref().map(Report::read).transpose()?;
-    let shot = shot::resolve(&args.scene)?;
+    let (shot, recorded) = simulation(&args.scene)?;
     fs::create_dir_all(&args.output).map_err(|error| {
         CliError::new(format_args!("{}: {error}", args.output.display()), "name a folder that can be made")
     })?;
-    let report = replayed(&args.scene, &shot, args.runs as usize)?;
+    let report = replayed(&args.scene, &shot, recorded, args.runs as usize)?;
     let file = |name: &str| args.output.join(name);
     output::write_text(&file("report.json"), &report.to_json())?;
     output::write_text(&file("passes.csv"), &report.passes_csv())?;
@@ -149,11 +155,29 @@ fn run(args: &ReplayArgs) -> Result<u8, CliError> {
     }
 }
 
-/// Counts and times what a shot shows.
-fn replayed(source: &SceneName, shot: &Shot, runs: usize) -> Result<Report, CliError> {
+/// Times and cameras of frames.
+type Cameras = Vec<(f32, Camera)>;
+
+/// What is played: a shot, or a recording in the scene of a shot.
+fn simulation(source: &SceneName) -> Result<(Shot, Option<Cameras>), CliError> {
+    let Some(recorded) = Recorded::read(source)? else { return Ok((shot::resolve(source)?, None)) };
+    let (shot, frames) = shot::of_recording(&recorded.scene, &recorded.flags)?;
+    let step = recorded.recording.step;
+    let cameras = recorded.recording.cameras().into_iter().enumerate();
+    let cameras = cameras.map(|(i, camera)| ((i as f64 * f64::from(step)) as f32, camera));
+    let (first, count) = match frames {
+        None => (0, usize::MAX),
+        Some(Frames::Count(count)) => (0, count as usize),
+        Some(Frames::Span(span)) => (span.first as usize, (span.last - span.first) as usize + 1),
+    };
+    Ok((shot, Some(cameras.skip(first).take(count).collect())))
+}
+
+/// Counts and times what a shot shows, from these cameras where they are given.
+fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: usize) -> Result<Report, CliError> {
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
-    let mut plan = Plan::of(shot, &mut progress)?;
+    let mut plan = Plan::of(shot, recorded, &mut progress)?;
     if plan.frames() == 1 {
         progress.note("a single frame is replayed; --frames says how many, or which");
     } else if !plan.moves() {

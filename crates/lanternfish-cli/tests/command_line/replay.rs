@@ -124,3 +124,54 @@ fn what_cannot_be_replayed_is_refused() {
     }
     assert_eq!(names(folder.path()), ["walk.toml"]);
 }
+
+/// A walk of five steps as `view --record` writes it: forwards, three times; then a look to the right.
+const RECORDED: &str = r#"
+recording = 1
+scene = "demo:cornell"
+flags = [["lights", "rain:60"], ["size", "48x27"]]
+step = 0.1
+speed = 1.0
+reach = 2.0
+first = ["perspective", 0.8, 0.05, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 3.4]
+steps = [
+    [],
+    [["fly", 0, 0, 1, 0.1]],
+    2,
+    [["look", 40, 0]],
+]
+"#;
+
+#[test]
+fn gpu_what_was_recorded_is_played_again() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("walk.toml"), RECORDED).unwrap();
+    let output = replay(folder.path(), &["--runs", "1", "--lights", "rain:61", "-o", "whole"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let whole = report(folder.path(), "whole");
+    assert_eq!(whole["moments"], json!([0.0, 0.1, 0.2, 0.3, 0.4]));
+    assert_eq!((&whole["width"], &whole["source"]), (&json!(48), &json!("walk.toml")));
+    // A flag goes before the recording's.
+    let rain = |report: &Value| report["lights"].as_u64().unwrap();
+    let output = replay(folder.path(), &["--runs", "1", "--frames", "2-3", "-o", "part"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let part = report(folder.path(), "part");
+    assert_eq!((part["moments"].as_array().unwrap().len(), rain(&whole) - rain(&part)), (2, 1));
+    // The same camera as a shot says it, at the same time, is the same picture.
+    let shot = SHOT
+        .replace("frames = 4", "")
+        .replace("0, 1, 3.4]", "0, 1, 3.2]")
+        .replace("[output]", "[view]\nfov-y = 45.836624\n[output]");
+    fs::write(folder.path().join("walk.toml"), shot.split("[track]").next().unwrap()).unwrap();
+    let words =
+        ["--runs", "1", "--frames", "2-2", "--fps", "10", "--eye", "0,1,3.2", "--target", "0,1,0", "-o", "shot"];
+    let output = replay(folder.path(), &words);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let clusters = |report: &Value| report["frames"][0]["clusters"]["fragments"].clone();
+    assert_eq!(clusters(&report(folder.path(), "shot")), clusters(&part));
+
+    fs::write(folder.path().join("walk.toml"), RECORDED.replace("lights\"", "light\"")).unwrap();
+    let output = replay(folder.path(), &[]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && stderr.contains("\"light\"") && stderr.contains("lights"), "{stderr}");
+}
