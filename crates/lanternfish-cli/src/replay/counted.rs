@@ -26,6 +26,8 @@ pub struct Clusters {
     pub fragments: u64,
     /// Lights of its cluster's list, summed over all fragments.
     pub lighting_operations: u64,
+    /// Fragments of the one that has most.
+    pub most_fragments: u32,
     /// Visible clusters by the lights that they list: none, 1, 2 to 3, 4 to 7, and so on [VanGelderen2020, fig. 6.9].
     pub by_lights: Vec<u64>,
     /// Visible clusters by their fragments, in the same bins [VanGelderen2020, fig. 6.10].
@@ -57,6 +59,7 @@ impl Clusters {
             visible: visible().count() as u64,
             fragments: grids.iter().map(GridContents::fragments).sum(),
             lighting_operations: grids.iter().map(GridContents::lighting_operations).sum(),
+            most_fragments: visible().map(|cluster| cluster.fragments).max().unwrap_or(0),
             by_lights: histogram(visible().map(|cluster| (cluster.lights, 1))),
             by_fragments: histogram(visible().map(|cluster| (cluster.fragments, 1))),
             fragments_by_lights: histogram(visible().map(|cluster| (cluster.lights, cluster.fragments.into()))),
@@ -139,6 +142,7 @@ mod tests {
         assert_eq!((counted.counters["scene/draws"], counted.counters["rays"]), (5, 14));
         let clusters = counted.clusters.unwrap();
         assert_eq!((clusters.visible, clusters.fragments, clusters.lighting_operations), (3, 15, 38));
+        assert_eq!(clusters.most_fragments, 10);
         assert_eq!((clusters.by_lights, clusters.fragments_by_lights), (vec![1, 0, 2], vec![1, 0, 14]));
         assert_eq!(Counted::of(&[picture(1.0)], &[]).clusters, None);
     }

@@ -4,14 +4,14 @@
 //! while times are taken [VanGelderen2020, §6.1.1]. What a timed frame does read is a few words: how long its lists were, by which the
 //! renderer makes room.
 
-use std::time::Instant;
+use std::{collections::BTreeMap, time::Instant};
 
-use lanternfish::{FrameReport, GpuScene, Renderer, Target, ViewRequest};
+use lanternfish::{Change, FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest};
 use lanternfish_gpu::Gpu;
 use lanternfish_scene::Camera;
 
-use super::{category::Category, counted::Counted, plan::Plan, series::Series};
-use crate::{error::CliError, progress::Progress};
+use super::{category::Category, counted::Counted, plan::Plan, report::Report, series::Series};
+use crate::{error::CliError, parse::Size, progress::Progress, report::settings_by_name, stereo::Eyes};
 
 /// How often a frame is handed to the device until there is room for its lists.
 const TRIES: usize = 32;
@@ -19,7 +19,7 @@ const TRIES: usize = 32;
 /// A plan on a device.
 pub struct Player<'a> {
     gpu: &'a Gpu,
-    plan: &'a mut Plan,
+    plan: Plan,
     renderer: Renderer,
     uploaded: GpuScene,
 }
@@ -33,12 +33,47 @@ pub struct Times {
 
 impl<'a> Player<'a> {
     /// Compiles, and uploads the scene.
-    pub fn new(gpu: &'a Gpu, plan: &'a mut Plan, progress: &mut Progress) -> Result<Self, CliError> {
+    pub fn new(gpu: &'a Gpu, plan: Plan, progress: &mut Progress) -> Result<Self, CliError> {
         let settings = plan.settings.clone();
         let renderer =
             progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings))?;
         let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&plan.scene))?;
         Ok(Self { gpu, plan, renderer, uploaded })
+    }
+
+    /// Renders by other settings, for these eyes, each of this size.
+    pub fn set(&mut self, settings: &Settings, eyes: Option<Eyes>, size: Size) -> Result<(), CliError> {
+        (self.plan.settings, self.plan.eyes, self.plan.size) = (settings.clone(), eyes, size);
+        if self.renderer.set(settings.clone())? == Change::Upload {
+            self.uploaded = self.renderer.upload(&self.plan.scene)?;
+        }
+        Ok(())
+    }
+
+    /// What is played, before anything is counted or timed.
+    pub fn report(&self, source: &str, scene: String, runs: usize, seed: u32) -> Report {
+        let (plan, adapter) = (&self.plan, &self.gpu.description);
+        Report {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            source: source.to_owned(),
+            scene,
+            adapter: adapter.name.clone(),
+            driver: adapter.driver.clone(),
+            width: plan.size.width,
+            height: plan.size.height,
+            eyes: plan.eyes(),
+            lights: plan.scene.lights.len(),
+            settings: settings_by_name(&plan.settings, seed)
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
+            runs,
+            moments: plan.moments(),
+            passes: Vec::new(),
+            host: Vec::new(),
+            estimates: BTreeMap::new(),
+            frames: Vec::new(),
+        }
     }
 
     /// Counts every frame.

@@ -8,9 +8,9 @@
 pub mod category;
 mod compare;
 pub mod counted;
-mod measure;
-mod page;
-mod plan;
+pub mod measure;
+pub mod page;
+pub mod plan;
 mod rank_sum;
 pub mod report;
 pub mod series;
@@ -34,7 +34,6 @@ use crate::{
     parse::Frames,
     progress::Progress,
     recording::Recorded,
-    report::settings_by_name,
     scene::SceneName,
     shot::{self, Shot},
 };
@@ -177,7 +176,7 @@ fn simulation(source: &SceneName) -> Result<(Shot, Option<Cameras>), CliError> {
 fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: usize) -> Result<Report, CliError> {
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
-    let mut plan = Plan::of(shot, recorded, &mut progress)?;
+    let plan = Plan::of(shot, recorded, &mut progress)?;
     if plan.frames() == 1 {
         progress.note("a single frame is replayed; --frames says how many, or which");
     } else if !plan.moves() {
@@ -189,25 +188,8 @@ fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: us
     if !gpu.description.timestamps {
         progress.note("the adapter cannot time its passes: times are the host's alone");
     }
-    let mut report = Report {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        source: shown(source.path(), source),
-        scene: args.scene.to_string(),
-        adapter: gpu.description.name.clone(),
-        driver: gpu.description.driver.clone(),
-        width: plan.size.width,
-        height: plan.size.height,
-        eyes: plan.eyes(),
-        lights: plan.scene.lights.len(),
-        settings: settings_by_name(&plan.settings, args.run.seed).into_iter().map(|(k, v)| (k.to_owned(), v)).collect(),
-        runs,
-        moments: plan.moments(),
-        passes: Vec::new(),
-        host: Vec::new(),
-        estimates: Default::default(),
-        frames: Vec::new(),
-    };
-    let mut player = Player::new(&gpu, &mut plan, &mut progress)?;
+    let mut player = Player::new(&gpu, plan, &mut progress)?;
+    let mut report = player.report(&shown(source.path(), source), args.scene.to_string(), runs, args.run.seed);
     report.frames = player.count(&mut progress)?;
     let times = player.time(runs, &mut progress)?;
     progress.finish();

@@ -8,7 +8,7 @@ use crate::{
     camera,
     error::CliError,
     light_rig::{self, Lighting},
-    motion::Motion,
+    motion::{Motion, Rain},
     parse::Size,
     progress::Progress,
     render::apply_lights,
@@ -46,9 +46,9 @@ pub struct Plan {
     pub scene: Scene,
     pub settings: Settings,
     pub size: Size,
+    pub eyes: Option<Eyes>,
     motion: Option<Motion>,
     bounds: Bounds,
-    eyes: Option<Eyes>,
     steps: Vec<Step>,
 }
 
@@ -85,6 +85,13 @@ impl Plan {
         light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;
         let bounds = scene.bounds();
         Ok(Self { scene, settings, size, motion, bounds, eyes: args.stereo.stereo, steps })
+    }
+
+    /// Leaves nothing that shines or moves but falling lights: as many reach a point, whatever their number
+    /// [VanGelderen2020, §6.1.4].
+    pub fn rain_alone(&mut self, count: u32, seed: u32) {
+        (self.scene.lights, self.scene.environment) = (Vec::new(), None);
+        self.motion = Some(Motion::of_rain(Rain::add(&mut self.scene, count, None, seed)));
     }
 
     /// How many frames there are.

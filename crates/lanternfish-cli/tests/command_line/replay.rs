@@ -175,3 +175,25 @@ fn gpu_what_was_recorded_is_played_again() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(2) && stderr.contains("\"light\"") && stderr.contains("lights"), "{stderr}");
 }
+
+#[test]
+fn gpu_clusters_reach_as_far_as_is_asked_and_show_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("walk.toml"), SHOT).unwrap();
+    let of = |depth: &str, shape: &str| {
+        let words = ["--runs", "1", "--frames", "1", "--clusters", shape, "--cluster-depth", depth, "-o", "out"];
+        let output = replay(folder.path(), &words);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let frame = &report(folder.path(), "out")["frames"][0];
+        let clusters = frame["counters"]["light_culling/clusters"].as_u64().unwrap();
+        (clusters, frame["clusters"]["visible"].clone(), frame["picture"].clone())
+    };
+    let (near, far) = (of("0", "persp:8"), of("100", "persp:8"));
+    assert!(far.0 > near.0, "{} clusters for {}", far.0, near.0);
+    assert_eq!(far.2, near.2);
+    // The scene is farther than 1 m: clusters end with it all the same.
+    assert_eq!(of("1", "persp:8"), near);
+    // A view that is 100 m deep is displaced into other clusters, and shows the same.
+    let (near, far) = (of("0", "displ:8:4"), of("100", "displ:8:4"));
+    assert!(far.0 != near.0 && far.2 == near.2, "{} clusters for {}", far.0, near.0);
+}
