@@ -30,6 +30,7 @@ use crate::{
     parse::{self, Size},
     progress::ToldTo,
     reference::{self, MergeArgs, ReferenceArgs},
+    replay::{self, ReplayArgs},
     scene::SceneName,
     shot,
     stereo::{Eyes, StereoLayout},
@@ -112,7 +113,7 @@ pub enum Command {
     ///
     /// Takes the flags of `render`; without a scene it shows the built-in atrium.
     #[command(after_help = window::HELP, args_override_self = true)]
-    #[command(override_usage = "lanternfish view [OPTIONS OF render] [SCENE]")]
+    #[command(override_usage = "lanternfish view [--record TRACK.toml] [OPTIONS OF render] [SCENE]")]
     View(Box<WindowArgs>),
     /// Prints a shot: a file that renders what these flags render, with every flag as a key.
     ///
@@ -146,6 +147,12 @@ pub enum Command {
     /// A is the picture under test, B the reference.
     #[command(after_help = compare::HELP)]
     Compare(Box<CompareArgs>),
+    /// Plays a camera track frame by frame: what every pass takes, what every frame counts, and what became slower.
+    ///
+    /// Takes the flags of `render`. Times are of --runs equal runs, in which nothing is read back; counts and pictures' hashes are of
+    /// one run of their own. Writes report.html with plots, report.json, passes.csv and counts.csv.
+    #[command(after_help = replay::HELP, args_override_self = true)]
+    Replay(Box<ReplayArgs>),
     /// Shows the scene as sorted rays: deep images as points in the scene, by layers, or by how many surfaces each texel holds.
     ///
     /// Takes the camera of `render`. What a shot says of lights, look and technique has no meaning here and is left aside, as is
@@ -221,13 +228,24 @@ impl FromArgMatches for ShotArgs {
     }
 }
 
-/// The flags of `render`, and a scene where none is named.
+/// The flags of `render`, a scene where none is named, and what the window alone does.
 #[derive(Debug)]
-pub struct WindowArgs(pub RenderArgs);
+pub struct WindowArgs {
+    pub render: RenderArgs,
+    pub record: RecordArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct RecordArgs {
+    /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
+    #[arg(long, value_name = "TRACK.toml")]
+    pub record: Option<PathBuf>,
+}
 
 impl Args for WindowArgs {
     fn augment_args(command: clap::Command) -> clap::Command {
-        ShotArgs::augment_args(command).mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST))
+        let command = RecordArgs::augment_args(ShotArgs::augment_args(command));
+        command.mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST))
     }
 
     fn augment_args_for_update(command: clap::Command) -> clap::Command {
@@ -237,11 +255,13 @@ impl Args for WindowArgs {
 
 impl FromArgMatches for WindowArgs {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        RenderArgs::from_arg_matches(matches).map(Self)
+        let (render, record) = (RenderArgs::from_arg_matches(matches)?, RecordArgs::from_arg_matches(matches)?);
+        Ok(Self { render, record })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        self.0.update_from_arg_matches(matches)
+        self.render.update_from_arg_matches(matches)?;
+        self.record.update_from_arg_matches(matches)
     }
 }
 

@@ -17,9 +17,12 @@ mod light_rig;
 mod motion;
 mod output;
 mod parse;
+mod plot;
 mod progress;
+mod recording;
 mod reference;
 mod render;
+mod replay;
 mod report;
 mod scene;
 mod shot;
@@ -49,7 +52,9 @@ fn main() -> ExitCode {
     scene::trust(cli.trust);
     told(match cli.command {
         Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)).map(|()| 0),
-        Command::View(args) => shot::resolve(&args.0.scene).and_then(|shot| window::run(&shot)).map(|()| 0),
+        Command::View(args) => shot::resolve(&args.render.scene)
+            .and_then(|shot| window::run(&shot, args.record.record.as_deref()))
+            .map(|()| 0),
         Command::Shot(args) => shot::write(&args.0.scene).map(|()| 0),
         Command::Frames(args) => frames::run(&args),
         Command::Farm(args) => farm::run(&args).map(|()| 0),
@@ -60,6 +65,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(&args).map(|()| 0),
         Command::Help(args) => help::run(&args).map(|()| 0),
         Command::Compare(args) => return compare::main(&args),
+        Command::Replay(args) => return replay::main(&args),
     })
 }
 

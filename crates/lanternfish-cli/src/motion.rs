@@ -55,6 +55,11 @@ impl Motion {
         Ok((rain.is_some() || animation.is_some()).then_some(Self { rain, animation }))
     }
 
+    /// Rain alone.
+    pub fn of_rain(rain: Rain) -> Self {
+        Self { rain: Some(rain), animation: None }
+    }
+
     /// Brings everything in `scene` to where it is at `time`, s.
     ///
     /// **All that moves with time moves here**, for `render` and for `reference`. What it leaves depends on `time` and on the scene

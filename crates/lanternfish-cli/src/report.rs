@@ -126,7 +126,7 @@ pub fn add(total: &mut Report, picture: Report) {
 }
 
 /// Settings by the names of the command line.
-fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
+pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
         ("ray-culling", settings.ray_culling.to_string()),

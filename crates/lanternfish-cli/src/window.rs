@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 
 use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene};
-use lanternfish_viewer::{Opened, Start, ViewerError};
+use lanternfish_viewer::{Opened, RecordKeeper, Start, ViewerError};
 
 use crate::{
     args::RenderArgs,
     camera,
     error::CliError,
     light_rig::{self, Lighting},
+    output::check_writable,
     progress::Progress,
+    recording::Recorded,
     render::apply_lights,
     scene::{self, SceneName},
     shot::{self, Shot},
@@ -22,6 +24,7 @@ Examples:
   lanternfish view
   lanternfish view scene.glb
   lanternfish view shot.toml --shadows bvh
+  lanternfish view scene.glb --record walk.toml
 
 W A S D fly, dragging looks about; F1 shows all keys. A file that is dropped on the window is opened.
 ";
@@ -29,8 +32,11 @@ W A S D fly, dragging looks about; F1 shows all keys. A file that is dropped on 
 /// The built-in scene that is seen where none is named.
 pub const FIRST: &str = "demo:atrium";
 
-/// Opens the window, and returns when it is closed.
-pub fn run(shot: &Shot) -> Result<(), CliError> {
+/// Seconds of a step of what is recorded.
+const STEP: f32 = 1.0 / 60.0;
+
+/// Opens the window, and returns when it is closed. What is done to the camera is written to `record`, if it is named.
+pub fn run(shot: &Shot, record: Option<&Path>) -> Result<(), CliError> {
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
     let settings = args.settings();
@@ -46,12 +52,23 @@ pub fn run(shot: &Shot) -> Result<(), CliError> {
         adapter: args.run.adapter.clone().unwrap_or_default(),
         open: Box::new(|path| dropped(path).map_err(|error| error.to_string())),
         keep: Box::new(keep),
+        record: record.map(|path| Ok::<_, CliError>((STEP, recorder(shot, path)?))).transpose()?,
     };
     lanternfish_viewer::run(start).map_err(|error| match error {
         ViewerError::Gpu(error) => error.into(),
         ViewerError::Render(error) => error.into(),
         error => CliError::new(error, ""),
     })
+}
+
+/// Writes what was recorded, at the end; that it can be written is known before.
+fn recorder(shot: &Shot, path: &Path) -> Result<RecordKeeper, CliError> {
+    check_writable(path)?;
+    let (path, scene, flags) = (path.to_owned(), shot.args.scene.clone(), shot.said()?);
+    Ok(Box::new(move |recording| {
+        let recorded = Recorded { scene: scene.clone(), flags: flags.clone(), recording: recording.clone() };
+        recorded.write(&path).map_err(|error| error.to_string())
+    }))
 }
 
 /// The scene in its light, and where it is seen from.

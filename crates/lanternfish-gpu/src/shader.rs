@@ -51,7 +51,7 @@ impl ShaderLibrary {
         self.sources
     }
 
-    /// A number that no other library has.
+    /// A number that no other library has: where its list lies, so a library is a static.
     pub(crate) fn number(&self) -> usize {
         self.sources.as_ptr().addr()
     }

@@ -3,6 +3,8 @@
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use lanternfish_scene::Camera;
 
+use crate::record::Move;
+
 /// Radians that the camera turns by a point of the window.
 const TURN: f32 = 0.005;
 /// How near to straight up and down it looks, radians.
@@ -17,6 +19,8 @@ pub struct Controls {
     pub speed: f32,
     /// How far before it lies what it goes round, m.
     pub reach: f32,
+    /// What it has done since somebody took them; none where nobody asks.
+    pub moves: Option<Vec<Move>>,
 }
 
 /// Ways to fly, each −1 to 1.
@@ -34,7 +38,11 @@ impl Controls {
     /// `size`: of the scene, m: it is crossed in a few seconds.
     pub fn new(camera: Camera, size: f32) -> Self {
         let size = if size.is_finite() && size > 0.0 { size } else { 1.0 };
-        Self { camera, speed: 0.2 * size, reach: 0.4 * size }
+        Self { camera, speed: 0.2 * size, reach: 0.4 * size, moves: None }
+    }
+
+    fn note(&mut self, one: Move) {
+        self.moves.iter_mut().for_each(|moves| moves.push(one.clone()));
     }
 
     /// Where it is, world space, m.
@@ -61,12 +69,14 @@ impl Controls {
 
     /// Looks about: by points of the window to the right and down.
     pub fn look(&mut self, right: f32, down: f32) {
+        self.note(Move::Look(right, down));
         let (heading, height) = self.angles();
         self.turn_to(heading + TURN * right, height - TURN * down);
     }
 
     /// Goes round what lies before it.
     pub fn orbit(&mut self, right: f32, down: f32) {
+        self.note(Move::Orbit(right, down));
         let middle = self.eye() + self.reach * self.forward();
         let (heading, height) = self.angles();
         self.turn_to(heading + TURN * right, height - TURN * down);
@@ -76,6 +86,7 @@ impl Controls {
 
     /// Flies for so many seconds.
     pub fn fly(&mut self, way: Way, seconds: f32) {
+        self.note(Move::Fly(way, seconds));
         let Affine3A { matrix3, .. } = self.camera.world_from_camera;
         let step = way.right * matrix3.x_axis - way.forward * matrix3.z_axis + way.up * Vec3A::Y;
         self.camera.world_from_camera.translation += self.speed * seconds * step;
@@ -83,6 +94,10 @@ impl Controls {
 
     /// Flies faster, or slower for notches below 0.
     pub fn accelerate(&mut self, notches: f32) {
+        if notches == 0.0 {
+            return;
+        }
+        self.note(Move::Accelerate(notches));
         self.speed = (self.speed * 1.2f32.powf(notches)).clamp(1e-4, 1e6);
     }
 }

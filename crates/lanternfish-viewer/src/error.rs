@@ -13,4 +13,7 @@ pub enum ViewerError {
     /// The scene cannot be rendered.
     #[error(transparent)]
     Render(#[from] lanternfish::RenderError),
+    /// What was recorded is not kept.
+    #[error("what was recorded is lost: {0}")]
+    Record(String),
 }

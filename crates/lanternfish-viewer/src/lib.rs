@@ -10,6 +10,7 @@ mod error;
 mod pace;
 mod panels;
 mod player;
+mod record;
 mod seen;
 mod window;
 
@@ -19,7 +20,9 @@ use lanternfish::Settings;
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Camera, Scene};
 
+pub use controls::Way;
 pub use error::ViewerError;
+pub use record::{Move, RecordKeeper, Recording};
 
 /// Opens a file, or says why it cannot.
 pub type Opener = Box<dyn Fn(&Path) -> Result<Opened, String>>;
@@ -44,6 +47,8 @@ pub struct Start {
     pub open: Opener,
     /// Writes a screenshot.
     pub keep: Keeper,
+    /// What becomes of what is done to the camera, in steps of so many seconds, when the window is closed. None: it is not recorded.
+    pub record: Option<(f32, RecordKeeper)>,
 }
 
 /// A file that was opened.

@@ -22,6 +22,7 @@ use crate::{
     pace::Pace,
     panels::{self, Asked, Facts, State},
     player,
+    record::Recorder,
     seen::Seen,
 };
 
@@ -68,6 +69,7 @@ struct Viewer {
     wants_screenshot: bool,
     open: Opener,
     keep: Keeper,
+    recorder: Option<Recorder>,
 }
 
 impl ApplicationHandler for App {
@@ -111,7 +113,10 @@ impl ApplicationHandler for App {
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
         // The surface goes before the display that it is of.
-        self.open = None;
+        let recorder = self.open.take().and_then(|viewer| viewer.recorder);
+        if let Some(Err(what)) = recorder.map(Recorder::end) {
+            self.failed = Some(ViewerError::Record(what));
+        }
     }
 }
 
@@ -135,8 +140,9 @@ impl Viewer {
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
         let painter = egui_wgpu::Renderer::new(&gpu.device, surface_settings.format, Default::default());
-        let Start { name, scene, camera, settings, open, keep, .. } = start;
-        let controls = Controls::new(camera, scene.bounds().size().length());
+        let Start { name, scene, camera, settings, open, keep, record, .. } = start;
+        let mut controls = Controls::new(camera, scene.bounds().size().length());
+        let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_of(&scene);
         let seen = Seen::new(gpu, scene, &settings)?;
         let state = State {
@@ -170,6 +176,7 @@ impl Viewer {
             wants_screenshot: false,
             open,
             keep,
+            recorder,
         };
         viewer.configure();
         viewer.window.request_redraw();
@@ -192,7 +199,7 @@ impl Viewer {
     fn has_more(&self) -> bool {
         let plays = self.state.clip.as_ref().is_some_and(|clip| clip.is_playing);
         let is_whole = self.seen.size() == self.room && !self.seen.has_more(&self.state.controls.camera);
-        plays || self.moved.is_some() || !(self.seen.is_busy() || is_whole)
+        plays || self.recorder.is_some() || self.moved.is_some() || !(self.seen.is_busy() || is_whole)
     }
 
     /// Asks what has become of the last frame of the picture: whether it has just ended.
@@ -211,6 +218,8 @@ impl Viewer {
             let controls = Controls::new(camera, scene.bounds().size().length());
             let clip = player::clip_of(&scene);
             self.seen.open(scene).map_err(|error| error.to_string())?;
+            // What is recorded is of the scene that was there.
+            self.recorder.take().map_or(Ok(()), Recorder::end)?;
             self.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip, self.moment) = (name, controls, clip, None);
             Ok(())
@@ -221,10 +230,14 @@ impl Viewer {
 
     /// One frame of the window; now and then one of the picture.
     fn frame(&mut self) -> Asked {
-        let seconds = self.last.elapsed().as_secs_f32().min(0.25);
+        let passed = self.last.elapsed().as_secs_f32().min(0.25);
+        let seconds = self.recorder.as_ref().map_or(passed, Recorder::step);
         self.last = Instant::now();
         self.poll();
         let (asked, output) = self.panels(seconds);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.note(&mut self.state.controls);
+        }
         self.room = UVec2::new(asked.room.x as u32, asked.room.y as u32).max(UVec2::ONE);
         if asked.is_moving {
             self.moved = Some(Instant::now());

@@ -7,7 +7,7 @@ use lanternfish_gpu::{Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSour
 use crate::{indirect::Indirect, light_culling::Culling, occlusion::Occlusion};
 
 /// Every `.wesl` file of this crate; a module's path is its file's.
-pub const SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs"))));
+pub static SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs"))));
 
 /// Shaders that are linked as their folders declare, and in no other way.
 #[derive(Clone, Copy, Debug)]

@@ -75,12 +75,13 @@ fn every_flag_reaches_its_setting() {
     assert_eq!(args.settings(), expected);
     assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
     let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \
-                 --cluster-test planes";
+                 --cluster-test planes --cluster-depth 100";
     let clustered = Clustered {
         shape: ClusterShape::Displaced { pixels: 64, distance: 32.0 },
         grouping: Grouping::Individual,
         assignment: Assignment::BruteForce,
         test: ClusterTest::Planes,
+        depth: 100,
     };
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     assert_eq!(args.settings().culling, Culling::Clustered(clustered));

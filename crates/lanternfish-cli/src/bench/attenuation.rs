@@ -5,8 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 use lanternfish::settings::Attenuation;
 
-use super::plot::{Axis, Curve, curves};
-use crate::{error::CliError, output};
+use crate::{
+    error::CliError,
+    output,
+    plot::{Axis, Curve, curves},
+};
 
 #[derive(Debug, Args)]
 pub struct AttenuationArgs {

@@ -10,7 +10,6 @@ mod moving;
 mod normals;
 mod one_bounce;
 mod photons;
-mod plot;
 mod quality;
 mod subject;
 mod virtual_lights;

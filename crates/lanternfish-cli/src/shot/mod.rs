@@ -14,7 +14,7 @@ mod track;
 mod write;
 
 pub use frames::ShotFrame;
-pub use write::write;
+pub use write::{quoted, write};
 
 use std::{
     ffi::OsString,
@@ -28,9 +28,10 @@ use crate::{
     args::{Cli, Command, RenderArgs},
     error::CliError,
     output,
+    parse::{self, Frames},
     scene::SceneName,
 };
-use keys::Key;
+use keys::{Key, Kind};
 use track::Track;
 
 /// What `lanternfish help shot` ends with.
@@ -88,6 +89,37 @@ pub fn resolve(scene: &SceneName) -> Result<Shot, CliError> {
     };
     shot.check()?;
     Ok(shot)
+}
+
+/// What a recording was made under, under this process's flags; and which of its frames these ask for.
+pub fn of_recording(scene: &SceneName, recorded: &[(String, String)]) -> Result<(Shot, Option<Frames>), CliError> {
+    let keys = keys::keys();
+    let matches = Cli::command().get_matches();
+    let flags = matches.subcommand().map(|(_, matches)| said(matches)).unwrap_or_default();
+    let mut words = Vec::new();
+    for (name, value) in recorded {
+        let known = keys.iter().find(|key| key.name == *name).ok_or_else(|| {
+            let names = keys.iter().map(|key| key.name.as_str());
+            let nearest = keys::nearest(name, names);
+            CliError::new(
+                format_args!("the recording's flag {name:?}: there is none"),
+                format!("it may be {nearest:?}"),
+            )
+        })?;
+        let value = OsString::from(value);
+        if let Some((_, reason)) = known.refused(std::slice::from_ref(&value)) {
+            let what = format_args!("the recording's flag {name:?}: {reason}").to_string();
+            return Err(CliError::new(what, "mend the file, or record it again"));
+        }
+        words.push((known.id.clone(), value));
+    }
+    words.extend(flags);
+    let is_frames = |(id, _): &(String, OsString)| id == "frames";
+    let frames = words.iter().rfind(|word| is_frames(word)).and_then(|(_, value)| value.to_str());
+    let frames = frames.and_then(|value| parse::frames(value).ok());
+    words.retain(|word| !is_frames(word));
+    let args = parsed(scene, &words, &keys);
+    Ok((Shot { args, track: None, words }, frames))
 }
 
 /// A scene under no flags.
@@ -163,6 +195,46 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
     match Cli::try_parse_from(line).unwrap_or_else(|error| error.exit()).command {
         Command::Render(args) => *args,
         _ => unreachable!("the words start with render"),
+    }
+}
+
+/// Flags that say where the camera is, when, and where results go: a recording says the first two itself.
+const OF_PICTURES: [&str; 15] = [
+    "eye",
+    "target",
+    "fov_y",
+    "camera",
+    "view",
+    "time",
+    "frames",
+    "fps",
+    "output",
+    "skip_existing",
+    "accumulate",
+    "timings",
+    "report",
+    "progress",
+    "quiet",
+];
+
+impl Shot {
+    /// The flags that were said of scene, light and technique, by name and value. Paths are absolute.
+    pub fn said(&self) -> Result<Vec<(String, String)>, CliError> {
+        let keys = keys::keys();
+        let kept = self.words.iter().filter(|(id, _)| !OF_PICTURES.contains(&id.as_str()));
+        let said = kept.map(|(id, value)| {
+            let key = keys.iter().find(|key| key.id == *id).expect("words are made from keys");
+            let value = match key.kind {
+                Kind::Path => std::path::absolute(value).unwrap_or_else(|_| value.into()).into_os_string(),
+                _ => value.clone(),
+            };
+            let value = value.into_string().map_err(|value| {
+                let what = format_args!("--{} {}: not UTF-8", key.name, value.display()).to_string();
+                CliError::new(what, "a recording is text: give it another name")
+            });
+            Ok((key.name.clone(), value?))
+        });
+        said.collect()
     }
 }
 

@@ -323,3 +323,22 @@ fn frames_in_a_shot_are_a_number_or_a_range() {
     let error = frames("\"14-10\"").unwrap_err();
     assert!(error.contains("shot.toml:3:10") && error.contains("A-B"), "{error}");
 }
+
+#[test]
+fn every_track_of_the_docs_is_a_walk_of_680_frames_under_falling_lights() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/tracks");
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        names.push(path.file_stem().unwrap().to_string_lossy().into_owned());
+        let shot = read(&path, Vec::new()).unwrap();
+        shot.check().unwrap();
+        assert!(matches!(shot.args.lights.lights, Some(LightSet::Rain { count: 1000, radius: None })), "{names:?}");
+        let times: Vec<f32> = shot.frames().iter().map(|frame| frame.time.unwrap()).collect();
+        assert_eq!(times.len(), 680);
+        // A thirtieth of a second each; the keyframes' last time is rounded to six digits.
+        assert!(times.windows(2).all(|pair| (pair[1] - pair[0] - 1.0 / 30.0).abs() < 1e-5), "{names:?}");
+    }
+    names.sort();
+    assert_eq!(names, ["atrium", "bistro", "sponza"]);
+}

@@ -108,7 +108,8 @@ fn number(text: &str) -> String {
     whole.or_else(|_| text.parse::<f32>().map(|number| format!("{number:?}"))).unwrap_or_else(|_| text.to_owned())
 }
 
-fn quoted(text: &str) -> String {
+/// Text as a string of TOML.
+pub fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
         match c {

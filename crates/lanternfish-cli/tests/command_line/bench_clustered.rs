@@ -75,3 +75,44 @@ fn the_attenuation_functions_are_drawn() {
     let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
     assert!(svg.contains("physical_reduced_2") && !svg.contains("NaN"));
 }
+
+#[test]
+fn gpu_a_track_makes_the_figures_of_the_thesis() {
+    let folder = tempfile::tempdir().unwrap();
+    let shot = "scene = \"demo:cornell\"\n[view]\nfov-y = 58.7\n[track]\nframes = 9\nkeyframes = [{ time = 0, eye = [0, 1, 3.4], target = \
+                [0, 1, 0] }, { time = 1, eye = [0.3, 1.2, 2.8], target = [0, 1, 0] }]\n";
+    fs::write(folder.path().join("walk.toml"), shot).unwrap();
+    let words = "bench clustered walk.toml --quick --frames 3 --size 96x54 --adapter cpu -o figures";
+    let said = said(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    assert!(
+        said.contains("| 6.5 | persp:5: visible clusters, enclosed / individual, 10,000 lights | halved: 0.5 | "),
+        "{said}"
+    );
+    assert_eq!(said.lines().last(), Some("figures/figures.html"));
+    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("figures/report.json")).unwrap()).unwrap();
+    // Three shapes for one view, two for two eyes, a grid each and one around both; two numbers of lights.
+    let played = report["played"].as_array().unwrap();
+    assert_eq!((played.len(), report["left_out"].as_array().unwrap().len()), (2 * (3 + 2 * 2), 0));
+    for row in played {
+        let frames = row["report"]["frames"].as_array().unwrap();
+        let moments: Vec<f64> =
+            row["report"]["moments"].as_array().unwrap().iter().map(|t| t.as_f64().unwrap()).collect();
+        assert_eq!((frames.len(), moments), (3, vec![0.0, 0.5, 1.0]));
+        assert_eq!(row["lights"], row["report"]["lights"], "the scene's own are left out");
+        assert_eq!(row["report"]["eyes"], if row["views"] == "mono" { 1 } else { 2 });
+    }
+    // What is seen does not depend on the clusters.
+    let pictures = |clusters: &str, views: &str| {
+        let row = played.iter().find(|row| row["clusters"] == clusters && row["views"] == views).unwrap();
+        row["report"]["frames"].as_array().unwrap().iter().map(|frame| &frame["picture"]).collect::<Vec<_>>()
+    };
+    assert_eq!(pictures("persp:5", "mono"), pictures("ortho:4", "mono"));
+    assert_eq!(pictures("persp:5", "stereo-individual"), pictures("persp:5", "stereo-enclosed"));
+    let page = fs::read_to_string(folder.path().join("figures/figures.html")).unwrap();
+    for figure in 2..=10 {
+        assert!(page.contains(&format!("<h2>Figure 6.{figure}: ")), "6.{figure}");
+    }
+    // By number of lights: five plots in each of five figures, three in each of four.
+    assert_eq!(page.matches("<svg").count(), 2 * (5 * 5 + 4 * 3));
+    assert!(!page.contains("NaN") && !page.contains("<script"));
+}

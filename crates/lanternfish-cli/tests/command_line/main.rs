@@ -13,6 +13,7 @@ mod hostile;
 mod mistakes;
 mod reference;
 mod render;
+mod replay;
 mod results;
 mod sequence;
 mod shot;

@@ -1,7 +1,7 @@
 //! From settings to the passes that they ask for.
 
 use glam::UVec2;
-use lanternfish_gpu::{Asked, Engine, Gpu, checked};
+use lanternfish_gpu::{Asked, Engine, Gpu, GpuError, checked};
 
 use super::flight::check_lost;
 use crate::{
@@ -55,8 +55,11 @@ pub(super) fn build(engine: &Engine, settings: &Settings) -> Result<Built, Rende
         built.compiled.asked = asked;
         Ok(built)
     });
-    if let Err(RenderError::Gpu(_)) = built {
-        engine.forget();
+    match &built {
+        // The device has seen nothing of it.
+        Err(RenderError::Gpu(GpuError::Shader { .. })) => {}
+        Err(RenderError::Gpu(_)) => engine.forget(),
+        _ => {}
     }
     built
 }

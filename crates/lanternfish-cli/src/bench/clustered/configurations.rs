@@ -12,8 +12,8 @@ pub const QUICK_LIGHT_COUNTS: &[u32] = &[10_000, 100_000];
 /// left out. Twice as many are made, for lists are counted and then written.
 pub const BRUTE_FORCE_TESTS: u64 = 300_000_000;
 
-/// How far from the eye clusters reach in the thesis, in whose units its cubes and displacements are [VanGelderen2020, §6.1.3].
-const DEPTH: f32 = 100.0;
+/// How far from the eye clusters reach in the thesis, whose units are taken as m [VanGelderen2020, §6.1.3].
+pub const DEPTH: u32 = 100;
 /// Rows of the thesis' pictures, in whose pixels its clusters are [VanGelderen2020, §6.1.5].
 const ROWS: f32 = 720.0;
 /// Width of a cluster at least, pixels.
@@ -47,14 +47,12 @@ impl std::fmt::Display for Views {
     }
 }
 
-/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit a picture of so many `rows`, and in metres that
-/// fit clusters which reach `depth`, m, from the eye.
-pub fn shapes(rows: u32, depth: f32, quick: bool) -> Vec<ClusterShape> {
+/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit a picture of so many `rows`, and in m.
+pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
     let pixels = |pixels: f32| ((pixels * rows as f32 / ROWS).round() as u32).max(LEAST_PIXELS);
-    let metres = |metres: f32| two_digits(metres * depth / DEPTH);
     let perspective = |width| ClusterShape::Perspective { pixels: pixels(width) };
-    let orthographic = |side| ClusterShape::Orthographic { side: metres(side) };
-    let displaced = |width, distance| ClusterShape::Displaced { pixels: pixels(width), distance: metres(distance) };
+    let orthographic = |side| ClusterShape::Orthographic { side };
+    let displaced = |width, distance| ClusterShape::Displaced { pixels: pixels(width), distance };
     if quick {
         return vec![perspective(64.0), orthographic(4.0), displaced(64.0, 32.0)];
     }
@@ -66,27 +64,19 @@ pub fn shapes(rows: u32, depth: f32, quick: bool) -> Vec<ClusterShape> {
     shapes
 }
 
-/// To two decimal digits, so that names are short.
-fn two_digits(value: f32) -> f32 {
-    format!("{value:.1e}").parse().expect("a number as it was printed")
-}
-
 /// No shadows: it is lists that are measured.
-pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment) -> Settings {
-    let clustered = Clustered { shape, grouping, assignment, ..Clustered::default() };
+pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment, depth: u32) -> Settings {
+    let clustered = Clustered { shape, grouping, assignment, depth, ..Clustered::default() };
     Settings { culling: Culling::Clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 #[test]
-fn shapes_grow_with_picture_and_depth() {
-    let side = |depth| shapes(720, depth, false)[4];
-    assert_eq!(side(100.0), ClusterShape::Orthographic { side: 1.0 });
-    assert_eq!(side(5000.0), ClusterShape::Orthographic { side: 50.0 });
-    assert_eq!(side(33.3), ClusterShape::Orthographic { side: 0.33 });
+fn shapes_are_those_of_the_thesis_and_grow_with_the_picture() {
     // Those that the thesis judges best.
-    assert_eq!(shapes(720, 100.0, true)[0], ClusterShape::Perspective { pixels: 64 });
-    assert_eq!(shapes(720, 100.0, true)[1], ClusterShape::Orthographic { side: 4.0 });
-    assert_eq!(shapes(720, 100.0, true)[2], ClusterShape::Displaced { pixels: 64, distance: 32.0 });
-    assert_eq!(shapes(180, 100.0, true)[2], ClusterShape::Displaced { pixels: 16, distance: 32.0 });
-    assert_eq!(shapes(90, 100.0, false).iter().filter(|s| **s == ClusterShape::Perspective { pixels: 4 }).count(), 1);
+    assert_eq!(shapes(720, true)[0], ClusterShape::Perspective { pixels: 64 });
+    assert_eq!(shapes(720, true)[1], ClusterShape::Orthographic { side: 4.0 });
+    assert_eq!(shapes(720, true)[2], ClusterShape::Displaced { pixels: 64, distance: 32.0 });
+    assert_eq!(shapes(180, true)[2], ClusterShape::Displaced { pixels: 16, distance: 32.0 });
+    assert!(shapes(720, true).iter().all(|shape| shapes(720, false).contains(shape)));
+    assert_eq!(shapes(90, false).iter().filter(|s| **s == ClusterShape::Perspective { pixels: 4 }).count(), 1);
 }

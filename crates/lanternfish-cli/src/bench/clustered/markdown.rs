@@ -27,10 +27,11 @@ pub fn to_markdown(results: &Results) -> String {
         return page;
     }
     line("\n## Clusters\n");
-    line(
-        "Clusters are named as `--clusters` has them: as wide as 16, 32, 64 and 128 pixels are in 720 rows, and as 1 to 8 m \
-         (displaced: 8 and 32 m) are in a view 100 m deep, as in the thesis.\n",
-    );
+    line(&format!(
+        "Clusters are named as `--clusters` has them: as wide as 16, 32, 64 and 128 pixels are in 720 rows, or cubes of 1 to 8 m, or displaced \
+             by 8 and 32 m, and reach at least {} m from the eye.\n",
+        results.depth
+    ));
     for promise in &results.promises {
         line(&format!("- {}", promise.line()));
     }

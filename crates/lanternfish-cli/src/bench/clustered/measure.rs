@@ -18,6 +18,7 @@ use super::{
 use crate::{
     bench::forward_plus::{differing, median},
     error::CliError,
+    replay::counted::histogram,
     report::grouped,
 };
 
@@ -71,6 +72,8 @@ pub struct LeftOut {
 pub struct Bench<'a> {
     pub gpu: &'a Gpu,
     pub runs: u32,
+    /// How far from the eye clusters reach at least, m.
+    pub depth: u32,
     pub mono: [(&'a Camera, u32, u32); 1],
     pub stereo: [(&'a Camera, u32, u32); 2],
 }
@@ -97,7 +100,7 @@ impl Bench<'_> {
                 (Views::StereoEnclosed, Assignment::Hierarchy),
                 (Views::Mono, Assignment::BruteForce),
             ] {
-                let settings = settings(*shape, views.grouping(), assignment);
+                let settings = settings(*shape, views.grouping(), assignment, self.depth);
                 let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
                 if lit.is_empty() {
                     lit = scenes.iter().map(|scene| upload(&renderer, scene)).collect::<Result<_, _>>()?;
@@ -181,20 +184,9 @@ fn counts(pictures: &[Picture], grids: &[GridContents]) -> Counts {
         light_tests: sum("light_culling/light_tests"),
         lighting_operations: grids.iter().map(GridContents::lighting_operations).sum(),
         bytes: sum("light_culling/cluster_bytes"),
-        clusters_by_lights: histogram(visible().map(|cluster| cluster.lights)),
-        clusters_by_fragments: histogram(visible().map(|cluster| cluster.fragments)),
+        clusters_by_lights: histogram(visible().map(|cluster| (cluster.lights, 1))),
+        clusters_by_fragments: histogram(visible().map(|cluster| (cluster.fragments, 1))),
     }
-}
-
-/// How many values are 0, 1, 2 to 3, 4 to 7, and so on to the largest.
-fn histogram(values: impl Iterator<Item = u32>) -> Vec<u64> {
-    let mut bins = Vec::new();
-    for value in values {
-        let bin = (u32::BITS - value.leading_zeros()) as usize;
-        bins.resize(bins.len().max(bin + 1), 0);
-        bins[bin] += 1;
-    }
-    bins
 }
 
 fn medians(runs: &[Steps]) -> Steps {
@@ -208,17 +200,5 @@ fn medians(runs: &[Steps]) -> Steps {
         write: of(|s| s.write),
         shading: of(|s| s.shading),
         other: of(|s| s.other),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn histograms_double() {
-        assert_eq!(histogram([0, 1, 2, 3, 4, 7, 8, 0].into_iter()), [2, 1, 2, 2, 1]);
-        assert_eq!(histogram(std::iter::empty()), [] as [u64; 0]);
-        assert_eq!(histogram([u32::MAX].into_iter()).len(), 33);
     }
 }

@@ -1,6 +1,8 @@
-//! `lanternfish bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene.
+//! `lanternfish bench clustered`: the measurements of [VanGelderen2020, ch. 6] on any scene: tables of one view, or the figures of a track
+//! ([`figures`]).
 
 mod configurations;
+mod figures;
 mod markdown;
 mod measure;
 mod pictures;
@@ -19,7 +21,7 @@ use lanternfish_scene::{
 use serde::Serialize;
 
 use self::{
-    configurations::{LIGHT_COUNTS, QUICK_LIGHT_COUNTS, shapes},
+    configurations::{DEPTH, LIGHT_COUNTS, QUICK_LIGHT_COUNTS, shapes},
     measure::{Bench, LeftOut, Row},
     promises::{Promise, promises},
     schemes::{SchemeLeftOut, SchemeRow},
@@ -30,7 +32,7 @@ use crate::{
     camera,
     error::CliError,
     output, parse,
-    parse::Size,
+    parse::{Frames, Size},
     scene::{self, SceneName},
     shot,
 };
@@ -40,16 +42,22 @@ const EYE_ASPECT: f32 = 0.9;
 
 #[derive(Debug, Args)]
 pub struct ClusteredArgs {
-    /// A shot (.toml), which then says the view; a glTF or OBJ file, or demo:NAME. Its own lights are left out.
+    /// A shot (.toml), which then says the view, or with a track the frames of the thesis' figures; a glTF or OBJ file, or demo:NAME. Its own lights are left out.
     #[arg(default_value = "demo:atrium")]
     pub scene: SceneName,
     /// The folder for report.md, report.json and the plots. It is made if it is not there.
     #[arg(short, long, value_name = "FOLDER", default_value = "bench-clustered")]
     pub output: PathBuf,
-    /// Width and height of the view, pixels. Each eye has as many rows, and nine tenths as many columns. Clusters are as wide as
-    /// 16, 32, 64 and 128 pixels are in the 720 rows of the thesis.
-    #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = parse::size)]
+    /// Width and height of the view, pixels: by default the thesis'. Each eye has as many rows, and nine tenths as many columns. Clusters
+    /// are as wide as 16, 32, 64 and 128 pixels are in 720 rows.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     pub size: Size,
+    /// How far from the eye clusters reach at least, m: by default as far as in the thesis. 0: as far as the scene.
+    #[arg(long, value_name = "METRES", default_value_t = DEPTH, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    pub depth: u32,
+    /// Of a shot that has a track: how many frames of it are played for the figures. Without it: as many as the shot has.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub frames: Option<u32>,
     /// How often each configuration is timed, after one run that is not.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub runs: u32,
@@ -93,6 +101,7 @@ pub struct Results {
     pub width: u32,
     pub height: u32,
     pub eye_width: u32,
+    pub depth: u32,
     pub lights: Places,
     pub seed: u32,
     pub runs: u32,
@@ -117,17 +126,12 @@ fn lit(scene: &Scene, places: Places, count: u32, seed: u32) -> Scene {
     Scene { lights, ..scene.clone() }
 }
 
-/// How far from the eye clusters reach, m: to the corner of the scene's box that lies farthest along the view; of a scene behind the eye,
-/// its diagonal.
-fn depth(scene: &Scene, camera: &Camera) -> f32 {
-    let view_from_world = camera.world_from_camera.inverse();
-    let ahead = scene.bounds().corners().map(|corner| -view_from_world.transform_point3(corner).z);
-    let farthest = ahead.into_iter().fold(0.0, f32::max);
-    if farthest > 0.0 { farthest } else { scene.bounds().size().length() }
-}
-
 pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
+    let mut shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
+    if let Some(mut shot) = shot.take_if(|shot| shot.frames().len() > 1) {
+        shot.args.track.frames = args.frames.map(Frames::Count).or(shot.args.track.frames);
+        return figures::run(args, &shot);
+    }
     let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
     let (source, part, view) = match (&shot, &shot_view) {
         (Some(shot), Some(view)) => (&shot.args.scene, &shot.args.part, view),
@@ -146,9 +150,14 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let gpu = open(args.adapter.as_ref())?;
 
     let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
-    let bench =
-        Bench { gpu: &gpu, runs: args.runs, mono: [(&camera, width, height)], stereo: views(&eyes, eye_width, height) };
-    let shapes = if args.schemes { Vec::new() } else { shapes(height, depth(&scene, &camera), args.quick) };
+    let bench = Bench {
+        gpu: &gpu,
+        runs: args.runs,
+        depth: args.depth,
+        mono: [(&camera, width, height)],
+        stereo: views(&eyes, eye_width, height),
+    };
+    let shapes = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
     let lit: Vec<Scene> = counts.iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
     let (schemes, schemes_left_out) = schemes::measure(&gpu, args.runs, (&camera, width, height), &lit, args.quick)?;
     let (rows, left_out) = bench.measure(&shapes, &lit)?;
@@ -160,6 +169,7 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
         width,
         height,
         eye_width,
+        depth: args.depth,
         lights: args.lights,
         seed: args.seed,
         runs: args.runs,

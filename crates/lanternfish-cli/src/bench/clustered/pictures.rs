@@ -2,7 +2,7 @@
 
 use super::{Results, configurations::Views, measure::Row, steps};
 use crate::{
-    bench::plot::{Axis, Curve, bars, curves},
+    plot::{Axis, Curve, bars, curves},
     report::grouped,
 };
 

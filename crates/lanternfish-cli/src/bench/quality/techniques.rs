@@ -247,7 +247,7 @@ fn cullings() -> Vec<Culling> {
         change(&mut clustered);
         Culling::Clustered(clustered)
     };
-    // One view shares its grid with no other: the grouping has no row.
+    // One view shares its grid with no other, and clusters beyond the scene are not visible: grouping and depth have no row.
     let clusters = [
         clustered(|_| ()),
         clustered(|c| c.shape = ClusterShape::Orthographic { side: 1.0 }),
@@ -270,7 +270,7 @@ fn culling_name(culling: Culling) -> String {
     match culling {
         Culling::Tiled(Tiled { tile_size, aabb_test: true }) => format!("culling tiled {tile_size}"),
         Culling::Tiled(Tiled { tile_size, aabb_test: false }) => format!("culling tiled {tile_size}, aabb off"),
-        Culling::Clustered(Clustered { shape, assignment, test, grouping: _ }) => {
+        Culling::Clustered(Clustered { shape, assignment, test, grouping: _, depth: _ }) => {
             let mut name = format!("culling clustered {shape}");
             if assignment != Clustered::default().assignment {
                 name += &format!(", {assignment}");

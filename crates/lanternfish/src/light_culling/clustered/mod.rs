@@ -188,7 +188,12 @@ impl ClusteredCulling {
     ) -> Result<Vec<LightLists>, RenderError> {
         let limit = super::most_indices(frame.device);
         let scene = views[0].scene;
-        let frusta: Vec<ViewFrustum> = views.iter().map(|view| view.view.frustum(&scene.bounds)).collect();
+        let least = self.settings.depth as f32;
+        let frustum = |view: &ViewContext<'_>| {
+            let frustum = view.view.frustum(&scene.bounds);
+            ViewFrustum { far: frustum.far.max(least), ..frustum }
+        };
+        let frusta: Vec<ViewFrustum> = views.iter().map(frustum).collect();
         let (geometry, larger) = GridGeometry::fitting(&frusta, self.settings.shape).map_err(refused)?;
         if let Some(pixels) = larger {
             tracing::info!(pixels, "clusters are larger than asked for: there would be too many");

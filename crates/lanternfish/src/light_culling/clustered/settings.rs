@@ -23,6 +23,9 @@ pub struct Clustered {
     pub assignment: Assignment,
     /// How close to a cluster a light must come. The picture is the same.
     pub test: ClusterTest,
+    /// How far from the eye clusters reach at least, m, whatever there is to see: 100 in the thesis [VanGelderen2020, §6.1.3]. Without it
+    /// they end with the scene; so they do where that is farther. More: more clusters, of which none is visible; displaced ones are others.
+    pub depth: u32,
 }
 
 impl Default for Clustered {
@@ -32,6 +35,7 @@ impl Default for Clustered {
             grouping: Grouping::Enclosed,
             assignment: Assignment::Hierarchy,
             test: ClusterTest::PlanesAndBox,
+            depth: 0,
         }
     }
 }
@@ -101,6 +105,14 @@ impl Room for Clustered {
             Range::Names,
             "How close to a cluster a light must come to be listed. The picture is the same",
             |clustered: &mut Self| &mut clustered.test,
+        )
+        .with_default(),
+        Knob::new(
+            "cluster-depth",
+            "METRES",
+            Range::Count(0, 1_000_000),
+            "How far from the eye clusters reach at least, where the scene ends before. The picture is the same",
+            |clustered: &mut Self| &mut clustered.depth,
         )
         .with_default(),
     ];

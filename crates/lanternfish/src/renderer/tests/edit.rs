@@ -35,6 +35,7 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
     let uploaded = renderer.upload(&scene).unwrap();
     let view = ViewRequest::of_camera(0, camera, [32, 24], Target::Own);
     let shown = |renderer: &mut Renderer| renderer.render(&uploaded, camera, 32, 24).unwrap().radiance;
+    renderer.ready(&uploaded, &[view]).unwrap();
     let own = shown(&mut renderer);
 
     // Half the diffuse light.

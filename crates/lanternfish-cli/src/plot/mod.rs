@@ -1,4 +1,12 @@
-//! Plots as SVG: curves over two axes, and stacked bars.
+//! Plots as SVG: curves over two axes, stacked bars, stacked areas, heat maps.
+
+mod areas;
+mod heat;
+
+pub use self::{
+    areas::{Area, stacked},
+    heat::heat_map,
+};
 
 use std::fmt::Write;
 
@@ -12,7 +20,17 @@ pub struct Axis<'a> {
     pub ticks: Vec<(f64, String)>,
 }
 
-impl Axis<'_> {
+impl<'a> Axis<'a> {
+    /// From 0 to at least `high`, with about five ticks at round numbers.
+    pub fn linear(label: &'a str, high: f64) -> Self {
+        let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
+        let decade = 10f64.powf((high / 5.0).log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * decade).into_iter().find(|step| high / step <= 5.0);
+        let step = step.unwrap_or(high);
+        let count = (high / step).ceil() as u32;
+        let ticks = (0..=count).map(|i| (f64::from(i) * step, short(f64::from(i) * step))).collect();
+        Self { label, ends: [0.0, f64::from(count) * step], logarithmic: false, ticks }
+    }
     /// 0 to 1 from one end to the other; beyond the ends it is the end.
     fn share(&self, value: f64) -> f64 {
         let scale = |v: f64| if self.logarithmic { v.max(f64::MIN_POSITIVE).ln() } else { v };
@@ -36,25 +54,10 @@ const SIZE: [f64; 2] = [760.0, 420.0];
 const FRAME: [f64; 4] = [70.0, 40.0, 560.0, 365.0];
 
 pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> String {
-    let [left, top, right, bottom] = FRAME;
-    let px = |v: f64| left + (right - left) * x.share(v);
-    let py = |v: f64| bottom - (bottom - top) * y.share(v);
+    let [_, top, right, _] = FRAME;
+    let [px, py] = places(x, y);
     let mut svg = Svg::new(SIZE[0], SIZE[1], title);
-    for (value, name) in &x.ticks {
-        svg.line([px(*value), top, px(*value), bottom], "#ddd", 1.0);
-        svg.text([px(*value), bottom + 16.0], "middle", name);
-    }
-    for (value, name) in &y.ticks {
-        svg.line([left, py(*value), right, py(*value)], "#ddd", 1.0);
-        svg.text([left - 6.0, py(*value) + 4.0], "end", name);
-    }
-    svg.add(&format!(r##"<path d="M{left} {top}V{bottom}H{right}" fill="none" stroke="#444"/>"##));
-    svg.text([0.5 * (left + right), bottom + 36.0], "middle", x.label);
-    let middle = 0.5 * (top + bottom);
-    svg.add(&format!(
-        r#"<text transform="translate(16 {middle})rotate(-90)" text-anchor="middle">{}</text>"#,
-        escaped(y.label)
-    ));
+    svg.axes(x, y);
     for (i, curve) in curves.iter().enumerate() {
         let at = |(a, b): &(f64, f64)| format!("{:.2} {:.2}", px(*a), py(*b));
         let path = curve.points.iter().map(at).collect::<Vec<_>>().join("L");
@@ -104,6 +107,23 @@ pub fn bars(title: &str, unit: &str, parts: &[(&str, &'static str)], rows: &[(St
     svg.finish()
 }
 
+/// Where values of the axes are in the picture, pixels.
+fn places<'p>(x: &'p Axis<'_>, y: &'p Axis<'_>) -> [Box<dyn Fn(f64) -> f64 + 'p>; 2] {
+    let [left, top, right, bottom] = FRAME;
+    [Box::new(move |v| left + (right - left) * x.share(v)), Box::new(move |v| bottom - (bottom - top) * y.share(v))]
+}
+
+/// A number in few characters: 1,500,000 is 1.5M.
+fn short(value: f64) -> String {
+    let (scaled, unit) = match value.abs() {
+        v if v >= 1e9 => (value / 1e9, "G"),
+        v if v >= 1e6 => (value / 1e6, "M"),
+        v if v >= 1e4 => (value / 1e3, "k"),
+        _ => (value, ""),
+    };
+    format!("{}{unit}", (scaled * 1e4).round() / 1e4)
+}
+
 struct Svg(String);
 
 impl Svg {
@@ -115,6 +135,27 @@ impl Svg {
         svg.add(r#"<rect width="100%" height="100%" fill="white"/>"#);
         svg.add(&format!(r#"<text x="20" y="22" font-size="14">{}</text>"#, escaped(title)));
         svg
+    }
+
+    /// Both axes with their ticks and labels.
+    fn axes(&mut self, x: &Axis<'_>, y: &Axis<'_>) {
+        let [left, top, right, bottom] = FRAME;
+        let [px, py] = places(x, y);
+        for (value, name) in &x.ticks {
+            self.line([px(*value), top, px(*value), bottom], "#ddd", 1.0);
+            self.text([px(*value), bottom + 16.0], "middle", name);
+        }
+        for (value, name) in &y.ticks {
+            self.line([left, py(*value), right, py(*value)], "#ddd", 1.0);
+            self.text([left - 6.0, py(*value) + 4.0], "end", name);
+        }
+        self.add(&format!(r##"<path d="M{left} {top}V{bottom}H{right}" fill="none" stroke="#444"/>"##));
+        self.text([0.5 * (left + right), bottom + 36.0], "middle", x.label);
+        let middle = 0.5 * (top + bottom);
+        self.add(&format!(
+            r#"<text transform="translate(16 {middle})rotate(-90)" text-anchor="middle">{}</text>"#,
+            escaped(y.label)
+        ));
     }
 
     fn add(&mut self, element: &str) {
@@ -135,13 +176,24 @@ impl Svg {
     }
 }
 
-fn escaped(text: &str) -> String {
+/// Text as XML and HTML take it.
+pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn axes_end_at_round_numbers() {
+        let names = |high| Axis::linear("", high).ticks.into_iter().map(|(_, name)| name).collect::<Vec<_>>().join(" ");
+        assert_eq!(names(4.2), "0 1 2 3 4 5");
+        assert_eq!(names(0.9), "0 0.2 0.4 0.6 0.8 1");
+        assert_eq!(names(2_300_000.0), "0 500k 1M 1.5M 2M 2.5M");
+        assert_eq!(names(0.0), "0 0.2 0.4 0.6 0.8 1");
+        assert_eq!(names(680.0), "0 200 400 600 800");
+    }
 
     #[test]
     fn points_are_where_the_axes_say() {

@@ -1,0 +1,67 @@
+//! Areas stacked on each other.
+
+use std::fmt::Write;
+
+use super::{Axis, FRAME, SIZE, Svg, places};
+
+/// One of the areas.
+#[derive(Clone, Debug)]
+pub struct Area {
+    pub name: String,
+    /// As CSS has it.
+    pub color: &'static str,
+    /// Its height at 0, 1, 2 and so on.
+    pub heights: Vec<f64>,
+}
+
+/// Areas over frames, the first at the bottom. `high`: the top of the axis at least, so that several plots may have the same; 0 chooses
+/// it.
+pub fn stacked(title: &str, x_label: &str, y_label: &str, high: f64, areas: &[Area]) -> String {
+    let count = areas.iter().map(|area| area.heights.len()).max().unwrap_or(0);
+    let sum = |i: usize| areas.iter().map(|area| area.heights.get(i).unwrap_or(&0.0)).sum::<f64>();
+    let high = (0..count).map(sum).fold(high, f64::max);
+    let mut x = Axis::linear(x_label, count.saturating_sub(1).max(1) as f64);
+    x.ends[1] = count.saturating_sub(1).max(1) as f64;
+    x.ticks.retain(|(value, _)| *value <= x.ends[1]);
+    let y = Axis::linear(y_label, high);
+    let [px, py] = places(&x, &y);
+    let mut svg = Svg::new(SIZE[0], SIZE[1], title);
+    // One frame alone is as wide as the plot.
+    let at = |i: usize| if count == 1 && i == 1 { 0 } else { i };
+    let points = if count == 1 { 2 } else { count };
+    let mut below = vec![0.0; points];
+    for area in areas {
+        let above: Vec<f64> = (0..points).map(|i| below[i] + area.heights.get(at(i)).unwrap_or(&0.0)).collect();
+        let mut path = String::new();
+        let there = above.iter().enumerate();
+        let back = below.iter().enumerate().rev();
+        for (i, height) in there.chain(back) {
+            let step = if path.is_empty() { 'M' } else { 'L' };
+            write!(path, "{step}{:.2} {:.2}", px(i as f64), py(*height)).expect("String");
+        }
+        if !path.is_empty() {
+            svg.add(&format!(r#"<path d="{path}Z" fill="{}"/>"#, area.color));
+        }
+        below = above;
+    }
+    svg.axes(&x, &y);
+    // The topmost first, as they lie.
+    let [_, top, right, _] = FRAME;
+    for (row, area) in areas.iter().rev().enumerate() {
+        let y = top + 20.0 * row as f64;
+        svg.add(&format!(r#"<rect x="{}" y="{y}" width="14" height="14" fill="{}"/>"#, right + 14.0, area.color));
+        svg.text([right + 34.0, y + 12.0], "start", &area.name);
+    }
+    svg.finish()
+}
+
+#[test]
+fn areas_lie_on_each_other() {
+    let area = |heights: &[f64]| Area { name: "a".to_owned(), color: "red", heights: heights.to_vec() };
+    let svg = stacked("t", "frame", "ms", 0.0, &[area(&[1.0, 2.0]), area(&[1.0, 2.0])]);
+    // The axis goes to 4 ms; the second goes from half the way up on the right to a quarter on the left, where it is two.
+    assert!(svg.contains(r#"d="M70.00 283.75L560.00 202.50L560.00 365.00L70.00 365.00Z""#), "{svg}");
+    assert!(svg.contains(r#"d="M70.00 202.50L560.00 40.00L560.00 202.50L70.00 283.75Z""#), "{svg}");
+    assert!(!stacked("t", "frame", "ms", 0.0, &[area(&[3.0])]).contains("NaN"));
+    assert!(!stacked("t", "frame", "ms", 0.0, &[]).contains("NaN"));
+}

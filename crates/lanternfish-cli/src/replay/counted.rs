@@ -1,0 +1,149 @@
+//! What depends on the simulation and not on time: one run of it [VanGelderen2020, §6.1.1].
+
+use std::collections::BTreeMap;
+
+use bytemuck::cast_slice;
+use lanternfish::{Picture, light_culling::clustered::GridContents};
+use serde::{Deserialize, Serialize};
+
+/// A frame's counts and pictures.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counted {
+    /// A hash of every bit of its pictures, radiance and display, of all eyes.
+    pub picture: String,
+    /// Counters of all eyes, by name.
+    pub counters: BTreeMap<String, u64>,
+    /// What clusters hold; none with another scheme of light culling.
+    pub clusters: Option<Clusters>,
+}
+
+/// What the clusters of all grids hold.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Clusters {
+    /// Those with visible fragments.
+    pub visible: u64,
+    /// Their fragments.
+    pub fragments: u64,
+    /// Lights of its cluster's list, summed over all fragments.
+    pub lighting_operations: u64,
+    /// Fragments of the one that has most.
+    pub most_fragments: u32,
+    /// Visible clusters by the lights that they list: none, 1, 2 to 3, 4 to 7, and so on [VanGelderen2020, fig. 6.9].
+    pub by_lights: Vec<u64>,
+    /// Visible clusters by their fragments, in the same bins [VanGelderen2020, fig. 6.10].
+    pub by_fragments: Vec<u64>,
+    /// Fragments by the lights of their cluster's list, in the same bins: lights a pixel.
+    pub fragments_by_lights: Vec<u64>,
+}
+
+impl Counted {
+    /// What a frame's pictures and grids say.
+    pub fn of(pictures: &[Picture], grids: &[GridContents]) -> Self {
+        let mut counters = BTreeMap::new();
+        for (eye, picture) in pictures.iter().enumerate() {
+            for (name, count) in &picture.report.counters {
+                // What belongs to the scene is not there twice.
+                if eye == 0 || !name.starts_with("scene/") {
+                    *counters.entry(name.clone()).or_insert(0) += count;
+                }
+            }
+        }
+        Self { picture: hash(pictures), counters, clusters: (!grids.is_empty()).then(|| Clusters::of(grids)) }
+    }
+}
+
+impl Clusters {
+    fn of(grids: &[GridContents]) -> Self {
+        let visible = || grids.iter().flat_map(|grid| &grid.visible);
+        Self {
+            visible: visible().count() as u64,
+            fragments: grids.iter().map(GridContents::fragments).sum(),
+            lighting_operations: grids.iter().map(GridContents::lighting_operations).sum(),
+            most_fragments: visible().map(|cluster| cluster.fragments).max().unwrap_or(0),
+            by_lights: histogram(visible().map(|cluster| (cluster.lights, 1))),
+            by_fragments: histogram(visible().map(|cluster| (cluster.fragments, 1))),
+            fragments_by_lights: histogram(visible().map(|cluster| (cluster.lights, cluster.fragments.into()))),
+        }
+    }
+}
+
+/// How often a value is 0, 1, 2 to 3, 4 to 7, and so on to the largest: values, and how often each is there.
+pub fn histogram(values: impl Iterator<Item = (u32, u64)>) -> Vec<u64> {
+    let mut bins = Vec::new();
+    for (value, often) in values {
+        let bin = (u32::BITS - value.leading_zeros()) as usize;
+        bins.resize(bins.len().max(bin + 1), 0);
+        bins[bin] += often;
+    }
+    bins
+}
+
+/// FNV-1a of 64 bits, over words of 64 bits: every bit of the pictures changes it.
+fn hash(pictures: &[Picture]) -> String {
+    let mut hash = 0xcbf2_9ce4_8422_2325u64;
+    let mut add = |word: u64| hash = (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+    for picture in pictures {
+        add(u64::from(picture.width) << 32 | u64::from(picture.height));
+        // Halves of a word go in one after the other, so that equal changes of both do not cancel out.
+        for words in [cast_slice::<_, u32>(&picture.radiance), cast_slice::<_, u32>(&picture.display)] {
+            words.iter().for_each(|word| add(u64::from(*word)));
+        }
+    }
+    format!("{hash:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::{Report, light_culling::clustered::VisibleCluster};
+
+    use super::*;
+
+    fn picture(value: f32) -> Picture {
+        let counters = vec![("scene/draws".to_owned(), 5), ("rays".to_owned(), 7)];
+        Picture {
+            width: 2,
+            height: 1,
+            radiance: vec![[1.0; 4], [1.0, 1.0, value, 1.0]],
+            display: vec![[9; 4]; 2],
+            exposure: None,
+            report: Report { passes: Vec::new(), counters },
+        }
+    }
+
+    #[test]
+    fn histograms_double() {
+        let ones = |values: &[u32]| histogram(values.iter().map(|value| (*value, 1)));
+        assert_eq!(ones(&[0, 1, 2, 3, 4, 7, 8, 0]), [2, 1, 2, 2, 1]);
+        assert_eq!(ones(&[]), [] as [u64; 0]);
+        assert_eq!(ones(&[u32::MAX]).len(), 33);
+        assert_eq!(histogram([(3, 5), (1, 2), (2, 1)].into_iter()), [0, 2, 6]);
+    }
+
+    #[test]
+    fn the_least_bit_of_a_picture_changes_its_hash() {
+        let of = |pictures: &[Picture]| Counted::of(pictures, &[]).picture;
+        let one = of(&[picture(1.0)]);
+        assert_eq!(one, of(&[picture(1.0)]));
+        assert_ne!(one, of(&[picture(f32::from_bits(1.0f32.to_bits() + 1))]));
+        assert_ne!(one, of(&[picture(1.0), picture(1.0)]));
+        let mut shown = picture(1.0);
+        shown.display[1][3] = 8;
+        assert_ne!(one, of(&[shown]));
+    }
+
+    #[test]
+    fn counts_of_all_eyes_and_grids_are_added() {
+        let cluster = |index, fragments, lights| VisibleCluster { index, fragments, lights };
+        let grids = [
+            GridContents { clusters: 8, visible: vec![cluster(0, 10, 3), cluster(4, 1, 0)] },
+            GridContents { clusters: 8, visible: vec![cluster(2, 4, 2)] },
+        ];
+        let counted = Counted::of(&[picture(1.0), picture(2.0)], &grids);
+        assert_eq!((counted.counters["scene/draws"], counted.counters["rays"]), (5, 14));
+        let clusters = counted.clusters.unwrap();
+        assert_eq!((clusters.visible, clusters.fragments, clusters.lighting_operations), (3, 15, 38));
+        assert_eq!(clusters.most_fragments, 10);
+        assert_eq!((clusters.by_lights, clusters.fragments_by_lights), (vec![1, 0, 2], vec![1, 0, 14]));
+        assert_eq!(Counted::of(&[picture(1.0)], &[]).clusters, None);
+    }
+}

@@ -1,0 +1,198 @@
+//! Plays the frames: once to count, then again and again to time.
+//!
+//! Counting reads pictures and lists back, which takes time of its own; so nothing is timed while it is done, and nothing is read back
+//! while times are taken [VanGelderen2020, §6.1.1]. What a timed frame does read is a few words: how long its lists were, by which the
+//! renderer makes room.
+
+use std::{collections::BTreeMap, time::Instant};
+
+use lanternfish::{Change, FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest};
+use lanternfish_gpu::Gpu;
+use lanternfish_scene::Camera;
+
+use super::{category::Category, counted::Counted, plan::Plan, report::Report, series::Series};
+use crate::{error::CliError, parse::Size, progress::Progress, report::settings_by_name, stereo::Eyes};
+
+/// How often a frame is handed to the device until there is room for its lists.
+const TRIES: usize = 32;
+
+/// A plan on a device.
+pub struct Player<'a> {
+    gpu: &'a Gpu,
+    plan: Plan,
+    renderer: Renderer,
+    uploaded: GpuScene,
+}
+
+/// Times of all runs.
+#[derive(Debug, Default)]
+pub struct Times {
+    pub passes: Vec<Series>,
+    pub host: Vec<Series>,
+}
+
+impl<'a> Player<'a> {
+    /// Compiles, and uploads the scene.
+    pub fn new(gpu: &'a Gpu, plan: Plan, progress: &mut Progress) -> Result<Self, CliError> {
+        let settings = plan.settings.clone();
+        let renderer =
+            progress.step("compile", "Compiling shaders", || Renderer::new(&gpu.device, &gpu.queue, settings))?;
+        let uploaded = progress.step("upload", "Building the BVH, uploading", || renderer.upload(&plan.scene))?;
+        Ok(Self { gpu, plan, renderer, uploaded })
+    }
+
+    /// Renders by other settings, for these eyes, each of this size.
+    pub fn set(&mut self, settings: &Settings, eyes: Option<Eyes>, size: Size) -> Result<(), CliError> {
+        (self.plan.settings, self.plan.eyes, self.plan.size) = (settings.clone(), eyes, size);
+        if self.renderer.set(settings.clone())? == Change::Upload {
+            self.uploaded = self.renderer.upload(&self.plan.scene)?;
+        }
+        Ok(())
+    }
+
+    /// What is played, before anything is counted or timed.
+    pub fn report(&self, source: &str, scene: String, runs: usize, seed: u32) -> Report {
+        let (plan, adapter) = (&self.plan, &self.gpu.description);
+        Report {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            source: source.to_owned(),
+            scene,
+            adapter: adapter.name.clone(),
+            driver: adapter.driver.clone(),
+            width: plan.size.width,
+            height: plan.size.height,
+            eyes: plan.eyes(),
+            lights: plan.scene.lights.len(),
+            settings: settings_by_name(&plan.settings, seed)
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
+            runs,
+            moments: plan.moments(),
+            passes: Vec::new(),
+            host: Vec::new(),
+            estimates: BTreeMap::new(),
+            frames: Vec::new(),
+        }
+    }
+
+    /// Counts every frame.
+    pub fn count(&mut self, progress: &mut Progress) -> Result<Vec<Counted>, CliError> {
+        let (bar, all) = (progress.bar(), self.plan.frames());
+        progress.step("count", "Counting", || {
+            let one = |frame: usize| {
+                bar.show(frame as f64 / all as f64, format!("frame {frame} of {all}"));
+                self.bring(frame)?;
+                let (cameras, size) = (self.plan.cameras(frame)?, self.plan.size);
+                let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();
+                let pictures = self.renderer.render_views(&self.uploaded, &views)?;
+                Ok(Counted::of(&pictures, &self.renderer.cluster_contents()?))
+            };
+            (0..all).map(one).collect()
+        })
+    }
+
+    /// Times every frame in `runs` runs that are the same, after one frame that is not timed.
+    pub fn time(&mut self, runs: usize, progress: &mut Progress) -> Result<Times, CliError> {
+        let (bar, frames) = (progress.bar(), self.plan.frames());
+        progress.step("time", "Timing", || {
+            let mut times = Times::default();
+            for run in 0..runs {
+                self.bring(0)?;
+                let cameras = self.plan.cameras(0)?;
+                self.renderer.ready(&self.uploaded, &self.requests(&cameras))?;
+                for frame in 0..frames {
+                    bar.show(
+                        (run * frames + frame) as f64 / (runs * frames) as f64,
+                        format!("run {} of {runs}, frame {frame} of {frames}", run + 1),
+                    );
+                    self.frame(&mut times, run, frame)?;
+                }
+            }
+            times.passes.iter_mut().chain(&mut times.host).for_each(|series| series.fill(runs, frames));
+            Ok(times)
+        })
+    }
+
+    /// Brings everything to a frame's time.
+    fn bring(&mut self, frame: usize) -> Result<(), CliError> {
+        if self.plan.go_to(frame) {
+            self.renderer.update(&mut self.uploaded, &self.plan.scene)?;
+        }
+        Ok(())
+    }
+
+    fn requests<'c>(&self, cameras: &'c [Camera]) -> Vec<ViewRequest<'c>> {
+        let size = [self.plan.size.width, self.plan.size.height];
+        let request = |(key, camera)| ViewRequest::of_camera(key, camera, size, Target::Own);
+        (0..).zip(cameras).map(request).collect()
+    }
+
+    fn frame(&mut self, times: &mut Times, run: usize, frame: usize) -> Result<(), CliError> {
+        let frames = self.plan.frames();
+        let moved = self.plan.go_to(frame);
+        let started = Instant::now();
+        if moved {
+            self.renderer.update(&mut self.uploaded, &self.plan.scene)?;
+        }
+        let updated = ms_since(started);
+        let cameras = self.plan.cameras(frame)?;
+        for _ in 0..TRIES {
+            let started = Instant::now();
+            let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let id = self.renderer.record(&mut commands, &self.uploaded, &self.requests(&cameras))?;
+            let commands = commands.finish();
+            let recorded = ms_since(started);
+            self.gpu.queue.submit([commands]);
+            self.renderer.submitted(id);
+            self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(&error))?;
+            let whole = ms_since(started);
+            let report = std::iter::from_fn(|| self.renderer.poll()).find(|report| report.frame == id);
+            let report = report.ok_or_else(|| lost(&"nothing is known of a frame that was waited for"))?;
+            if !report.is_whole {
+                continue;
+            }
+            times.add(run, frame, frames, &report, [updated, recorded, whole]);
+            return Ok(());
+        }
+        Err(CliError::new(
+            format_args!("frame {frame}: after {TRIES} tries there is no room for its lists"),
+            "choose a smaller --size, or fewer lights",
+        ))
+    }
+}
+
+impl Times {
+    fn add(
+        &mut self,
+        run: usize,
+        frame: usize,
+        frames: usize,
+        report: &FrameReport,
+        [update, record, whole]: [f64; 3],
+    ) {
+        for pass in &report.passes {
+            named(&mut self.passes, &pass.name, Category::of(&pass.name)).add(run, frame, frames, pass.ms);
+        }
+        for (name, ms) in [("host/update", update), ("host/record", record), ("host/frame", whole)] {
+            named(&mut self.host, name, Category::Host).add(run, frame, frames, ms);
+        }
+    }
+}
+
+/// The series of this name, which is made if it is not there.
+fn named<'s>(all: &'s mut Vec<Series>, name: &str, category: Category) -> &'s mut Series {
+    let index = all.iter().position(|series| series.name == name).unwrap_or_else(|| {
+        all.push(Series::new(name, category));
+        all.len() - 1
+    });
+    &mut all[index]
+}
+
+fn ms_since(started: Instant) -> f64 {
+    1e3 * started.elapsed().as_secs_f64()
+}
+
+fn lost(error: &dyn std::fmt::Display) -> CliError {
+    CliError::new(format_args!("the device did not finish a frame: {error}"), "the driver's log may say why")
+}

@@ -1,0 +1,207 @@
+//! `lanternfish replay`: the frames of a track, timed and counted [VanGelderen2020, §6.1].
+//!
+//! 1. Say what is played ([`plan`]): a shot's frames, or what a hand did to the camera, at fixed times.
+//! 2. Count: one run that reads back counters, what clusters hold, and pictures ([`counted`]).
+//! 3. Time: runs that are the same, in which nothing is read back ([`measure`], [`series`]).
+//! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before ([`compare`]).
+
+pub mod category;
+mod compare;
+pub mod counted;
+pub mod measure;
+pub mod page;
+pub mod plan;
+mod rank_sum;
+pub mod report;
+pub mod series;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use lanternfish_gpu::{Gpu, driver_warning};
+use lanternfish_scene::Camera;
+
+use self::{measure::Player, plan::Plan, report::Report};
+use crate::{
+    args::{RenderArgs, demos},
+    error::{self, CliError},
+    motion::NOTHING_MOVES,
+    output,
+    parse::Frames,
+    progress::Progress,
+    recording::Recorded,
+    scene::SceneName,
+    shot::{self, Shot},
+};
+
+pub const HELP: &str = "\
+Examples:
+  What every frame of a walk takes, and why:
+    lanternfish replay docs/tracks/sponza.toml --runs 7 -o before
+  Whether a change made a pass slower:
+    lanternfish replay docs/tracks/sponza.toml --runs 7 -o after --compare before/report.json
+  A walk of your own, recorded in the window:
+    lanternfish view scene.glb --record walk.toml
+    lanternfish replay walk.toml
+  Twenty frames of rain through a scene that has no track:
+    lanternfish replay demo:cornell --lights rain:1000 --frames 0-19
+
+Exits with 0, with 1 where --compare finds a pass that became slower, and with 2 after an error.
+The last line of standard output is the page's path.";
+
+/// What the process exits with where something cannot be replayed, or compared.
+const FAILED: u8 = 2;
+
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    #[arg(help = format!("A shot (.toml) with a [track], or what `view --record` wrote; or a scene, as `render` is given it: a file, or {}", demos()))]
+    pub scene: SceneName,
+    /// The folder for the report. It is made if it is not there.
+    #[arg(id = "replay_output", short = 'o', long = "output", value_name = "FOLDER", default_value = "replay")]
+    pub output: PathBuf,
+    /// How often all frames are timed. More: the least of all runs is less noise, and --compare sees less.
+    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Says which passes became slower since a report.json of before, and exits with 1 if any did.
+    #[arg(long, value_name = "OLD.json")]
+    pub compare: Option<PathBuf>,
+    /// By how many percent a pass must be slower at least for --compare to say so, however sure it is.
+    #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = percent, allow_hyphen_values = true)]
+    pub matters: f64,
+    #[command(flatten)]
+    pub shared: SimulationArgs,
+}
+
+fn percent(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.trim().parse().ok();
+    number.filter(|x| (0.0..=1000.0).contains(x)).ok_or_else(|| "expected 0 to 1000 percent".to_owned())
+}
+
+/// The flags of `render` that say what is simulated, and how it is rendered. Their values come through the shot, which reads them once
+/// more.
+#[derive(Debug)]
+pub struct SimulationArgs;
+
+/// Flags of `render` that have no meaning here, by id.
+const OTHERS: [&str; 8] = ["scene", "output", "time", "skip_existing", "accumulate", "timings", "report", "progress"];
+
+impl Args for SimulationArgs {
+    fn augment_args(command: Command) -> Command {
+        let render = RenderArgs::augment_args(Command::new("render"));
+        let is_shared = |flag: &&Arg| !OTHERS.contains(&flag.get_id().as_str());
+        command.args(render.get_arguments().filter(is_shared).cloned())
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for SimulationArgs {
+    fn from_arg_matches(_: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, _: &ArgMatches) -> Result<(), clap::Error> {
+        Ok(())
+    }
+}
+
+/// Replays, tells, and says by the exit code how it went.
+pub fn main(args: &ReplayArgs) -> ExitCode {
+    match run(args) {
+        Ok(code) => ExitCode::from(code),
+        Err(CliError::ReaderGone) => ExitCode::SUCCESS,
+        Err(error) => {
+            error::say(&error);
+            ExitCode::from(FAILED)
+        }
+    }
+}
+
+fn run(args: &ReplayArgs) -> Result<u8, CliError> {
+    let old = args.compare.as_deref().map(Report::read).transpose()?;
+    let (shot, recorded) = simulation(&args.scene)?;
+    fs::create_dir_all(&args.output).map_err(|error| {
+        CliError::new(format_args!("{}: {error}", args.output.display()), "name a folder that can be made")
+    })?;
+    let report = replayed(&args.scene, &shot, recorded, args.runs as usize)?;
+    let file = |name: &str| args.output.join(name);
+    output::write_text(&file("report.json"), &report.to_json())?;
+    output::write_text(&file("passes.csv"), &report.passes_csv())?;
+    output::write_text(&file("counts.csv"), &report.counts_csv())?;
+    let compared = old.map(|old| compare::compare(&old, &report, args.matters / 100.0));
+    let table = match &compared {
+        Some(Ok(compared)) => compared.to_table(),
+        _ => String::new(),
+    };
+    let page = file("report.html");
+    output::write_text(&page, &page::html(&report, &table))?;
+    let code = match compared {
+        Some(Err(error)) => return Err(error),
+        Some(Ok(compared)) if compared.slower().next().is_some() => 1,
+        _ => 0,
+    };
+    let text = format!("{}{table}{}\n", page::summary(&report), page.display());
+    // A reader that has seen enough makes nothing faster.
+    match output::print(&text) {
+        Ok(()) | Err(CliError::ReaderGone) => Ok(code),
+        Err(error) => Err(error),
+    }
+}
+
+/// Times and cameras of frames.
+type Cameras = Vec<(f32, Camera)>;
+
+/// What is played: a shot, or a recording in the scene of a shot.
+fn simulation(source: &SceneName) -> Result<(Shot, Option<Cameras>), CliError> {
+    let Some(recorded) = Recorded::read(source)? else { return Ok((shot::resolve(source)?, None)) };
+    let (shot, frames) = shot::of_recording(&recorded.scene, &recorded.flags)?;
+    let step = recorded.recording.step;
+    let cameras = recorded.recording.cameras().into_iter().enumerate();
+    let cameras = cameras.map(|(i, camera)| ((i as f64 * f64::from(step)) as f32, camera));
+    let (first, count) = match frames {
+        None => (0, usize::MAX),
+        Some(Frames::Count(count)) => (0, count as usize),
+        Some(Frames::Span(span)) => (span.first as usize, (span.last - span.first) as usize + 1),
+    };
+    Ok((shot, Some(cameras.skip(first).take(count).collect())))
+}
+
+/// Counts and times what a shot shows, from these cameras where they are given.
+fn replayed(source: &SceneName, shot: &Shot, recorded: Option<Cameras>, runs: usize) -> Result<Report, CliError> {
+    let args = &shot.args;
+    let mut progress = Progress::start(args.run.quiet);
+    let plan = Plan::of(shot, recorded, &mut progress)?;
+    if plan.frames() == 1 {
+        progress.note("a single frame is replayed; --frames says how many, or which");
+    } else if !plan.moves() {
+        progress.note(NOTHING_MOVES);
+    }
+    let choice = args.run.adapter.clone().unwrap_or_default();
+    let gpu = progress.step("adapter", "Opening the adapter", || Gpu::open(&choice))?;
+    progress.warn(driver_warning(&gpu.device.adapter_info()));
+    if !gpu.description.timestamps {
+        progress.note("the adapter cannot time its passes: times are the host's alone");
+    }
+    let mut player = Player::new(&gpu, plan, &mut progress)?;
+    let mut report = player.report(&shown(source.path(), source), args.scene.to_string(), runs, args.run.seed);
+    report.frames = player.count(&mut progress)?;
+    let times = player.time(runs, &mut progress)?;
+    progress.finish();
+    (report.passes, report.host) = (times.passes, times.host);
+    report.estimate();
+    Ok(report)
+}
+
+/// A file by its name alone: in which folder it lay says nothing of what was measured.
+fn shown(path: &Path, source: &SceneName) -> String {
+    match (source.demo(), path.file_name()) {
+        (None, Some(name)) => name.to_string_lossy().into_owned(),
+        _ => source.to_string(),
+    }
+}

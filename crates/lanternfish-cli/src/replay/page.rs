@@ -1,0 +1,213 @@
+//! What a replay found, as one page of HTML that needs nothing else, and in a few lines.
+
+use std::fmt::Write as _;
+
+use super::{category::Category, report::ALL_PASSES, report::Report, series::Estimate, series::median_ranks};
+use crate::{
+    plot::{Area, Axis, Curve, curves, escaped, heat_map, stacked},
+    report::grouped,
+};
+
+const STYLE: &str = "body{font-family:sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem;color:#222}\
+                     svg{max-width:100%;height:auto;display:block;margin:1.5rem 0}\
+                     table{border-collapse:collapse}td,th{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}\
+                     td:first-child,th:first-child{text-align:left}pre{overflow-x:auto;background:#f4f4f4;padding:.6rem}";
+
+/// The page. `compared`: the table of a comparison, or nothing.
+pub fn html(report: &Report, compared: &str) -> String {
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Replay of {title}</title><style>{STYLE}</style></head>\
+         <body>\n<h1>Replay of {title}</h1>\n<p>{}</p>\n",
+        escaped(&conditions(report)),
+        title = escaped(&report.source),
+    );
+    let mut add = |text: &str| writeln!(page, "{text}").expect("String");
+    if !compared.is_empty() {
+        add(&format!("<h2>Compared with before</h2>\n<pre>{}</pre>", escaped(compared)));
+    }
+    add("<h2>Times</h2>");
+    add(&format!("<p>{}</p>", escaped(&times(report))));
+    for plot in time_plots(report) {
+        add(&plot);
+    }
+    add(&table(report));
+    add("<h2>Counts</h2>\n<p>Of one run that was not timed; they are exact.</p>");
+    for plot in count_plots(report) {
+        add(&plot);
+    }
+    add("<h2>Settings</h2>\n<table>");
+    for (name, value) in &report.settings {
+        add(&format!("<tr><td>{}</td><td>{}</td></tr>", escaped(name), escaped(value)));
+    }
+    add("</table>\n</body></html>");
+    page
+}
+
+/// The same in a few lines, for a terminal.
+pub fn summary(report: &Report) -> String {
+    let mut text = conditions(report) + "\n";
+    let all = [ALL_PASSES, "host/frame"].into_iter().filter_map(|name| Some((name, report.estimates.get(name)?)));
+    for (name, estimate) in all {
+        writeln!(text, "{name}: {} ms a frame", spoken(estimate)).expect("String");
+    }
+    text
+}
+
+fn conditions(report: &Report) -> String {
+    let Report { scene, width, height, lights, runs, adapter, driver, version, moments, .. } = report;
+    let eyes = if report.eyes == 2 { "two eyes of " } else { "" };
+    format!(
+        "{scene}, {} lights, {} frames of {eyes}{width} x {height}, {runs} runs. {adapter} on {driver}, Lanternfish {version}.",
+        grouped(*lights as u64),
+        moments.len()
+    )
+}
+
+/// What the times are.
+fn times(report: &Report) -> String {
+    let (_, _, level) = median_ranks(report.runs);
+    format!(
+        "Plots show the least of all runs, pass by pass and frame by frame: what a frame takes where nothing disturbs it. In passes.csv the \
+         median of all possible runs lies between low and high with a probability of {:.1} %. In the table, ms is the mean over frames of \
+         the geometric mean over runs; in 19 of 20 cases that of another replay lies in the interval beside it.",
+        100.0 * level
+    )
+}
+
+fn spoken(estimate: &Estimate) -> String {
+    match estimate.interval {
+        Some([low, high]) => format!("{:.3} ({low:.3} to {high:.3})", estimate.ms),
+        None => format!("{:.3}", estimate.ms),
+    }
+}
+
+/// By frame, the sum of the least times of all passes of a category: none where nothing of it ran.
+pub fn least_of(report: &Report, wanted: impl Fn(Category) -> bool) -> Option<Vec<f64>> {
+    let mut sums: Option<Vec<f64>> = None;
+    for series in report.passes.iter().filter(|series| wanted(series.category)) {
+        let least = series.least();
+        match &mut sums {
+            Some(sums) => sums.iter_mut().zip(least).for_each(|(sum, ms)| *sum += ms),
+            None => sums = Some(least),
+        }
+    }
+    sums
+}
+
+/// Areas of the categories that are wanted and of which anything ran.
+pub fn areas(report: &Report, wanted: impl Fn(Category) -> bool) -> Vec<Area> {
+    let of = |(category, color): (Category, &'static str)| {
+        let heights = least_of(report, |known| known == category)?;
+        Some(Area { name: category.name().to_owned(), color, heights })
+    };
+    Category::OF_PASSES.into_iter().filter(|(category, _)| wanted(*category)).filter_map(of).collect()
+}
+
+fn time_plots(report: &Report) -> Vec<String> {
+    let mut plots = Vec::new();
+    if !report.passes.is_empty() {
+        plots.push(stacked("Times of a frame, by what for", "frame", "ms", 0.0, &areas(report, |_| true)));
+        let of_clustering = areas(report, Category::is_clustering);
+        plots.push(stacked("Times of light culling, by what for", "frame", "ms", 0.0, &of_clustering));
+    }
+    let host = [("host/frame", "#444444"), ("host/record", "#0072b2"), ("host/update", "#d55e00")];
+    let of_host = host.into_iter().filter_map(|(name, color)| {
+        let series = report.host.iter().find(|series| series.name == name)?;
+        Some((name.to_owned(), color, series.least()))
+    });
+    plots.push(over_frames("Times of the host", "ms", of_host.collect()));
+    plots
+}
+
+/// Curves over frames: names, colours, values.
+pub fn over_frames(title: &str, label: &str, of: Vec<(String, &'static str, Vec<f64>)>) -> String {
+    let frames = of.iter().map(|(.., values)| values.len()).max().unwrap_or(0).saturating_sub(1).max(1) as f64;
+    let high = of.iter().flat_map(|(.., values)| values).copied().fold(0.0, f64::max);
+    let mut x = Axis::linear("frame", frames);
+    x.ends[1] = frames;
+    x.ticks.retain(|(value, _)| *value <= frames);
+    let curve = |(name, color, values): (String, &'static str, Vec<f64>)| Curve {
+        name,
+        color,
+        dashed: false,
+        marked: values.len() == 1,
+        points: values.into_iter().enumerate().map(|(i, value)| (i as f64, value)).collect(),
+    };
+    curves(title, &x, &Axis::linear(label, high), &of.into_iter().map(curve).collect::<Vec<_>>())
+}
+
+/// The plots of what clusters hold; of other schemes, the lights they listed.
+fn count_plots(report: &Report) -> Vec<String> {
+    let clusters: Option<Vec<_>> = report.frames.iter().map(|frame| frame.clusters.as_ref()).collect();
+    let Some(clusters) = clusters.filter(|clusters| !clusters.is_empty()) else {
+        let listed = |name: &str| -> Vec<f64> {
+            report.frames.iter().map(|frame| frame.counters.get(name).copied().unwrap_or(0) as f64).collect()
+        };
+        let curve = ("lights listed".to_owned(), "#0072b2", listed("light_culling/listed_lights"));
+        return vec![over_frames("Lights that all lists have", "lights", vec![curve])];
+    };
+    let values = |of: fn(&super::counted::Clusters) -> u64| clusters.iter().map(|c| of(c) as f64).collect::<Vec<f64>>();
+    let bins = |of: fn(&super::counted::Clusters) -> &Vec<u64>| clusters.iter().map(|c| of(c).as_slice()).collect();
+    let map = |title: &str, y: &str, frames: Vec<&[u64]>| heat_map(title, "frame", y, 0.0, &frames);
+    vec![
+        over_frames("Visible clusters", "clusters", vec![("visible".to_owned(), "#0072b2", values(|c| c.visible))]),
+        over_frames(
+            "Lighting operations: lights of its cluster's list, summed over all pixels",
+            "operations",
+            vec![("operations".to_owned(), "#009e73", values(|c| c.lighting_operations))],
+        ),
+        map("Visible clusters by the lights that they list", "lights, from", bins(|c| &c.by_lights)),
+        map("Visible clusters by their pixels", "pixels, from", bins(|c| &c.by_fragments)),
+        map("Pixels by the lights of their cluster's list", "lights, from", bins(|c| &c.fragments_by_lights)),
+    ]
+}
+
+/// What another replay would find, pass by pass.
+fn table(report: &Report) -> String {
+    let mut text = "<table><tr><th>pass</th><th>for</th><th>ms a frame</th><th>19 of 20 replays</th></tr>\n".to_owned();
+    let all = report.all_passes();
+    for series in report.passes.iter().chain(&all).chain(&report.host) {
+        let Some(Estimate { ms, interval }) = report.estimates.get(&series.name) else { continue };
+        let interval = interval.map(|[low, high]| format!("{low:.3} to {high:.3}")).unwrap_or_default();
+        let category = if series.name == ALL_PASSES { "" } else { series.category.name() };
+        let name = escaped(&series.name);
+        writeln!(text, "<tr><td>{name}</td><td>{category}</td><td>{ms:.3}</td><td>{interval}</td></tr>")
+            .expect("String");
+    }
+    text + "</table>"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::replay::report::tests::report;
+
+    #[test]
+    fn the_page_needs_nothing_else_and_shows_everything() {
+        let mut report = report(vec![vec![1.0, 2.0, 1.0]; 3], vec![vec![3.0, 4.0, 3.0]; 3]);
+        report.source = "a<b>.toml".to_owned();
+        let page = html(&report, "pass  slower <1>\n");
+        for outside in ["http-equiv", "src=", "href=", "<script", "url(", "@import"] {
+            assert!(!page.contains(outside), "{outside}");
+        }
+        assert!(page.contains("a&lt;b&gt;.toml") && page.contains("slower &lt;1&gt;") && !page.contains("NaN"));
+        assert_eq!((page.matches("<svg").count(), page.matches("</svg>").count()), (8, 8));
+        for word in ["shading/forward", "Visible clusters", "Lighting operations"] {
+            assert!(page.contains(word), "{word}");
+        }
+        assert!(page.contains("75.0 %"), "three runs hold the median at 75 %");
+        report.frames.iter_mut().for_each(|frame| frame.clusters = None);
+        assert!(html(&report, "").contains("Lights that all lists have"));
+    }
+
+    #[test]
+    fn a_page_of_times_of_the_host_alone_is_whole() {
+        let mut report = report(vec![vec![1.0]; 1], vec![vec![3.0]; 1]);
+        (report.passes, report.host) = (Vec::new(), report.passes);
+        report.host[0].name = "host/frame".to_owned();
+        report.estimate();
+        let page = html(&report, "");
+        assert!(page.ends_with("</html>\n") && !page.contains("NaN") && !page.contains("inf"), "{page}");
+        assert!(summary(&report).contains("host/frame: 1.000 ms a frame"), "{}", summary(&report));
+    }
+}

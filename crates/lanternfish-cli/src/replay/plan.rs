@@ -1,0 +1,141 @@
+//! What is played: a scene in its light, and a camera for every frame.
+
+use lanternfish::settings::{Indirect, Occlusion, Settings};
+use lanternfish_scene::{Bounds, Camera, Scene};
+
+use crate::{
+    args::ViewArgs,
+    camera,
+    error::CliError,
+    light_rig::{self, Lighting},
+    motion::{Motion, Rain},
+    parse::Size,
+    progress::Progress,
+    render::apply_lights,
+    scene,
+    shot::{Shot, ShotFrame},
+    stereo::Eyes,
+};
+
+/// One frame.
+#[derive(Clone, Debug)]
+struct Step {
+    /// Seconds; none where nothing says.
+    time: Option<f32>,
+    /// What the camera was chosen by; none where it was recorded.
+    view: Option<ViewArgs>,
+    camera: Camera,
+}
+
+/// The frames of a shot.
+fn steps_of(scene: &Scene, shot: &Shot, progress: &Progress) -> Result<Vec<Step>, CliError> {
+    let (frames, size) = (shot.frames(), shot.args.output.size);
+    let views: Vec<_> = frames.iter().map(|frame| frame.view.clone()).collect();
+    let (cameras, is_inside) = camera::choose_each(scene, &views, size.width as f32 / size.height as f32)?;
+    if is_inside {
+        progress.note(camera::INSIDE);
+    }
+    let step = |(frame, camera): (ShotFrame, Camera)| Step { time: frame.time, view: Some(frame.view), camera };
+    Ok(frames.into_iter().zip(cameras).map(step).collect())
+}
+
+/// A simulation that is the same however often it is played.
+#[derive(Debug)]
+pub struct Plan {
+    /// As it was loaded, at 0 s; then as the last frame left it.
+    pub scene: Scene,
+    pub settings: Settings,
+    pub size: Size,
+    pub eyes: Option<Eyes>,
+    motion: Option<Motion>,
+    bounds: Bounds,
+    steps: Vec<Step>,
+}
+
+impl Plan {
+    /// What a shot shows, or what a hand did to the camera in its scene. Each frame is one frame, whatever the shot says of means.
+    pub fn of(shot: &Shot, recorded: Option<Vec<(f32, Camera)>>, progress: &mut Progress) -> Result<Self, CliError> {
+        let (args, size) = (&shot.args, shot.args.output.size);
+        let settings = Settings { accumulate: 1, ..args.settings() };
+        let part = args.part.scene_of_file.as_deref();
+        let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
+            let mut scene = scene::load_part(&args.scene, part)?;
+            let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
+            Ok::<_, CliError>((scene, rain))
+        })?;
+        let motion = Motion::of(&scene, &args.track, rain)?;
+        motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
+        let is_recorded = recorded.is_some();
+        let steps = match recorded {
+            Some(recorded) => {
+                recorded.into_iter().map(|(time, camera)| Step { time: Some(time), view: None, camera }).collect()
+            }
+            None => steps_of(&scene, shot, progress)?,
+        };
+        if is_recorded && steps.is_empty() {
+            return Err(CliError::new(
+                "nothing was recorded in these frames",
+                "choose other --frames, or record again",
+            ));
+        }
+        let lights = Lighting {
+            is_seen: settings.debug_view.is_none(),
+            reaches_surfaces: settings.indirect != Indirect::None || settings.occlusion != Occlusion::None,
+        };
+        light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;
+        let bounds = scene.bounds();
+        Ok(Self { scene, settings, size, motion, bounds, eyes: args.stereo.stereo, steps })
+    }
+
+    /// Leaves nothing that shines or moves but falling lights: as many reach a point, whatever their number
+    /// [VanGelderen2020, §6.1.4].
+    pub fn rain_alone(&mut self, count: u32, seed: u32) {
+        (self.scene.lights, self.scene.environment) = (Vec::new(), None);
+        self.motion = Some(Motion::of_rain(Rain::add(&mut self.scene, count, None, seed)));
+    }
+
+    /// How many frames there are.
+    pub fn frames(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// Whether a frame may be another than the one before it.
+    pub fn moves(&self) -> bool {
+        self.motion.is_some() || self.steps.windows(2).any(|pair| pair[0].camera != pair[1].camera)
+    }
+
+    /// Pictures of a frame.
+    pub fn eyes(&self) -> usize {
+        if self.eyes.is_some() { 2 } else { 1 }
+    }
+
+    /// When each frame is, seconds; 0 where nothing says.
+    pub fn moments(&self) -> Vec<f32> {
+        self.steps.iter().map(|step| step.time.unwrap_or(0.0)).collect()
+    }
+
+    /// Brings the scene to a frame's time; whether anything may be another than before.
+    pub fn go_to(&mut self, frame: usize) -> bool {
+        match (&self.motion, self.steps[frame].time) {
+            (Some(motion), Some(time)) => {
+                motion.at_time(&mut self.scene, time);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// The cameras of a frame to which the scene was brought, one an eye.
+    pub fn cameras(&self, frame: usize) -> Result<Vec<Camera>, CliError> {
+        let aspect = self.size.width as f32 / self.size.height as f32;
+        let Step { time, view, camera } = &self.steps[frame];
+        let camera = match (view, &self.motion, time) {
+            (Some(view), Some(_), Some(_)) => camera::follow(&self.scene, &self.bounds, view, aspect, camera)?,
+            _ => camera.clone(),
+        };
+        match self.eyes {
+            Some(eyes) => Ok(eyes.cameras(&camera, aspect)?.into()),
+            None => Ok(vec![camera]),
+        }
+    }
+}

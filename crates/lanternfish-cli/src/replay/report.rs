@@ -1,0 +1,214 @@
+//! What a replay found, as `report.json` keeps it: every sample of every run, so that another replay can be compared with it.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use super::{category::Category, counted::Counted, series::Estimate, series::Series};
+use crate::error::CliError;
+
+/// What a replay found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Lanternfish's version.
+    pub version: String,
+    /// What was replayed: a shot, a recorded track or a scene.
+    pub source: String,
+    pub scene: String,
+    pub adapter: String,
+    pub driver: String,
+    pub width: u32,
+    pub height: u32,
+    /// Pictures of a frame: 1, or 2 for two eyes.
+    pub eyes: usize,
+    /// Lights of the scene.
+    pub lights: usize,
+    /// Settings by the names of their flags.
+    pub settings: BTreeMap<String, String>,
+    /// How often the frames were timed.
+    pub runs: usize,
+    /// When each frame is, seconds. Of scenes in which nothing moves: 0.
+    pub moments: Vec<f32>,
+    /// Device times, pass by pass, in the order in which they ran. Empty where the adapter cannot time its passes.
+    pub passes: Vec<Series>,
+    /// Times of the host: `host/update` (bringing what moved), `host/record` (recording a frame) and `host/frame` (from then until the
+    /// device is done).
+    pub host: Vec<Series>,
+    /// What another replay would find, by the names of [`Self::passes`] and [`Self::host`], and `all passes`.
+    pub estimates: BTreeMap<String, Estimate>,
+    /// Counts, frame by frame, of a run that was not timed.
+    pub frames: Vec<Counted>,
+}
+
+/// The name of the sum of all passes.
+pub const ALL_PASSES: &str = "all passes";
+
+impl Report {
+    /// The sum of all passes; none where none were timed.
+    pub fn all_passes(&self) -> Option<Series> {
+        let mut sum = Series::new(ALL_PASSES, Category::Miscellaneous);
+        let frames = self.moments.len();
+        for series in &self.passes {
+            for (run, samples) in series.samples.iter().enumerate() {
+                samples.iter().enumerate().for_each(|(frame, ms)| sum.add(run, frame, frames, *ms));
+            }
+        }
+        (!sum.samples.is_empty()).then_some(sum)
+    }
+
+    /// Finds the estimates.
+    pub fn estimate(&mut self) {
+        let all = self.all_passes();
+        let series = self.passes.iter().chain(&self.host).chain(&all);
+        self.estimates = series.map(|series| (series.name.clone(), series.estimate())).collect();
+    }
+
+    /// As JSON; times are rounded to a tenth of a microsecond.
+    pub fn to_json(&self) -> String {
+        let mut rounded = self.clone();
+        let round = |ms: &mut f64| *ms = (*ms * 1e4).round() / 1e4;
+        let series = rounded.passes.iter_mut().chain(&mut rounded.host);
+        series.flat_map(|series| &mut series.samples).flatten().for_each(round);
+        for estimate in rounded.estimates.values_mut() {
+            round(&mut estimate.ms);
+            estimate.interval.iter_mut().flatten().for_each(round);
+        }
+        serde_json::to_string(&rounded).expect("plain numbers and strings") + "\n"
+    }
+
+    /// Reads what [`Self::to_json`] wrote.
+    pub fn read(path: &Path) -> Result<Self, CliError> {
+        let failed = |what: &dyn std::fmt::Display| {
+            CliError::new(format_args!("{}: {what}", path.display()), "name a report.json of `lanternfish replay`")
+        };
+        let text = fs::read_to_string(path).map_err(|error| failed(&error))?;
+        let report: Self = serde_json::from_str(&text).map_err(|error| failed(&error))?;
+        let frames = report.moments.len();
+        let is_whole = |series: &Series| {
+            series.samples.len() == report.runs && series.samples.iter().all(|run| run.len() == frames)
+        };
+        if report.frames.len() != frames || !report.passes.iter().chain(&report.host).all(is_whole) {
+            return Err(failed(&"runs and frames are missing"));
+        }
+        Ok(report)
+    }
+
+    /// Times as CSV: a line a frame and pass. `ms` is the least of all runs, and the median of all possible runs is between `low` and
+    /// `high`.
+    pub fn passes_csv(&self) -> String {
+        let mut text = "frame,pass,category,ms,median,low,high\n".to_owned();
+        let series: Vec<_> = self.passes.iter().chain(&self.host).collect();
+        let columns: Vec<_> = series.iter().map(|s| (s.least(), s.median(), s.median_interval())).collect();
+        for frame in 0..self.moments.len() {
+            for (series, (least, median, interval)) in series.iter().zip(&columns) {
+                let ([low, high], category) = (interval[frame], series.category.name());
+                let (name, least, median) = (&series.name, least[frame], median[frame]);
+                text += &format!("{frame},{name},{category},{least:.4},{median:.4},{low:.4},{high:.4}\n");
+            }
+        }
+        text
+    }
+
+    /// Counts as CSV: a line a frame, a column a counter; empty where a frame has none of it.
+    pub fn counts_csv(&self) -> String {
+        let mut names: Vec<&str> =
+            self.frames.iter().flat_map(|frame| frame.counters.keys().map(String::as_str)).collect();
+        names.sort_unstable();
+        names.dedup();
+        let of_clusters = "visible_clusters,fragments,lighting_operations";
+        let mut text = format!("frame,seconds,picture,{of_clusters}");
+        names.iter().for_each(|name| text += &format!(",{name}"));
+        for (index, (frame, moment)) in self.frames.iter().zip(&self.moments).enumerate() {
+            text += &format!("\n{index},{moment},{}", frame.picture);
+            text += &match &frame.clusters {
+                Some(clusters) => {
+                    format!(",{},{},{}", clusters.visible, clusters.fragments, clusters.lighting_operations)
+                }
+                None => ",,,".to_owned(),
+            };
+            for name in &names {
+                text.push(',');
+                text += &frame.counters.get(*name).map(u64::to_string).unwrap_or_default();
+            }
+        }
+        text + "\n"
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use crate::replay::counted::Clusters;
+
+    /// A report of two passes, by run and frame.
+    pub fn report(prepass: Vec<Vec<f64>>, shading: Vec<Vec<f64>>) -> Report {
+        let (runs, frames) = (prepass.len(), prepass[0].len());
+        let series = |name: &str, samples| Series { samples, ..Series::new(name, Category::of(name)) };
+        let clusters = |i: u64| Clusters {
+            visible: 10 + i,
+            by_lights: vec![1, 0, i],
+            lighting_operations: 100,
+            ..Clusters::default()
+        };
+        let counted = |i| Counted {
+            picture: format!("{i:016x}"),
+            counters: BTreeMap::from([("light_culling/light_tests".to_owned(), 7 * i)]),
+            clusters: Some(clusters(i)),
+        };
+        let mut report = Report {
+            version: "1".to_owned(),
+            source: "shot.toml".to_owned(),
+            scene: "demo:cornell".to_owned(),
+            adapter: "adapter".to_owned(),
+            driver: "driver".to_owned(),
+            width: 32,
+            height: 18,
+            eyes: 1,
+            lights: 3,
+            settings: BTreeMap::from([("culling".to_owned(), "clustered".to_owned())]),
+            runs,
+            moments: (0..frames).map(|i| i as f32 / 24.0).collect(),
+            passes: vec![series("prepass", prepass), series("shading/forward", shading)],
+            host: Vec::new(),
+            estimates: BTreeMap::new(),
+            frames: (0..frames as u64).map(counted).collect(),
+        };
+        report.estimate();
+        report
+    }
+
+    #[test]
+    fn a_report_is_read_as_it_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.json");
+        let written = report(vec![vec![1.0, 2.0], vec![1.5, 2.5]], vec![vec![3.0, 4.0], vec![3.0, 5.0]]);
+        fs::write(&path, written.to_json()).unwrap();
+        let read = Report::read(&path).unwrap();
+        assert_eq!((read.to_json(), &read.passes, &read.frames), (written.to_json(), &written.passes, &written.frames));
+        let all = written.all_passes().unwrap();
+        assert_eq!(all.samples, [[4.0, 6.0], [4.5, 7.5]]);
+        assert!(written.estimates[ALL_PASSES].ms > 5.0);
+        for (broken, what) in [("{}", "missing field"), ("runs", "expected")] {
+            fs::write(&path, broken).unwrap();
+            let error = Report::read(&path).unwrap_err().to_string();
+            assert!(error.contains(what) && error.contains("report.json"), "{error}");
+        }
+        let mut short = written;
+        short.passes[1].samples[1].pop();
+        fs::write(&path, short.to_json()).unwrap();
+        assert!(Report::read(&path).unwrap_err().to_string().contains("missing"));
+    }
+
+    #[test]
+    fn tables_have_a_line_a_frame() {
+        let report = report(vec![vec![1.0, 2.0], vec![1.5, 2.5]], vec![vec![3.0, 4.0], vec![3.0, 5.0]]);
+        let passes = report.passes_csv();
+        assert_eq!(passes.lines().count(), 1 + 2 * 2);
+        assert!(passes.contains("\n1,shading/forward,shading,4.0000,4.5000,4.0000,5.0000\n"), "{passes}");
+        let counts = report.counts_csv();
+        assert_eq!(counts.lines().count(), 1 + 2);
+        let columns: Vec<_> = counts.lines().map(|line| line.split(',').count()).collect();
+        assert_eq!(columns, [7, 7, 7], "{counts}");
+        assert!(counts.ends_with("11,0,100,7\n"), "{counts}");
+    }
+}
