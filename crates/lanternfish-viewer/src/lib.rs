@@ -5,13 +5,18 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 
+mod background;
+mod beside;
 mod controls;
+mod difference;
 mod error;
 mod pace;
 mod panels;
 mod player;
 mod seen;
+mod surface;
 mod window;
+mod wipe;
 
 use std::path::Path;
 
