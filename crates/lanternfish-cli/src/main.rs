@@ -49,7 +49,7 @@ fn main() -> ExitCode {
     scene::trust(cli.trust);
     told(match cli.command {
         Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)).map(|()| 0),
-        Command::View(args) => shot::resolve(&args.0.scene).and_then(|shot| window::run(&shot)).map(|()| 0),
+        Command::View(args) => shot::resolve(&args.0.scene).and_then(window::run).map(|()| 0),
         Command::Shot(args) => shot::write(&args.0.scene).map(|()| 0),
         Command::Frames(args) => frames::run(&args),
         Command::Farm(args) => farm::run(&args).map(|()| 0),

@@ -241,6 +241,12 @@ impl Seen {
     }
 }
 
+/// What renders the picture that is seen once no more frames come.
+pub fn at_rest(settings: &Settings) -> Settings {
+    let accumulate = if settings.debug_view.is_some() { 1 } else { AT_REST };
+    Settings { accumulate, ..settings.clone() }
+}
+
 /// As settings are rendered here: pictures at rest are means, but for debug views.
 fn shown(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };

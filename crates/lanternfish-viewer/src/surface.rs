@@ -69,7 +69,20 @@ impl Surface {
     }
 
     /// Paints what egui made.
-    pub fn paint(&mut self, gpu: &Gpu, context: &egui::Context, output: egui::FullOutput) {
+    pub fn paint(&mut self, gpu: &Gpu, context: &egui::Context, mut output: egui::FullOutput) {
+        // Told once: they count whether or not there is a surface to paint on.
+        for (id, deltas) in &output.textures_delta.set {
+            deltas.iter().for_each(|delta| self.painter.update_texture(&gpu.device, &gpu.queue, *id, delta));
+        }
+        let mut deltas = std::mem::take(&mut output.textures_delta);
+        self.paint_shapes(gpu, context, output);
+        for id in &deltas.free {
+            self.painter.free_texture(id);
+        }
+        deltas.clear();
+    }
+
+    fn paint_shapes(&mut self, gpu: &Gpu, context: &egui::Context, output: egui::FullOutput) {
         let (device, queue) = (&gpu.device, &gpu.queue);
         let surface = match self.surface.get_current_texture() {
             wgpu::CurrentSurfaceTexture::Success(texture) => texture,
@@ -87,9 +100,6 @@ impl Surface {
             }
             _ => return,
         };
-        for (id, deltas) in &output.textures_delta.set {
-            deltas.iter().for_each(|delta| self.painter.update_texture(device, queue, *id, delta));
-        }
         let jobs = context.tessellate(output.shapes, output.pixels_per_point);
         let screen = egui_wgpu::ScreenDescriptor {
             size_in_pixels: [self.settings.width, self.settings.height],
@@ -113,9 +123,6 @@ impl Surface {
         queue.submit(before.into_iter().chain([commands.finish()]));
         self.window.pre_present_notify();
         queue.present(surface);
-        for id in &output.textures_delta.free {
-            self.painter.free_texture(id);
-        }
     }
 }
 

@@ -18,7 +18,7 @@ use winit::{
 };
 
 use crate::{
-    Keeper, Opened, Opener, Start, ViewerError,
+    Keeper, Opened, Opener, Start, ViewerError, Writer,
     beside::Beside,
     controls::Controls,
     pace::Pace,
@@ -70,6 +70,7 @@ struct Viewer {
     wants_screenshot: bool,
     open: Opener,
     keep: Keeper,
+    write: Writer,
 }
 
 impl ApplicationHandler for App {
@@ -133,11 +134,13 @@ impl Viewer {
         let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| said(&error))?;
         let (gpu, adapter) = Gpu::open_for(&instance, &surface, &start.adapter)?;
         let context = egui::Context::default();
+        // A frame of the window may take as long as one of the picture: nothing unfolds step by step.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
         let most = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
         let surface = Surface::new(window, instance, surface, &adapter, &gpu.device)?;
-        let Start { name, scene, camera, settings, open, keep, .. } = start;
+        let Start { name, scene, camera, settings, open, keep, write, .. } = start;
         let controls = Controls::new(camera, scene.bounds().size().length());
         let clip = player::clip_of(&scene);
         let seen = Seen::new(gpu, scene, &settings)?;
@@ -172,6 +175,7 @@ impl Viewer {
             wants_screenshot: false,
             open,
             keep,
+            write,
         };
         viewer.surface.configure(&viewer.seen.gpu.device);
         viewer.surface.window.request_redraw();
@@ -260,6 +264,9 @@ impl Viewer {
         }
         if let Some(edit) = asked.edit.clone() {
             self.edit(edit);
+        }
+        if let Some(form) = asked.write {
+            self.write(form);
         }
         if !self.is_busy() {
             self.draw_both(seconds);

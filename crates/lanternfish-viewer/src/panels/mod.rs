@@ -19,6 +19,7 @@ pub use self::{
     pixel::Pointed,
 };
 use crate::{
+    Form,
     controls::{Controls, Way},
     wipe::{self, Other, Textures, Wipe},
 };
@@ -95,6 +96,8 @@ pub struct Facts<'a> {
 pub struct Asked {
     /// A file with the picture.
     pub screenshot: bool,
+    /// What is seen, in a form that renders it.
+    pub write: Option<Form>,
     /// What lies under a pixel: shares of the picture's sides.
     pub pixel: Option<Vec2>,
     /// Another light.
@@ -113,6 +116,7 @@ impl Asked {
         Self {
             screenshot: self.screenshot | now.screenshot,
             close: self.close | now.close,
+            write: now.write.or(self.write),
             pixel: now.pixel.or(self.pixel),
             edit: now.edit.or(self.edit),
             ..now
@@ -130,7 +134,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
             egui::ScrollArea::vertical().id_salt("settings/all").show(ui, |ui| settings(ui, state));
         });
         egui::Panel::right("frame").default_size(270.0).show(ui, |ui| {
-            asked.screenshot |= passes::head(ui, facts);
+            passes::head(ui, facts, &mut asked);
             ui.separator();
             egui::ScrollArea::vertical().id_salt("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));
         });
@@ -184,7 +188,7 @@ fn focus(state: &mut State, asked: &mut Asked) {
     }
 }
 
-const KEYS: [(&str, &str); 14] = [
+const KEYS: [(&str, &str); 16] = [
     ("W A S D", "Fly forward, left, back, right"),
     ("E Q", "Fly up, down"),
     ("Shift", "Four times as fast"),
@@ -198,6 +202,8 @@ const KEYS: [(&str, &str); 14] = [
     (", .", "A frame back, on"),
     ("F2", "A screenshot"),
     ("F3", "Hide and show the panels"),
+    ("F4", "A shot: a file that renders what is seen"),
+    ("F5", "A command line that renders it, to be pasted"),
     ("F1", "This page; Escape closes it, or the window"),
 ];
 
@@ -222,6 +228,12 @@ fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
         state.shows_keys ^= pressed(Key::F1);
         state.shows_panels ^= pressed(Key::F3);
         asked.screenshot |= pressed(Key::F2);
+        if pressed(Key::F4) {
+            asked.write = Some(Form::File);
+        }
+        if pressed(Key::F5) {
+            asked.write = Some(Form::CommandLine);
+        }
         if pressed(Key::Escape) {
             asked.close = !state.shows_keys;
             state.shows_keys = false;

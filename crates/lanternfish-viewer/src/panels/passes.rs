@@ -2,17 +2,32 @@
 
 use egui::Ui;
 
-use super::Facts;
+use super::{Asked, Facts};
+use crate::Form;
 
-/// What is rendered, and how large; whether a screenshot is asked for.
-pub fn head(ui: &mut Ui, facts: &Facts<'_>) -> bool {
+/// What is rendered, and how large; and what can be kept of it.
+pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
     ui.heading(facts.name);
     ui.label(format!("{} triangles, {} lights", facts.triangle_count, facts.scene.lights.len()));
     ui.label(format!("{}, {}", facts.adapter.name, facts.adapter.driver));
     let [width, height] = facts.size;
     ui.label(format!("{width} × {height} pixels, the mean of {} frames", facts.averaged));
     ui.label(format!("{:.1} ms from frame to frame", facts.frame_ms));
-    ui.button("Screenshot (F2)").clicked()
+    ui.horizontal_wrapped(|ui| {
+        asked.screenshot |= ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
+        for (form, name, words) in [
+            (
+                Form::File,
+                "Save as a shot (F4)",
+                "A file in the current folder that `lanternfish render` makes this picture of",
+            ),
+            (Form::CommandLine, "Copy as a command line (F5)", "The same as a line for a shell"),
+        ] {
+            if ui.button(name).on_hover_text(words).clicked() {
+                asked.write = Some(form);
+            }
+        }
+    });
 }
 
 /// Device time of each pass, and counters.

@@ -17,6 +17,8 @@ struct Shown {
     scene: Scene,
     /// The last pixel that was asked for.
     pixel: Option<Vec2>,
+    /// The last form that was asked for.
+    write: Option<Form>,
     state: State,
     asked: Asked,
 }
@@ -63,13 +65,14 @@ fn shown<'a>() -> Harness<'a, Shown> {
             mean_difference: Some(0.125),
         };
         shown.asked = show(ui, &mut shown.state, &facts, 0.1);
+        shown.write = shown.asked.write.or(shown.write);
         shown.pixel = shown.asked.pixel.or(shown.pixel);
         if let Some(edit) = shown.asked.edit.take() {
             shown.scene.lights = edit.applied(&shown.scene.lights);
         }
     };
     let builder = Harness::builder().with_size(egui::vec2(1200.0, 1400.0));
-    builder.build_ui_state(draw, Shown { scene, pixel: None, state, asked: Asked::default() })
+    builder.build_ui_state(draw, Shown { scene, pixel: None, write: None, state, asked: Asked::default() })
 }
 
 /// Opens a list and takes one of its entries.
@@ -128,6 +131,16 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     harness.key_press(Key::F2);
     harness.step();
     harness.step();
+    for (key, button, form) in
+        [(Key::F4, "Save as a shot (F4)", Form::File), (Key::F5, "Copy as a command line (F5)", Form::CommandLine)]
+    {
+        harness.get_by_label(button).click();
+        harness.run();
+        assert_eq!(harness.state_mut().write.take(), Some(form));
+        harness.key_press(key);
+        harness.run();
+        assert_eq!(harness.state_mut().write.take(), Some(form));
+    }
     harness.key_press(Key::F3);
     harness.run();
     assert!(!harness.state().state.shows_panels && harness.query_by_label("Settings").is_none());

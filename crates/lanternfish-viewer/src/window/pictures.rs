@@ -7,9 +7,11 @@ use lanternfish_scene::Camera;
 
 use super::Viewer;
 use crate::{
+    Form, Shown,
     background::Found,
     panels::{Edit, Pointed, State},
     player,
+    seen::at_rest,
     wipe::Other,
 };
 
@@ -80,6 +82,32 @@ impl Viewer {
         }
         // While it is dragged, pictures are small ones.
         self.moved = Some(Instant::now());
+    }
+
+    /// Writes what is seen as it will be at rest, and goes on with the camera of what was written.
+    pub(super) fn write(&mut self, form: Form) {
+        let settings = at_rest(&self.state.settings);
+        let shown = Shown {
+            settings: &settings,
+            scene: &self.seen.scene,
+            camera: &self.state.controls.camera,
+            size: self.room.into(),
+            moment: self.moment,
+        };
+        self.state.message = match (self.write)(&shown, form) {
+            Err(what) => what,
+            Ok(written) => {
+                self.state.controls.camera.clone_from(&written.camera);
+                match form {
+                    Form::File => written.text,
+                    Form::CommandLine => {
+                        let said = format!("copied: {}", written.text);
+                        self.input.egui_ctx().copy_text(written.text);
+                        said
+                    }
+                }
+            }
+        };
     }
 
     /// The scene becomes another: nobody else holds on to it.
