@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use glam::Vec3;
 use lanternfish::{
     rooms::{AnyRoom, Family},
-    settings::{Culling, Indirect, Occlusion, Settings},
+    settings::Settings,
 };
 use lanternfish_scene::{
     Camera, Light, LightKind, Projection, Scene,

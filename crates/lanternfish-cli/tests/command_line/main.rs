@@ -17,3 +17,4 @@ mod results;
 mod sequence;
 mod shot;
 mod support;
+mod window;

@@ -144,7 +144,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
         .frame(egui::Frame::NONE)
         .show(ui, |ui| picture(ui, state, facts, seconds, &mut asked));
     if state.shows_keys {
-        let window = egui::Window::new("Keys").collapsible(false).open(&mut state.shows_keys);
+        let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
         window.show(ui.ctx(), page_of_keys);
     }
     asked

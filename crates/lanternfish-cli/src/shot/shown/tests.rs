@@ -3,8 +3,8 @@ use std::fs;
 use clap::Parser as _;
 use glam::{Mat3A, Vec3A};
 use lanternfish::settings::{
-    Clustered, DebugView, DirectionSet, Exposure, Hbao, Quality, RasterGrid, Samples, Shadows, TextureBinding,
-    TileSize, Tiled, ToneMap,
+    Clustered, Culling, DebugView, DirectionSet, Exposure, Hbao, Indirect, Occlusion, Quality, RasterGrid, Samples,
+    Shadows, TextureBinding, TileSize, Tiled, ToneMap,
 };
 use lanternfish_scene::generate::demo;
 
