@@ -1,22 +1,25 @@
 //! `lanternfish view`: a scene in a window, under the flags of `render`.
 
-use std::path::{Path, PathBuf};
+use std::{
+    cell::RefCell,
+    path::{Path, PathBuf},
+    rc::Rc,
+};
 
 use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene};
-use lanternfish_viewer::{Opened, RecordKeeper, Start, ViewerError};
+use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
 
 use crate::{
-    args::RenderArgs,
     camera,
     error::CliError,
     light_rig::{self, Lighting},
-    output::check_writable,
+    output::{self, check_writable},
     progress::Progress,
     recording::Recorded,
     render::apply_lights,
     scene::{self, SceneName},
-    shot::{self, Shot},
+    shot::{self, Shot, shown},
 };
 
 pub const HELP: &str = "\
@@ -36,23 +39,33 @@ pub const FIRST: &str = "demo:atrium";
 const STEP: f32 = 1.0 / 60.0;
 
 /// Opens the window, and returns when it is closed. What is done to the camera is written to `record`, if it is named.
-pub fn run(shot: &Shot, record: Option<&Path>) -> Result<(), CliError> {
+pub fn run(shot: Shot, record: Option<&Path>) -> Result<(), CliError> {
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
-    let settings = args.settings();
-    let (name, (scene, camera)) = (args.scene.to_string(), loaded(args, &mut progress)?);
+    let (name, settings, size) = (args.scene.to_string(), args.settings(), args.output.size);
+    let adapter = args.run.adapter.clone().unwrap_or_default();
+    let record = record.map(|path| Ok::<_, CliError>((STEP, recorder(&shot, path)?))).transpose()?;
+    let (scene, camera, by_rig) = loaded(&shot, &mut progress)?;
     progress.finish();
-    let size = args.output.size;
+    // What is opened now: a file that is dropped takes its place.
+    let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig)));
+    let open_another = Rc::clone(&opened);
     let start = Start {
         name,
         scene,
         camera,
         settings,
         size: [size.width, size.height],
-        adapter: args.run.adapter.clone().unwrap_or_default(),
-        open: Box::new(|path| dropped(path).map_err(|error| error.to_string())),
+        adapter,
+        open: Box::new(move |path| {
+            let (now, scene, camera) = dropped(path).map_err(|error| error.to_string())?;
+            let name = now.shot.args.scene.to_string();
+            open_another.replace(now);
+            Ok(Opened { name, scene, camera })
+        }),
         keep: Box::new(keep),
-        record: record.map(|path| Ok::<_, CliError>((STEP, recorder(shot, path)?))).transpose()?,
+        write: Box::new(move |seen, form| written(&opened.borrow(), seen, form).map_err(|error| error.to_string())),
+        record,
     };
     lanternfish_viewer::run(start).map_err(|error| match error {
         ViewerError::Gpu(error) => error.into(),
@@ -71,8 +84,9 @@ fn recorder(shot: &Shot, path: &Path) -> Result<RecordKeeper, CliError> {
     }))
 }
 
-/// The scene in its light, and where it is seen from.
-fn loaded(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, Camera), CliError> {
+/// The scene in its light, where it is seen from, and how many of its lights, the last, are a rig's.
+fn loaded(shot: &Shot, progress: &mut Progress) -> Result<(Scene, Camera, usize), CliError> {
+    let args = &shot.args;
     let part = args.part.scene_of_file.as_deref();
     let mut scene = progress.step("load", &format!("Loading {}", args.scene), || {
         let mut scene = scene::load_part(&args.scene, part)?;
@@ -80,27 +94,50 @@ fn loaded(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, Camera),
         Ok::<_, CliError>(scene)
     })?;
     let size = args.output.size;
-    let camera = camera::choose(&scene, &args.view, size.width as f32 / size.height as f32)?;
+    let camera = camera::choose(&scene, &shot.first().view, size.width as f32 / size.height as f32)?;
     let lights = Lighting { is_seen: true, reaches_surfaces: true };
+    let before = scene.lights.len();
     light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
-    Ok((scene, camera))
+    let by_rig = scene.lights.len() - before;
+    Ok((scene, camera, by_rig))
 }
 
 /// A file that was dropped on the window, under the flags that nobody gave.
-fn dropped(path: &Path) -> Result<Opened, CliError> {
+fn dropped(path: &Path) -> Result<(shown::Opened, Scene, Camera), CliError> {
     let name = SceneName::from(path.as_os_str());
     let shot = match shot::is_shot(&name) {
         true => shot::read(path, Vec::new())?,
         false => shot::plain(&name),
     };
-    let (scene, camera) = loaded(&shot.args, &mut Progress::hidden())?;
-    Ok(Opened { name: name.to_string(), scene, camera })
+    let (scene, camera, by_rig) = loaded(&shot, &mut Progress::hidden())?;
+    Ok((shown::Opened::new(shot, &scene, &camera, by_rig), scene, camera))
+}
+
+/// What is seen, as a shot in the current folder under a name that is not taken, or as a line for a shell.
+fn written(opened: &shown::Opened, seen: &Shown<'_>, form: Form) -> Result<Written, CliError> {
+    let Shown { settings, scene, camera, size, moment } = *seen;
+    let (shot, camera) = opened.shown(&shown::Shown { settings, scene, camera, size, moment })?;
+    let text = match form {
+        Form::CommandLine => shown::command_line(&shot),
+        Form::File => {
+            let path = free_name("toml");
+            output::write_text(&path, &shown::text(&shot)?)?;
+            let note = if opened.is_studio() { "; its studio light turns with its camera" } else { "" };
+            format!("{} is written{note}", path.display())
+        }
+    };
+    Ok(Written { text, camera })
+}
+
+/// A name in the current folder that is not taken.
+fn free_name(ending: &str) -> PathBuf {
+    let mut names = (1..).map(|i| PathBuf::from(format!("lanternfish-{i}.{ending}")));
+    names.find(|path| !path.exists()).expect("there is always another number")
 }
 
 /// Writes a screenshot into the current folder, under a name that is not taken.
 fn keep(pixels: &[u8], [width, height]: [u32; 2]) -> Result<String, String> {
-    let names = (1..).map(|i| PathBuf::from(format!("lanternfish-{i}.png")));
-    let path = names.into_iter().find(|path| !path.exists()).expect("there is always another number");
+    let path = free_name("png");
     write_png(&path, width, height, ColorType::Rgba, pixels).map_err(|error| error.to_string())?;
     Ok(format!("{} is written", path.display()))
 }
@@ -114,9 +151,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let shot = folder.path().join("box.toml");
         std::fs::write(&shot, "scene = \"demo:cornell\"\n[view]\neye = [0, 1, 3]\ntarget = [0, 1, 0]\n").unwrap();
-        let opened = dropped(&shot).unwrap();
-        assert!(!opened.scene.lights.is_empty() && opened.name.ends_with("box.toml"));
-        assert_eq!(glam::Vec3::from(opened.camera.world_from_camera.translation), glam::Vec3::new(0.0, 1.0, 3.0));
+        let (opened, scene, camera) = dropped(&shot).unwrap();
+        assert!(!scene.lights.is_empty() && opened.shot.args.scene.to_string() == "demo:cornell");
+        assert_eq!(camera.eye(), glam::Vec3::new(0.0, 1.0, 3.0));
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");
     }

@@ -12,6 +12,7 @@ mod film;
 mod lights;
 mod occlusion;
 mod path;
+mod probe;
 mod random;
 pub mod settings;
 #[cfg(test)]
@@ -28,6 +29,7 @@ pub use self::{
     error::ReferenceError,
     film::{Film, Noise},
     lights::{Incidence, incidence, incidence_from, point_of_area},
+    probe::{LightAt, Probed},
     random::Random,
     settings::Settings,
     surface::reflector,

@@ -84,6 +84,14 @@ impl Controls {
         self.camera.world_from_camera.translation = Vec3A::from(eye);
     }
 
+    /// Looks at a point, world space, m, and goes round it from now on. A point at the eye is no point to look at: nothing is done.
+    pub fn focus(&mut self, p: Vec3) {
+        let towards = p - self.eye();
+        let (distance, Some(forward)) = (towards.length(), towards.try_normalize()) else { return };
+        self.turn_to(forward.x.atan2(-forward.z), forward.y.clamp(-1.0, 1.0).asin());
+        self.reach = distance;
+    }
+
     /// Flies for so many seconds.
     pub fn fly(&mut self, way: Way, seconds: f32) {
         self.note(Move::Fly(way, seconds));
@@ -144,6 +152,21 @@ mod tests {
             assert!(now.abs_diff_eq(middle, 1e-3), "{now} for {middle}");
         }
         assert!(!moved.eye().abs_diff_eq(controls().eye(), 0.1));
+    }
+
+    #[test]
+    fn what_is_focused_on_is_in_the_middle_and_is_gone_round() {
+        let mut moved = controls();
+        let (eye, p) = (moved.eye(), Vec3::new(-2.0, 0.5, 3.0));
+        moved.focus(p);
+        assert!(moved.eye() == eye && moved.forward().abs_diff_eq((p - eye).normalize(), 1e-5));
+        for _ in 0..20 {
+            moved.orbit(31.0, -7.0);
+            assert!((moved.eye() + moved.reach * moved.forward()).abs_diff_eq(p, 1e-3));
+        }
+        let before = moved.clone();
+        moved.focus(moved.eye());
+        assert!(moved.camera == before.camera && moved.reach == before.reach);
     }
 
     #[test]

@@ -5,14 +5,19 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 
+mod background;
+mod beside;
 mod controls;
+mod difference;
 mod error;
 mod pace;
 mod panels;
 mod player;
 mod record;
 mod seen;
+mod surface;
 mod window;
+mod wipe;
 
 use std::path::Path;
 
@@ -28,6 +33,43 @@ pub use record::{Move, RecordKeeper, Recording};
 pub type Opener = Box<dyn Fn(&Path) -> Result<Opened, String>>;
 /// Writes sRGB bytes, RGBA, of so many pixels across and down; says where they are, or why it cannot.
 pub type Keeper = Box<dyn Fn(&[u8], [u32; 2]) -> Result<String, String>>;
+
+/// Writes what is seen in a form, or says why that cannot be.
+pub type Writer = Box<dyn Fn(&Shown<'_>, Form) -> Result<Written, String>>;
+
+/// What is seen: the first side, at rest.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'a> {
+    /// How it is rendered. `accumulate` is the number of frames that the picture is the mean of once no more come.
+    pub settings: &'a Settings,
+    /// The scene, with the lights of now.
+    pub scene: &'a Scene,
+    /// Where it is seen from.
+    pub camera: &'a Camera,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Which animation is shown, and when, s; none where nothing was played.
+    pub moment: Option<(usize, f32)>,
+}
+
+/// How what is seen is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A file that renders it.
+    File,
+    /// A line for a shell.
+    CommandLine,
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The line, or where the file is.
+    pub text: String,
+    /// The camera that what was written gives: the one that was seen, but for rounding. The window goes on with it, so that both show the
+    /// same to the bit.
+    pub camera: Camera,
+}
 
 /// What is seen first.
 pub struct Start {
@@ -49,6 +91,8 @@ pub struct Start {
     pub keep: Keeper,
     /// What becomes of what is done to the camera, in steps of so many seconds, when the window is closed. None: it is not recorded.
     pub record: Option<(f32, RecordKeeper)>,
+    /// Writes what is seen.
+    pub write: Writer,
 }
 
 /// A file that was opened.

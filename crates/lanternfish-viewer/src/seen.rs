@@ -1,11 +1,11 @@
 //! What is seen: a scene on the device, and its picture in a texture that the window shows.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
 use lanternfish::{Change, FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest};
-use lanternfish_gpu::Gpu;
-use lanternfish_scene::{Camera, Scene};
+use lanternfish_gpu::{Gpu, GpuError, read_texture};
+use lanternfish_scene::{Camera, Light, Scene};
 
 /// Format of the picture: the picture is encoded for a display, not the texture.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -17,8 +17,8 @@ pub const AT_REST: u32 = 64;
 pub struct Seen {
     /// The device.
     pub gpu: Gpu,
-    /// The scene, as it is now.
-    pub scene: Scene,
+    /// The scene, as it is now. What works beside the window has it too: it is copied where it is changed meanwhile.
+    pub scene: Arc<Scene>,
     /// What the last frame that the device is done with has said.
     pub report: Option<FrameReport>,
     /// What the last change of settings cost.
@@ -30,6 +30,8 @@ pub struct Seen {
     size: UVec2,
     /// Frames that the picture is the mean of, and where the camera was.
     averaged: (u32, Option<Camera>),
+    /// All frames that were ever handed over.
+    drawn: u64,
     on_their_way: Option<(FrameId, Instant)>,
 }
 
@@ -38,19 +40,83 @@ impl Seen {
     pub fn new(gpu: Gpu, scene: Scene, settings: &Settings) -> Result<Self, RenderError> {
         let settings = shown(settings);
         let renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone())?;
+        Self::of(gpu, Arc::new(scene), settings, renderer)
+    }
+
+    /// The same scene on the same device, by settings of its own. What both need of the shaders is compiled once; the scene is uploaded again.
+    pub fn beside(&self, settings: &Settings) -> Result<Self, RenderError> {
+        let settings = shown(settings);
+        let renderer = Renderer::with_engine(self.renderer.engine(), settings.clone())?;
+        let Gpu { device, queue, description } = &self.gpu;
+        let gpu = Gpu { device: device.clone(), queue: queue.clone(), description: description.clone() };
+        Self::of(gpu, Arc::clone(&self.scene), settings, renderer)
+    }
+
+    fn of(gpu: Gpu, scene: Arc<Scene>, settings: Settings, renderer: Renderer) -> Result<Self, RenderError> {
         let uploaded = renderer.upload(&scene)?;
         let (size, picture) = (UVec2::ONE, texture(&gpu.device, UVec2::ONE));
-        let averaged = (0, None);
+        let (averaged, drawn) = ((0, None), 0);
         let (report, change, on_their_way) = (None, None, None);
-        Ok(Self { gpu, scene, report, change, renderer, uploaded, settings, picture, size, averaged, on_their_way })
+        Ok(Self {
+            gpu,
+            scene,
+            report,
+            change,
+            renderer,
+            uploaded,
+            settings,
+            picture,
+            size,
+            averaged,
+            drawn,
+            on_their_way,
+        })
     }
 
     /// Another scene in the place of this one. After an error this one stays.
     pub fn open(&mut self, scene: Scene) -> Result<(), RenderError> {
         self.uploaded = self.renderer.upload(&scene)?;
-        self.scene = scene;
+        self.scene = Arc::new(scene);
         self.begin_anew();
         Ok(())
+    }
+
+    /// The scene of another rendering of it, as it is there now. After an error this one stays.
+    pub fn follow(&mut self, other: &Self) -> Result<(), RenderError> {
+        self.renderer.update(&mut self.uploaded, &other.scene)?;
+        self.scene = Arc::clone(&other.scene);
+        self.begin_anew();
+        Ok(())
+    }
+
+    /// Changes lights: those of these indices are others; and where there are more or fewer then, all of them. After an error those of before
+    /// stay.
+    pub fn set_lights(&mut self, lights: Vec<Light>) -> Result<(), RenderError> {
+        let before = std::mem::replace(&mut Arc::make_mut(&mut self.scene).lights, lights);
+        let done = self.bring_lights(&before);
+        match done {
+            Ok(()) => self.begin_anew(),
+            Err(_) => {
+                Arc::make_mut(&mut self.scene).lights = before;
+                // Some of them may be there by now.
+                self.renderer.update(&mut self.uploaded, &self.scene)?;
+            }
+        }
+        done
+    }
+
+    /// Where as many lights are there as before, those that are others go to the device by themselves, if they may.
+    fn bring_lights(&mut self, before: &[Light]) -> Result<(), RenderError> {
+        let lights = &self.scene.lights;
+        if lights.len() == before.len() {
+            let others = lights.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before);
+            let set = |(index, (light, _))| self.renderer.set_light(&mut self.uploaded, index, light).map(|_| ());
+            match others.map(set).collect::<Result<(), _>>() {
+                Err(RenderError::NeedsUpdate { .. }) => {}
+                done => return done,
+            }
+        }
+        self.renderer.update(&mut self.uploaded, &self.scene).map(|_| ())
     }
 
     /// Brings what has changed in the scene to the device.
@@ -79,6 +145,16 @@ impl Seen {
         (self.settings, self.change) = (settings, Some(change));
         self.begin_anew();
         Ok(())
+    }
+
+    /// What the last frame is shown at, EV; none for a debug view. Waits for the device.
+    pub fn exposure(&self) -> Result<Option<f32>, RenderError> {
+        self.renderer.exposure()
+    }
+
+    /// The picture's pixels, RGBA, rows from the top. Waits for the device.
+    pub fn pixels(&self) -> Result<Vec<[u8; 4]>, GpuError> {
+        read_texture(&self.gpu.device, &self.gpu.queue, self.picture.texture())
     }
 
     /// How it is rendered.
@@ -113,6 +189,11 @@ impl Seen {
         self.averaged.0
     }
 
+    /// How many frames were ever drawn: a picture that is another has another number.
+    pub fn drawn(&self) -> u64 {
+        self.drawn
+    }
+
     /// Whether another frame would change the picture of this camera.
     pub fn has_more(&self, camera: &Camera) -> bool {
         self.averaged.1.as_ref() != Some(camera) || (self.settings.accumulate > 1 && self.averaged.0 < AT_REST)
@@ -132,6 +213,7 @@ impl Seen {
         self.renderer.submitted(frame);
         let goes_on = self.averaged.1.as_ref() == Some(camera);
         self.averaged = (if goes_on { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
+        self.drawn += 1;
         self.on_their_way = Some((frame, Instant::now()));
         Ok(())
     }
@@ -159,15 +241,24 @@ impl Seen {
     }
 }
 
+/// What renders the picture that is seen once no more frames come.
+pub fn at_rest(settings: &Settings) -> Settings {
+    let accumulate = if settings.debug_view.is_some() { 1 } else { AT_REST };
+    Settings { accumulate, ..settings.clone() }
+}
+
 /// As settings are rendered here: pictures at rest are means, but for debug views.
 fn shown(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };
     Settings { accumulate, ..settings.clone() }
 }
 
-fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
-    let usage =
-        wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
+/// A texture that pictures of the window are kept in, of so many pixels.
+pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
+        | wgpu::TextureUsages::TEXTURE_BINDING
+        | wgpu::TextureUsages::COPY_SRC
+        | wgpu::TextureUsages::COPY_DST;
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("viewer/picture"),
         size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
@@ -182,65 +273,4 @@ fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
 }
 
 #[cfg(test)]
-mod tests {
-    use lanternfish::settings::{DebugView, Shadows};
-    use lanternfish_gpu::{read_texture, testing};
-    use lanternfish_scene::generate::demo;
-
-    use super::*;
-
-    fn pixels(seen: &Seen) -> Vec<[u8; 4]> {
-        read_texture(&seen.gpu.device, &seen.gpu.queue, seen.picture().texture()).unwrap()
-    }
-
-    /// Draws until so many frames are averaged, as a window does, but waiting for the device.
-    fn draw(seen: &mut Seen, camera: &Camera, frames: u32) {
-        for _ in 0..50 {
-            let is_of_camera = seen.averaged.1.as_ref() == Some(camera);
-            if is_of_camera && seen.averaged() >= frames && !seen.is_busy() {
-                return;
-            }
-            if !seen.is_busy() {
-                seen.draw(camera).unwrap();
-            }
-            seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-            seen.poll();
-        }
-        panic!("{} frames of {frames}", seen.averaged());
-    }
-
-    #[test]
-    fn gpu_a_picture_follows_sizes_settings_and_scenes() {
-        let Some(gpu) = testing::gpu("gpu_a_picture_follows_sizes_settings_and_scenes") else { return };
-        let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
-        let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
-        let camera = scene.default_camera(1.5);
-        let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-        let mut seen = Seen::new(gpu, scene, &settings).unwrap();
-        assert!(seen.resize(UVec2::new(48, 32)) && !seen.resize(UVec2::new(48, 32)));
-        assert!(seen.has_more(&camera));
-        draw(&mut seen, &camera, 3);
-        let first = pixels(&seen);
-        assert!(first.iter().filter(|pixel| pixel[..3] != [0; 3]).count() > 300 && seen.report.is_some());
-        // Another camera is another mean.
-        let mut moved = camera.clone();
-        moved.world_from_camera.translation.x += 0.3;
-        assert!(seen.has_more(&moved));
-        draw(&mut seen, &moved, 1);
-        assert!(seen.averaged() == 1 && pixels(&seen) != first);
-        seen.set(&Settings { debug_view: Some(DebugView::Normal), ..settings.clone() }).unwrap();
-        draw(&mut seen, &camera, 1);
-        assert!(seen.change.is_some() && !seen.has_more(&camera), "a view of a quantity has no mean");
-        seen.set(&settings).unwrap();
-        draw(&mut seen, &camera, 3);
-        assert!(pixels(&seen) == first, "back again");
-        // A window without a size, and another scene.
-        assert!(seen.resize(UVec2::ZERO) && seen.size() == UVec2::ONE);
-        draw(&mut seen, &camera, 1);
-        seen.resize(UVec2::new(48, 32));
-        let elsewhere = hall.default_camera(1.5);
-        seen.open(hall).unwrap();
-        draw(&mut seen, &elsewhere, 2);
-        assert!(pixels(&seen) != first);
-    }
-}
+mod tests;

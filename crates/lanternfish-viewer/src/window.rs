@@ -1,4 +1,6 @@
-//! The window: events of the system, the surface, and the order of a frame.
+//! The window: events of the system, and the order of a frame.
+
+mod pictures;
 
 use std::{
     sync::Arc,
@@ -7,8 +9,7 @@ use std::{
 
 use egui::ViewportId;
 use glam::UVec2;
-use lanternfish_gpu::{Gpu, read_texture};
-use lanternfish_scene::Scene;
+use lanternfish_gpu::Gpu;
 use winit::{
     application::ApplicationHandler,
     event::WindowEvent,
@@ -17,13 +18,16 @@ use winit::{
 };
 
 use crate::{
-    Keeper, Opened, Opener, Start, ViewerError,
+    Keeper, Opened, Opener, Start, ViewerError, Writer,
+    beside::Beside,
     controls::Controls,
     pace::Pace,
-    panels::{self, Asked, Facts, State},
+    panels::{self, Asked, Facts, Listing, State},
     player,
     record::Recorder,
     seen::Seen,
+    surface::{Known, Surface},
+    wipe::{Textures, Wipe},
 };
 
 /// How long the camera rests before the picture is drawn whole.
@@ -48,15 +52,13 @@ struct App {
 
 /// An open window.
 struct Viewer {
-    window: Arc<Window>,
-    instance: wgpu::Instance,
-    surface: wgpu::Surface<'static>,
-    surface_settings: wgpu::SurfaceConfiguration,
+    surface: Surface,
     input: egui_winit::State,
-    painter: egui_wgpu::Renderer,
-    picture: Option<egui::TextureId>,
+    /// A, B, and where they differ, as egui knows them.
+    pictures: [Known; 3],
     state: State,
     seen: Seen,
+    beside: Beside,
     name: String,
     pace: Pace,
     /// Pixels of the window that the picture has.
@@ -70,6 +72,7 @@ struct Viewer {
     open: Opener,
     keep: Keeper,
     recorder: Option<Recorder>,
+    write: Writer,
 }
 
 impl ApplicationHandler for App {
@@ -86,13 +89,15 @@ impl ApplicationHandler for App {
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(viewer) = &mut self.open else { return };
-        let response = viewer.input.on_window_event(&viewer.window, &event);
+        let response = viewer.input.on_window_event(&viewer.surface.window, &event);
         if response.repaint {
-            viewer.window.request_redraw();
+            viewer.surface.window.request_redraw();
         }
         match event {
             WindowEvent::CloseRequested => events.exit(),
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => viewer.configure(),
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                viewer.surface.configure(&viewer.seen.gpu.device)
+            }
             WindowEvent::DroppedFile(path) => viewer.open_file(&path),
             WindowEvent::RedrawRequested if viewer.frame().close => events.exit(),
             _ => {}
@@ -102,9 +107,9 @@ impl ApplicationHandler for App {
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &mut self.open else { return };
         if viewer.poll() || viewer.has_more() {
-            viewer.window.request_redraw();
+            viewer.surface.window.request_redraw();
         }
-        if viewer.has_more() || viewer.seen.is_busy() {
+        if viewer.has_more() || viewer.is_busy() || viewer.beside.is_working() {
             events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
         } else {
             events.set_control_flow(ControlFlow::Wait);
@@ -133,20 +138,23 @@ impl Viewer {
         let instance = wgpu::Instance::new(descriptor);
         let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| said(&error))?;
         let (gpu, adapter) = Gpu::open_for(&instance, &surface, &start.adapter)?;
-        let surface_settings = surface_settings(&surface, &adapter, window.inner_size())
-            .ok_or_else(|| ViewerError::Display("the adapter cannot draw to this window".to_owned()))?;
         let context = egui::Context::default();
+        // A frame of the window may take as long as one of the picture: nothing unfolds step by step.
+        context.all_styles_mut(|style| style.animation_time = 0.0);
         let most = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
-        let painter = egui_wgpu::Renderer::new(&gpu.device, surface_settings.format, Default::default());
-        let Start { name, scene, camera, settings, open, keep, record, .. } = start;
+        let surface = Surface::new(window, instance, surface, &adapter, &gpu.device)?;
+        let Start { name, scene, camera, settings, open, keep, write, record, .. } = start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_of(&scene);
         let seen = Seen::new(gpu, scene, &settings)?;
         let state = State {
             usual: settings.clone(),
+            wipe: Wipe::new(&settings),
+            pointed: None,
+            listing: Listing::default(),
             settings,
             controls,
             clip,
@@ -156,15 +164,12 @@ impl Viewer {
         };
         let (room, last) = (UVec2::new(width, height), Instant::now());
         let mut viewer = Self {
-            window,
-            instance,
             surface,
-            surface_settings,
             input,
-            painter,
-            picture: None,
+            pictures: [const { None }; 3],
             state,
             seen,
+            beside: Beside::default(),
             name,
             pace: Pace::default(),
             room,
@@ -177,39 +182,54 @@ impl Viewer {
             open,
             keep,
             recorder,
+            write,
         };
-        viewer.configure();
-        viewer.window.request_redraw();
+        viewer.surface.configure(&viewer.seen.gpu.device);
+        viewer.surface.window.request_redraw();
         Ok(viewer)
-    }
-
-    /// Fits the surface to the window; a window without a size has none.
-    fn configure(&mut self) {
-        let size = self.window.inner_size();
-        let most = self.seen.gpu.device.limits().max_texture_dimension_2d;
-        if size.width > 0 && size.height > 0 {
-            (self.surface_settings.width, self.surface_settings.height) = (size.width.min(most), size.height.min(most));
-            self.surface.configure(&self.seen.gpu.device, &self.surface_settings);
-        }
-        self.window.request_redraw();
     }
 
     /// Whether anything would be drawn that is not there yet. While the device is busy the panels need not be painted again, unless something
     /// moves.
     fn has_more(&self) -> bool {
-        let plays = self.state.clip.as_ref().is_some_and(|clip| clip.is_playing);
-        let is_whole = self.seen.size() == self.room && !self.seen.has_more(&self.state.controls.camera);
-        plays || self.recorder.is_some() || self.moved.is_some() || !(self.seen.is_busy() || is_whole)
+        let camera = &self.state.controls.camera;
+        let is_whole = self.seen.size() == self.room && !self.seen.has_more(camera);
+        let is_whole = is_whole && !self.beside.has_more(&self.seen, &self.state.wipe, camera);
+        self.moves() || !(self.is_busy() || is_whole)
     }
 
-    /// Asks what has become of the last frame of the picture: whether it has just ended.
+    /// Whether the device has not yet done what it was told of one of the pictures.
+    fn is_busy(&self) -> bool {
+        self.seen.is_busy() || self.beside.is_busy()
+    }
+
+    /// Whether the next frame shows something else than the last, whoever sits there.
+    fn moves(&self) -> bool {
+        let plays = self.state.clip.as_ref().is_some_and(|clip| clip.is_playing);
+        plays || self.recorder.is_some() || self.moved.is_some()
+    }
+
+    /// Asks what has become of the last frame of the pictures: whether anything is there that was not.
     fn poll(&mut self) -> bool {
-        let Some(ms) = self.seen.poll() else { return false };
-        let size = self.seen.size();
-        self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
-        self.frame_ms = ms;
-        self.keep_picture();
-        true
+        let of_first = self.seen.poll();
+        let news = self.beside.poll(&self.seen);
+        if let Some(found) = news.found
+            && let Some(pointed) = &mut self.state.pointed
+        {
+            pointed.found = Some(found);
+        }
+        if let Some(failed) = news.failed {
+            self.state.message = failed;
+        }
+        if let Some(ms) = news.ms.or(of_first) {
+            let size = self.seen.size();
+            self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
+            self.frame_ms = ms;
+        }
+        if of_first.is_some() {
+            self.keep_picture();
+        }
+        of_first.is_some() || news.is_new
     }
 
     fn open_file(&mut self, path: &std::path::Path) {
@@ -217,15 +237,17 @@ impl Viewer {
         let done = opened.and_then(|Opened { name, scene, camera }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
             let clip = player::clip_of(&scene);
+            self.beside.let_go();
             self.seen.open(scene).map_err(|error| error.to_string())?;
             // What is recorded is of the scene that was there.
             self.recorder.take().map_or(Ok(()), Recorder::end)?;
-            self.window.set_title(&format!("{name} – Lanternfish"));
+            self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip, self.moment) = (name, controls, clip, None);
+            self.state.pointed = None;
             Ok(())
         });
         self.state.message = done.err().unwrap_or_default();
-        self.window.request_redraw();
+        self.surface.window.request_redraw();
     }
 
     /// One frame of the window; now and then one of the picture.
@@ -234,6 +256,10 @@ impl Viewer {
         let seconds = self.recorder.as_ref().map_or(passed, Recorder::step);
         self.last = Instant::now();
         self.poll();
+        let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
+        for (known, texture) in self.pictures.iter_mut().zip(shown) {
+            self.surface.know(&self.seen.gpu.device, known, texture);
+        }
         let (asked, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
             recorder.note(&mut self.state.controls);
@@ -247,147 +273,47 @@ impl Viewer {
         if !self.seen.is_busy() {
             self.keep_picture();
         }
-        if !self.seen.is_busy() {
-            let drawn = self.draw(seconds);
-            if let Err(error) = drawn {
-                self.state.message = error.to_string();
-                // What was asked for cannot be: what is shown can.
-                self.state.settings = self.seen.settings().clone();
-            }
+        if let Some(at) = asked.pixel {
+            self.point(at);
         }
-        self.present(output);
+        if let Some(edit) = asked.edit.clone() {
+            self.edit(edit);
+        }
+        if let Some(form) = asked.write {
+            self.write(form);
+        }
+        if !self.is_busy() {
+            self.draw_both(seconds);
+        }
+        self.input.handle_platform_output(&self.surface.window, output.platform_output.clone());
+        self.surface.paint(&self.seen.gpu, self.input.egui_ctx(), output);
         asked
     }
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
     fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
-        let Self { window, input, state, seen, name, picture, frame_ms, .. } = self;
-        let taken = input.take_egui_input(window);
+        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, .. } = self;
+        let taken = input.take_egui_input(&surface.window);
+        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, _)| *id));
         let facts = Facts {
             name,
-            counts: counts(&seen.scene),
+            scene: &seen.scene,
+            triangle_count: seen.scene.triangle_counts().1,
             adapter: &seen.gpu.description,
             size: seen.size().into(),
             averaged: seen.averaged(),
             report: seen.report.as_ref(),
             frame_ms: *frame_ms,
-            picture: *picture,
+            textures: Textures { a, b, map },
+            progress_of_b: beside.progress(),
+            mean_difference: beside.mean(),
         };
         let mut asked = Asked::default();
         let context = input.egui_ctx().clone();
         let output = context.run_ui(taken, |ui| {
-            let now = panels::show(ui, state, &facts, seconds);
-            let before = asked;
-            asked = Asked { screenshot: before.screenshot | now.screenshot, close: before.close | now.close, ..now };
+            asked = std::mem::take(&mut asked).and(panels::show(ui, state, &facts, seconds));
         });
         asked.room *= output.pixels_per_point;
         (asked, output)
     }
-
-    /// The next frame of the picture, where there is one.
-    fn draw(&mut self, seconds: f32) -> Result<(), lanternfish::RenderError> {
-        self.seen.set(&self.state.settings)?;
-        if let Some(clip) = &mut self.state.clip
-            && player::play(&mut self.seen.scene, clip, &mut self.moment, seconds)
-        {
-            self.seen.update()?;
-        }
-        let plays = self.state.clip.as_ref().is_some_and(|clip| clip.is_playing);
-        let share = self.pace.scale(u64::from(self.room.x) * u64::from(self.room.y), plays || self.moved.is_some());
-        let size = (self.room.as_vec2() * share).as_uvec2().max(UVec2::ONE);
-        if self.seen.resize(size) || self.picture.is_none() {
-            let (device, texture) = (&self.seen.gpu.device, self.seen.picture());
-            let filter = wgpu::FilterMode::Linear;
-            match self.picture {
-                Some(id) => self.painter.update_egui_texture_from_wgpu_texture(device, texture, filter, id),
-                None => self.picture = Some(self.painter.register_native_texture(device, texture, filter)),
-            }
-        }
-        if self.seen.has_more(&self.state.controls.camera) {
-            self.seen.draw(&self.state.controls.camera)?;
-        }
-        Ok(())
-    }
-
-    /// Paints what egui made, onto the window.
-    fn present(&mut self, output: egui::FullOutput) {
-        self.input.handle_platform_output(&self.window, output.platform_output);
-        let (device, queue) = (&self.seen.gpu.device, &self.seen.gpu.queue);
-        let surface = match self.surface.get_current_texture() {
-            wgpu::CurrentSurfaceTexture::Success(texture) => texture,
-            wgpu::CurrentSurfaceTexture::Suboptimal(texture) => {
-                drop(texture);
-                return self.configure();
-            }
-            wgpu::CurrentSurfaceTexture::Outdated => return self.configure(),
-            wgpu::CurrentSurfaceTexture::Lost => {
-                match self.instance.create_surface(Arc::clone(&self.window)) {
-                    Ok(surface) => self.surface = surface,
-                    Err(error) => tracing::error!("the window's surface was lost: {error}"),
-                }
-                return self.configure();
-            }
-            _ => return,
-        };
-        for (id, deltas) in &output.textures_delta.set {
-            deltas.iter().for_each(|delta| self.painter.update_texture(device, queue, *id, delta));
-        }
-        let jobs = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
-        let screen = egui_wgpu::ScreenDescriptor {
-            size_in_pixels: [self.surface_settings.width, self.surface_settings.height],
-            pixels_per_point: output.pixels_per_point,
-        };
-        let mut commands = device.create_command_encoder(&Default::default());
-        let before = self.painter.update_buffers(device, queue, &mut commands, &jobs, &screen);
-        let view = surface.texture.create_view(&Default::default());
-        let color = wgpu::RenderPassColorAttachment {
-            view: &view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-        };
-        let pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("viewer/panels"),
-            color_attachments: &[Some(color)],
-            ..Default::default()
-        });
-        self.painter.render(&mut pass.forget_lifetime(), &jobs, &screen);
-        queue.submit(before.into_iter().chain([commands.finish()]));
-        self.window.pre_present_notify();
-        queue.present(surface);
-        for id in &output.textures_delta.free {
-            self.painter.free_texture(id);
-        }
-    }
-
-    /// Writes a screenshot, if one is asked for and the whole picture is there.
-    fn keep_picture(&mut self) {
-        let size = self.seen.size();
-        if !self.wants_screenshot || size != self.room || self.seen.averaged() == 0 {
-            return;
-        }
-        self.wants_screenshot = false;
-        let gpu = &self.seen.gpu;
-        let read = read_texture::<[u8; 4]>(&gpu.device, &gpu.queue, self.seen.picture().texture());
-        let kept =
-            read.map_err(|error| error.to_string()).and_then(|texels| (self.keep)(texels.as_flattened(), size.into()));
-        self.state.message = kept.unwrap_or_else(|what| format!("no screenshot: {what}"));
-    }
-}
-
-/// As a display shows bytes: egui encodes by itself. None where the surface is not this adapter's.
-fn surface_settings(
-    surface: &wgpu::Surface<'_>,
-    adapter: &wgpu::Adapter,
-    size: winit::dpi::PhysicalSize<u32>,
-) -> Option<wgpu::SurfaceConfiguration> {
-    let mut settings = surface.get_default_config(adapter, size.width.max(1), size.height.max(1))?;
-    let formats = surface.get_capabilities(adapter).formats;
-    settings.format = formats.iter().copied().find(|format| !format.is_srgb()).unwrap_or(settings.format);
-    settings.present_mode = wgpu::PresentMode::AutoVsync;
-    Some(settings)
-}
-
-fn counts(scene: &Scene) -> (usize, usize) {
-    (scene.triangle_counts().1, scene.lights.len())
 }

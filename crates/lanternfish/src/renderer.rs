@@ -139,6 +139,14 @@ impl Renderer {
         Ok(())
     }
 
+    /// What the last frame is shown at, EV: that of [`Exposure::Auto`], where it was asked for. Waits for the device. None: a debug view.
+    pub fn exposure(&self) -> Result<Option<f32>, RenderError> {
+        match &self.passes.debug_views {
+            None => Ok(Some(self.passes.output.exposure(&self.device, &self.queue)?)),
+            Some(_) => Ok(None),
+        }
+    }
+
     /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
     /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
@@ -249,10 +257,7 @@ impl Renderer {
         views: &[View],
         results: &[FrameResult],
     ) -> Result<Vec<Picture>, RenderError> {
-        let exposure = match &self.passes.debug_views {
-            None => Some(self.passes.output.exposure(&self.device, &self.queue)?),
-            Some(_) => None,
-        };
+        let exposure = self.exposure()?;
         let shown =
             views.iter().zip(results).filter_map(|(view, result)| Some((view, result, result.display.as_ref()?)));
         let pictures = shown.map(|(view, result, display)| {

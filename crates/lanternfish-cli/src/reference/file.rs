@@ -5,13 +5,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use lanternfish::settings::{Exposure, ToneMap};
+use lanternfish::{
+    output::display,
+    settings::{Exposure, ToneMap},
+};
 use lanternfish_metrics::{
     ColorType, MetricsError, RgbImage, is_stream, read_exr_attributes, read_exr_layer, write_exr_layers, write_png,
 };
 use lanternfish_reference::{Film, settings::Integrator};
 
-use super::{display, sums};
+use super::sums;
 use crate::{
     error::CliError,
     output::{check_writable, has_ending, same_file},

@@ -6,7 +6,6 @@
 //! 4. Write mean and variance.
 
 mod args;
-pub mod display;
 mod file;
 pub mod fingerprint;
 pub mod merge;

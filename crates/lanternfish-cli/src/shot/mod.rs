@@ -10,6 +10,7 @@
 mod frames;
 mod keys;
 mod read;
+pub mod shown;
 mod track;
 mod write;
 

@@ -18,3 +18,4 @@ mod results;
 mod sequence;
 mod shot;
 mod support;
+mod window;

@@ -1,7 +1,10 @@
 //! What stands about the picture: settings, passes and their times, the scene's animation, keys.
 
 mod knobs;
+mod lights;
 mod passes;
+mod pixel;
+mod sides;
 #[cfg(test)]
 mod tests;
 
@@ -9,14 +12,29 @@ use egui::{Key, PointerButton, Ui};
 use glam::Vec2;
 use lanternfish::{FrameReport, Settings};
 use lanternfish_gpu::AdapterDescription;
+use lanternfish_scene::Scene;
 
-use crate::controls::{Controls, Way};
+pub use self::{
+    lights::{Edit, Listing},
+    pixel::Pointed,
+};
+use crate::{
+    Form,
+    controls::{Controls, Way},
+    wipe::{self, Other, Textures, Wipe},
+};
 
 /// What the panels change.
 #[derive(Debug)]
 pub struct State {
     /// What is asked for.
     pub settings: Settings,
+    /// What is on the other side of the line, and where that is.
+    pub wipe: Wipe,
+    /// The pixel that was clicked.
+    pub pointed: Option<Pointed>,
+    /// Which lights are listed.
+    pub listing: Listing,
     /// Those that a click on "as it was" goes back to.
     pub usual: Settings,
     /// The camera and how it moves.
@@ -51,8 +69,10 @@ pub struct Clip {
 pub struct Facts<'a> {
     /// The scene's name.
     pub name: &'a str,
-    /// Its triangles and lights.
-    pub counts: (usize, usize),
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its triangles.
+    pub triangle_count: usize,
     /// What renders.
     pub adapter: &'a AdapterDescription,
     /// Pixels of the picture.
@@ -63,15 +83,25 @@ pub struct Facts<'a> {
     pub report: Option<&'a FrameReport>,
     /// Milliseconds from frame to frame.
     pub frame_ms: f64,
-    /// The picture, and where its texture is.
-    pub picture: Option<egui::TextureId>,
+    /// The pictures.
+    pub textures: Textures,
+    /// Frames that the other side's picture is the mean of, or samples of each of its pixels.
+    pub progress_of_b: u64,
+    /// How different the two sides look, 0 to 1, once that is known.
+    pub mean_difference: Option<f32>,
 }
 
 /// What is asked of the window.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asked {
     /// A file with the picture.
     pub screenshot: bool,
+    /// What is seen, in a form that renders it.
+    pub write: Option<Form>,
+    /// What lies under a pixel: shares of the picture's sides.
+    pub pixel: Option<Vec2>,
+    /// Another light.
+    pub edit: Option<Edit>,
     /// To be closed.
     pub close: bool,
     /// Points that are left for the picture, across and down.
@@ -80,17 +110,33 @@ pub struct Asked {
     pub is_moving: bool,
 }
 
+impl Asked {
+    /// What was asked first, and now.
+    pub fn and(self, now: Self) -> Self {
+        Self {
+            screenshot: self.screenshot | now.screenshot,
+            close: self.close | now.close,
+            write: now.write.or(self.write),
+            pixel: now.pixel.or(self.pixel),
+            edit: now.edit.or(self.edit),
+            ..now
+        }
+    }
+}
+
 /// Draws everything, and takes what was clicked and pressed. `seconds`: since the last time.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> Asked {
     let mut asked = Asked::default();
     keys(ui, state, &mut asked);
     if state.shows_panels {
         egui::Panel::left("settings").default_size(290.0).show(ui, |ui| {
-            ui.heading("Settings");
-            egui::ScrollArea::vertical().id_salt("settings/all").show(ui, |ui| knobs::show(ui, state));
+            ui.heading(if state.wipe.edits_b { "Settings of B" } else { "Settings" });
+            egui::ScrollArea::vertical().id_salt("settings/all").show(ui, |ui| settings(ui, state));
         });
         egui::Panel::right("frame").default_size(270.0).show(ui, |ui| {
-            asked.screenshot |= passes::show(ui, facts);
+            passes::head(ui, facts, &mut asked);
+            ui.separator();
+            egui::ScrollArea::vertical().id_salt("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));
         });
         egui::Panel::bottom("below").show(ui, |ui| below(ui, state));
     }
@@ -98,23 +144,66 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
         .frame(egui::Frame::NONE)
         .show(ui, |ui| picture(ui, state, facts, seconds, &mut asked));
     if state.shows_keys {
-        let window = egui::Window::new("Keys").collapsible(false).open(&mut state.shows_keys);
+        let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
         window.show(ui.ctx(), page_of_keys);
     }
     asked
 }
 
-const KEYS: [(&str, &str); 11] = [
+/// What is behind headings on the right.
+fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, asked: &mut Asked) {
+    ui.collapsing("Two sides", |ui| sides::show(ui, state, facts));
+    ui.collapsing("Pixel", |ui| {
+        if pixel::show(ui, state, facts) {
+            focus(state, asked);
+        }
+    });
+    ui.collapsing("Lights", |ui| {
+        if let Some(edit) = lights::show(ui, state, facts) {
+            asked.edit = Some(edit);
+        }
+    });
+    let passes = egui::CollapsingHeader::new("Passes").default_open(true);
+    passes.show(ui, |ui| passes::show(ui, facts));
+}
+
+/// The settings of the side that the panel is of.
+fn settings(ui: &mut Ui, state: &mut State) {
+    let of_b = state.wipe.edits_b;
+    let exchange = |state: &mut State| std::mem::swap(&mut state.settings, &mut state.wipe.settings);
+    if of_b {
+        exchange(state);
+    }
+    knobs::show(ui, state);
+    if of_b {
+        exchange(state);
+    }
+}
+
+/// Looks at the surface that was clicked.
+fn focus(state: &mut State, asked: &mut Asked) {
+    if let Some(place) = state.pointed.as_ref().and_then(Pointed::place) {
+        state.controls.focus(place.p);
+        asked.is_moving = true;
+    }
+}
+
+const KEYS: [(&str, &str); 16] = [
     ("W A S D", "Fly forward, left, back, right"),
     ("E Q", "Fly up, down"),
     ("Shift", "Four times as fast"),
     ("Drag, right button", "Look about"),
     ("Drag, left button", "Go round what is in the middle"),
     ("Wheel", "Fly faster, slower"),
+    ("Click", "What lies under the pixel (\u{201c}Pixel\u{201d} on the right)"),
+    ("F", "Look at what was clicked, and go round it"),
+    ("B", "Another picture on the right of a line, or none"),
     ("Space", "Play and pause the animation"),
     (", .", "A frame back, on"),
     ("F2", "A screenshot"),
     ("F3", "Hide and show the panels"),
+    ("F4", "A shot: a file that renders what is seen"),
+    ("F5", "A command line that renders it, to be pasted"),
     ("F1", "This page; Escape closes it, or the window"),
 ];
 
@@ -133,21 +222,38 @@ fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
+    let mut focuses = false;
     ui.input_mut(|input| {
         let mut pressed = |key| input.consume_key(egui::Modifiers::NONE, key);
         state.shows_keys ^= pressed(Key::F1);
         state.shows_panels ^= pressed(Key::F3);
         asked.screenshot |= pressed(Key::F2);
+        if pressed(Key::F4) {
+            asked.write = Some(Form::File);
+        }
+        if pressed(Key::F5) {
+            asked.write = Some(Form::CommandLine);
+        }
         if pressed(Key::Escape) {
             asked.close = !state.shows_keys;
             state.shows_keys = false;
         }
+        if pressed(Key::B) {
+            state.wipe.other = match state.wipe.other {
+                Other::Nothing => Other::Settings,
+                _ => Other::Nothing,
+            };
+        }
+        focuses = pressed(Key::F);
         if let Some(clip) = &mut state.clip {
             clip.is_playing ^= pressed(Key::Space);
             let step = f32::from(i8::from(pressed(Key::Period)) - i8::from(pressed(Key::Comma))) / 24.0;
             clip.time = (clip.time + step).rem_euclid(clip.duration.max(1e-3));
         }
     });
+    if focuses {
+        focus(state, asked);
+    }
 }
 
 /// The picture, and the hand that moves the camera over it.
@@ -155,9 +261,16 @@ fn picture(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, aske
     let rect = ui.available_rect_before_wrap();
     asked.room = Vec2::new(rect.width(), rect.height());
     let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
-    if let Some(texture) = facts.picture {
-        let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-        ui.painter().image(texture, rect, whole, egui::Color32::WHITE);
+    wipe::paint(ui, rect, &state.wipe, &facts.textures);
+    wipe::line(ui, rect, &mut state.wipe);
+    if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera) {
+        let at = rect.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
+        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(3.0, egui::Color32::BLACK));
+        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(1.5, egui::Color32::WHITE));
+    }
+    if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+        let at = (at - rect.min) / rect.size();
+        asked.pixel = Some(Vec2::new(at.x, at.y));
     }
     let controls = &mut state.controls;
     let dragged = response.drag_delta();

@@ -7,11 +7,18 @@ use lanternfish::{
     settings::{Culling, DebugView, Indirect, ToneMap},
 };
 use lanternfish_gpu::AdapterDescription;
-use lanternfish_scene::generate::demo;
+use lanternfish_reference::{Settings as Transport, Tracer};
+use lanternfish_scene::{LightKind, generate::demo};
 
 use super::*;
+use crate::background::Found;
 
 struct Shown {
+    scene: Scene,
+    /// The last pixel that was asked for.
+    pixel: Option<Vec2>,
+    /// The last form that was asked for.
+    write: Option<Form>,
     state: State,
     asked: Asked,
 }
@@ -32,6 +39,9 @@ fn shown<'a>() -> Harness<'a, Shown> {
     let scene = demo("cornell").unwrap();
     let state = State {
         settings: Settings::default(),
+        wipe: Wipe::new(&Settings::default()),
+        pointed: None,
+        listing: Listing::default(),
         usual: Settings::default(),
         controls: Controls::new(scene.cameras[0].clone(), 2.0),
         clip: None,
@@ -43,18 +53,26 @@ fn shown<'a>() -> Harness<'a, Shown> {
         let adapter = adapter();
         let facts = Facts {
             name: "cornell",
-            counts: (32, 1),
+            scene: &shown.scene,
+            triangle_count: 32,
             adapter: &adapter,
             size: [640, 480],
             averaged: 3,
             report: None,
             frame_ms: 12.0,
-            picture: None,
+            textures: Textures::default(),
+            progress_of_b: 17,
+            mean_difference: Some(0.125),
         };
         shown.asked = show(ui, &mut shown.state, &facts, 0.1);
+        shown.write = shown.asked.write.or(shown.write);
+        shown.pixel = shown.asked.pixel.or(shown.pixel);
+        if let Some(edit) = shown.asked.edit.take() {
+            shown.scene.lights = edit.applied(&shown.scene.lights);
+        }
     };
     let builder = Harness::builder().with_size(egui::vec2(1200.0, 1400.0));
-    builder.build_ui_state(draw, Shown { state, asked: Asked::default() })
+    builder.build_ui_state(draw, Shown { scene, pixel: None, write: None, state, asked: Asked::default() })
 }
 
 /// Opens a list and takes one of its entries.
@@ -113,6 +131,16 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     harness.key_press(Key::F2);
     harness.step();
     harness.step();
+    for (key, button, form) in
+        [(Key::F4, "Save as a shot (F4)", Form::File), (Key::F5, "Copy as a command line (F5)", Form::CommandLine)]
+    {
+        harness.get_by_label(button).click();
+        harness.run();
+        assert_eq!(harness.state_mut().write.take(), Some(form));
+        harness.key_press(key);
+        harness.run();
+        assert_eq!(harness.state_mut().write.take(), Some(form));
+    }
     harness.key_press(Key::F3);
     harness.run();
     assert!(!harness.state().state.shows_panels && harness.query_by_label("Settings").is_none());
@@ -122,4 +150,170 @@ fn keys_fly_hide_the_panels_and_ask_for_a_screenshot() {
     harness.key_press(Key::Escape);
     harness.run();
     assert!(!harness.state().state.shows_keys && !harness.state().asked.close);
+}
+
+/// Opens one of the headings on the right.
+fn unfold(harness: &mut Harness<'_, Shown>, heading: &str) {
+    harness.get_by_label(heading).click();
+    harness.run();
+}
+
+#[test]
+fn the_two_sides_are_chosen_edited_apart_and_the_line_is_dragged() {
+    let mut harness = shown();
+    assert!(harness.query_by_label("Line between A and B").is_none());
+    unfold(&mut harness, "Two sides");
+    choose(&mut harness, "tone-map", "aces");
+    harness.get_by_label("B := A now").click();
+    harness.run();
+    let wipe = harness.state().state.wipe.clone();
+    assert!(wipe.other == Other::Settings && wipe.settings.tone_map == ToneMap::Aces && !wipe.edits_b);
+    // The panel goes on with A, until it is B's.
+    choose(&mut harness, "tone-map", "reinhard");
+    assert_eq!(harness.state().state.wipe.settings.tone_map, ToneMap::Aces);
+    harness.get_by_label("B").click();
+    harness.run();
+    choose(&mut harness, "tone-map", "none");
+    let state = &harness.state().state;
+    assert_eq!((state.settings.tone_map, state.wipe.settings.tone_map), (ToneMap::Reinhard, ToneMap::None));
+    assert!(harness.query_by_label("Settings of B").is_some());
+    assert!(harness.query_by_label("B: the mean of 17 frames").is_some());
+    assert!(harness.query_by_label("Mean difference (FLIP): 0.1250").is_some());
+
+    let (eye, from) = (state.controls.eye(), harness.get_by_label("Line between A and B").rect().center());
+    harness.drag_at(from);
+    harness.hover_at(from + egui::vec2(60.0, 0.0));
+    harness.step();
+    harness.drop_at(from + egui::vec2(60.0, 0.0));
+    harness.run();
+    let to = harness.get_by_label("Line between A and B").rect().center();
+    assert!((to.x - from.x - 60.0).abs() < 8.0, "{from:?} to {to:?}");
+    assert_eq!(harness.state().state.controls.eye(), eye, "the camera does not go round meanwhile");
+
+    harness.get_by_label("Map of what differs").click();
+    harness.run();
+    assert!(harness.state().state.wipe.shows_map);
+    harness.get_by_label("path tracer").click();
+    harness.run();
+    let wipe = &harness.state().state.wipe;
+    assert!(wipe.other == Other::PathTracer && !wipe.edits_b);
+    assert!(harness.query_by_label("B: 17 samples a pixel").is_some());
+    harness.key_press(Key::B);
+    harness.run();
+    assert_eq!(harness.state().state.wipe.other, Other::Nothing);
+}
+
+/// What the middle of the picture shows, as the window would have found it.
+fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
+    let Shown { scene, state, .. } = harness.state();
+    let tracer = Tracer::new(scene, Transport::default()).unwrap();
+    let camera = state.controls.camera.clone();
+    let place = tracer.probe(&camera, [320.0, 465.0], [640, 480]).unwrap();
+    let (lights, light_count) = tracer.lights_at(&place, 64);
+    let found = Found { place: Some(place), lights, light_count };
+    Pointed { at: Vec2::new(0.5, 465.0 / 480.0), camera, found: Some(found), is_of_before: false }
+}
+
+#[test]
+fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
+    let mut harness = shown();
+    let place = egui::pos2(600.0, 500.0);
+    harness.drag_at(place);
+    harness.hover_at(place + egui::vec2(40.0, 0.0));
+    harness.step();
+    harness.drop_at(place + egui::vec2(40.0, 0.0));
+    harness.step();
+    assert_eq!(harness.state().pixel, None);
+    harness.drag_at(place);
+    harness.step();
+    harness.drop_at(place);
+    harness.step();
+    let at = harness.state().pixel.expect("a pixel is asked for");
+    let room = harness.state().asked.room;
+    assert!((0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
+}
+
+#[test]
+fn what_was_clicked_is_told_and_looked_at() {
+    let mut harness = shown();
+    unfold(&mut harness, "Pixel");
+    assert!(harness.query_by_label("Click on the picture.").is_some());
+    let pointed = pointed(&harness);
+    let place = *pointed.place().unwrap();
+    harness.state_mut().state.pointed = Some(Pointed { found: None, ..pointed.clone() });
+    harness.run();
+    assert!(harness.query_by_label("Looking for it…").is_some());
+    harness.state_mut().state.pointed = Some(pointed);
+    harness.run();
+    let scene = &harness.state().scene;
+    let material = &scene.materials[place.material];
+    let expected = [
+        format!("{:.3} m", place.distance),
+        format!("{:.3}, {:.3}, {:.3} m", place.p.x, place.p.y, place.p.z),
+        pixel::named(place.material, &material.name),
+        format!("{:.2}", material.perceptual_roughness),
+        "1 light in reach".to_owned(),
+    ];
+    for words in expected {
+        assert!(harness.query_all_by_label(&words).next().is_some(), "{words} is not told");
+    }
+    harness.get_by_label("Focus (F)").click();
+    harness.run();
+    let controls = &harness.state().state.controls;
+    let towards = (place.p - controls.eye()).normalize();
+    assert!(controls.forward().abs_diff_eq(towards, 1e-4) && (controls.reach - place.distance).abs() < 1e-3);
+}
+
+#[test]
+fn lights_are_added_changed_and_deleted_by_hand() {
+    let mut harness = shown();
+    unfold(&mut harness, "Lights");
+    let count = harness.state().scene.lights.len();
+    harness.state_mut().state.pointed = Some(pointed(&harness));
+    harness.run();
+    harness.get_by_label("Add a light there").click();
+    harness.run();
+    let lights = harness.state().scene.lights.clone();
+    assert_eq!(lights.len(), count + 1);
+    let place = *harness.state().state.pointed.as_ref().unwrap().place().unwrap();
+    let added = lights[count].position - place.p;
+    assert!(added.length() > 0.01 && added.normalize().dot(place.geometric_normal) > 0.999);
+
+    harness.get_by_label("Add a sun").click();
+    harness.run();
+    let sun = count + 1;
+    assert_eq!(harness.state().scene.lights[sun].kind, LightKind::Directional);
+    harness.get_by_label(&format!("#{sun} (sun)")).click();
+    harness.run();
+    type_into(&mut harness, "elevation", "30");
+    type_into(&mut harness, "illuminance", "5");
+    let light = harness.state().scene.lights[sun].clone();
+    assert!((light.direction.y + 0.5).abs() < 1e-4 && (light.intensity.max_element() - 5.0).abs() < 1e-4, "{light:?}");
+    assert_eq!(harness.state().scene.lights[..sun], lights[..], "the others are as they were");
+    harness.get_by_label("Delete").click();
+    harness.run();
+    assert_eq!(harness.state().scene.lights, lights);
+
+    // Found by its number, opened, moved.
+    let search = harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search");
+    search.focus();
+    harness.run();
+    harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search").type_text(&format!("#{count}"));
+    harness.run();
+    assert!(harness.query_by_label("#0 (point)").is_none());
+    harness.get_by_label(&format!("#{count} (point)")).click();
+    harness.run();
+    type_into(&mut harness, "y", "1.25");
+    assert_eq!(harness.state().scene.lights[count].position.y, 1.25);
+}
+
+/// Types into a number that is dragged otherwise.
+fn type_into(harness: &mut Harness<'_, Shown>, name: &str, text: &str) {
+    harness.get_by_role_and_label(egui::accesskit::Role::SpinButton, name).click();
+    harness.run();
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
+    harness.event(egui::Event::Text(text.to_owned()));
+    harness.step();
+    harness.key_press(Key::Enter);
+    harness.run();
 }

@@ -1,5 +1,6 @@
 //! From radiance to what a display shows: exposure, tone map, sRGB encoding.
 
+pub mod display;
 mod meter;
 pub(crate) mod present;
 #[cfg(test)]

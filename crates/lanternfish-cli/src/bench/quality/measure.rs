@@ -7,6 +7,7 @@ use std::{
 
 use lanternfish::{
     Picture, RenderError, Renderer,
+    output::display,
     settings::{Exposure, ToneMap},
 };
 use lanternfish_gpu::Gpu;
@@ -19,7 +20,6 @@ use crate::{
     bench::forward_plus::{differing, median},
     error::CliError,
     flags::as_flags,
-    reference::display,
 };
 
 /// After so long, a technique has been timed well enough.

@@ -1,7 +1,7 @@
-//! From radiance to what a display shows: `output/tone_map.wesl` of the renderer in plain Rust. A test renders both.
+//! From radiance to what a display shows: `output/tone_map.wesl` in plain Rust. A test of the command line renders both.
 
+use crate::settings::ToneMap;
 use glam::{Mat3, Vec3};
-use lanternfish::settings::ToneMap;
 
 /// Bytes of a PNG, three a pixel: of values that are what a display shows.
 pub fn raw(pixels: &[[f32; 3]]) -> Vec<u8> {

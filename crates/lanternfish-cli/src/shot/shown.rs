@@ -1,0 +1,290 @@
+//! From what a window shows to the shot that renders it: every setting as a flag says it, where the camera is, and the lights that were
+//! added by hand.
+//!
+//! What is written is read again before it counts: settings or a camera that flags cannot say are an error that says so.
+
+use std::ffi::OsString;
+
+use glam::Vec3;
+use lanternfish::{
+    rooms::{AnyRoom, Family},
+    settings::Settings,
+};
+use lanternfish_scene::{
+    Camera, Light, LightKind, Projection, Scene,
+    rig::{self, LightRig},
+};
+
+use super::{
+    Shot,
+    keys::{Key, keys},
+    parsed, write,
+};
+use crate::{camera, error::CliError, parse};
+
+/// Flags that say what a window does not show: they stay behind.
+const LEFT_BEHIND: [&str; 13] = [
+    "output",
+    "quality",
+    "stereo",
+    "stereo-layout",
+    "time",
+    "frames",
+    "fps",
+    "animation",
+    "skip-existing",
+    "timings",
+    "report",
+    "progress",
+    "quiet",
+];
+/// Farther from where it was than this, m and as a share of the scene's size, a camera is another one.
+const SAME_PLACE: f32 = 1e-4;
+
+/// What a window opened.
+#[derive(Debug)]
+pub struct Opened {
+    /// What said so.
+    pub shot: Shot,
+    /// Lights of the file, and those made by rule: no flag moves them.
+    fixed: Vec<Light>,
+    /// What the rig has added, if it is the studio.
+    of_studio: Vec<Light>,
+    is_studio: bool,
+}
+
+/// What is to be said.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'a> {
+    /// How it is rendered.
+    pub settings: &'a Settings,
+    /// The scene, with the lights of now.
+    pub scene: &'a Scene,
+    /// Where it is seen from.
+    pub camera: &'a Camera,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Which animation is shown, and when, s.
+    pub moment: Option<(usize, f32)>,
+}
+
+impl Opened {
+    /// `scene` as the shot's flags light it, seen first by `camera`; the last `by_rig` of its lights are a rig's.
+    pub fn new(shot: Shot, scene: &Scene, camera: &Camera, by_rig: usize) -> Self {
+        let flags = &shot.args.lights;
+        let said = flags.points.len() + flags.disks.len() + flags.rectangles.len() + usize::from(flags.sun.is_some());
+        let (before, of_rig) = scene.lights.split_at(scene.lights.len() - by_rig);
+        let is_studio = flags.environment.is_none() && scene.environment == Some(rig::studio(camera));
+        let of_studio = if is_studio { of_rig.to_vec() } else { Vec::new() };
+        Self { fixed: before[..before.len() - said].to_vec(), of_studio, is_studio, shot }
+    }
+
+    /// The shot of what is shown, and the camera that it gives: the one that is shown, but for rounding.
+    pub fn shown(&self, shown: &Shown<'_>) -> Result<(Shot, Camera), CliError> {
+        let keys = keys();
+        let is_camera = |name: &str| matches!(name, "eye" | "target" | "fov-y" | "view");
+        let aspect = shown.size[0] as f32 / shown.size[1] as f32;
+        let choose = |view| camera::choose(shown.scene, view, aspect);
+        let stands = self.shot.track.is_none() && choose(&self.shot.args.view)? == *shown.camera;
+        let name_of = |id: &str| keys.iter().find(|key| key.id == id).map_or("", |key| key.name.as_str());
+        let stays = |(id, _): &&(String, OsString)| {
+            let name = name_of(id);
+            let is_light = matches!(name, "point" | "disk" | "rectangle" | "sun" | "light-rig" | "size");
+            let is_setting = setting(name, shown.settings).is_some();
+            !(LEFT_BEHIND.contains(&name) || is_light || is_setting || (is_camera(name) && !stands))
+        };
+        let mut words: Vec<_> = self.shot.words.iter().filter(stays).cloned().collect();
+        let mut say = |name: &str, text: String| {
+            let key = keys.iter().find(|key| key.name == name).expect("a flag of render");
+            words.push((key.id.clone(), text.into()));
+        };
+        for key in &keys {
+            if let Some(Some(text)) = setting(&key.name, shown.settings) {
+                say(&key.name, text);
+            }
+        }
+        say("size", format!("{}x{}", shown.size[0], shown.size[1]));
+        if let Some((animation, time)) = shown.moment {
+            say("animation", animation.to_string());
+            say("time", time.to_string());
+        }
+        if !stands {
+            let eye = shown.camera.eye();
+            let forward = shown.camera.world_from_camera.transform_vector3(Vec3::NEG_Z);
+            // As far off as it is from the middle of the world: both are rounded alike.
+            say("eye", numbers(&eye.to_array()));
+            say("target", numbers(&(eye + eye.length().max(1.0) * forward).to_array()));
+            if let Projection::Perspective { fov_y, .. } = shown.camera.projection {
+                say("fov-y", fov_y.to_degrees().to_string());
+            }
+        }
+        self.lights(shown.scene, &mut say)?;
+        words.sort_by_key(|(id, _)| keys.iter().position(|key| key.id == *id));
+
+        let shot = Shot { args: parsed(&self.shot.args.scene, &words, &keys), track: None, words };
+        let said = shot.args.settings();
+        if said != *shown.settings {
+            let what = differing(&said, shown.settings);
+            return Err(CliError::new(format!("flags cannot say these settings: {what}"), "choose others"));
+        }
+        let camera = choose(&shot.args.view)?;
+        if !is_alike(&camera, shown.camera, shown.scene) {
+            let what = "flags cannot say this camera: it leans, or its projection is neither a plain perspective nor its file's";
+            return Err(CliError::new(what, "turn it upright: look about by dragging"));
+        }
+        Ok((shot, camera))
+    }
+
+    fn lights(&self, scene: &Scene, say: &mut impl FnMut(&str, String)) -> Result<(), CliError> {
+        let hint = "lights that were added may be anywhere; render it from a program, or leave these as they are";
+        let Some(more) = scene.lights.strip_prefix(&self.fixed[..]) else {
+            return Err(CliError::new("lights of the file were changed or deleted, which flags cannot say", hint));
+        };
+        let mut suns = 0;
+        for light in more.iter().filter(|light| !self.of_studio.contains(light)) {
+            let (name, text) = said(light).map_err(|what| CliError::new(what, hint))?;
+            suns += usize::from(name == "sun");
+            if suns > 1 {
+                return Err(CliError::new("there is more than one sun, which flags cannot say", hint));
+            }
+            say(name, text);
+        }
+        let sky = self.shot.args.lights.sky.unwrap_or_default();
+        if scene.environment.is_none() && scene.sky != sky {
+            say("sky", numbers(&scene.sky.to_array()));
+        }
+        // What a rig would add is there by name; the studio is surroundings, which only the rig makes.
+        say("light-rig", if self.is_studio { LightRig::Studio } else { LightRig::None }.to_string());
+        Ok(())
+    }
+
+    /// Whether the shot's light turns with its camera.
+    pub fn is_studio(&self) -> bool {
+        self.is_studio
+    }
+}
+
+/// The shot as the text of a file.
+pub fn text(shot: &Shot) -> Result<String, CliError> {
+    write::text(shot, None)
+}
+
+/// The shot as a line for a shell: flags without which it would be the same are left out.
+pub fn command_line(shot: &Shot) -> String {
+    let keys = keys();
+    let key_of = |id: &str| keys.iter().find(|key| key.id == id).expect("words are made from keys");
+    let settings = shot.args.settings();
+    let mut words = shot.words.clone();
+    for index in (0..words.len()).rev() {
+        let key = key_of(&words[index].0);
+        let word = words.remove(index);
+        let is_said_anyway =
+            setting(&key.name, &settings).is_some() && parsed(&shot.args.scene, &words, &keys).settings() == settings;
+        if !is_said_anyway && key.default() != Some(word.1.as_os_str()) {
+            words.insert(index, word);
+        }
+    }
+    let words = words.iter().filter_map(|(id, value)| key_of(id).word(value));
+    let scene = shot.args.scene.spelling().to_owned();
+    let line = ["lanternfish".into(), "render".into(), scene].into_iter().chain(words);
+    line.map(|word| quoted(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a shell takes it whole.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
+    match word.chars().all(is_plain) && !word.is_empty() {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}
+
+/// What a flag of this name says of settings: none where it says nothing of them; and none within where its default is meant.
+fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
+    let deep = &settings.deep_images;
+    let own = match name {
+        "light-radius" => Some(settings.light_radius.to_string()),
+        "textures" => Some(settings.textures.to_string()),
+        "accumulate" => Some(settings.accumulate.to_string()),
+        "deep-resolution" => Some(deep.resolution.to_string()),
+        "deep-directions" => Some(parse::direction_set_text(deep.directions)),
+        _ => None,
+    };
+    let is_own = Settings::KNOBS.iter().any(|knob| knob.words.name == name);
+    own.map(Some)
+        .or_else(|| is_own.then(|| settings.get(name)))
+        .or_else(|| of_family(name, &settings.indirect))
+        .or_else(|| of_family(name, &settings.occlusion))
+        .or_else(|| of_family(name, &settings.culling))
+}
+
+/// The same of a room: which it is, and its settings. Settings of the family's other rooms are left at their defaults.
+fn of_family<F: Family>(name: &str, family: &F) -> Option<Option<String>> {
+    if name == F::FLAG {
+        return Some(Some(family.name().to_owned()));
+    }
+    let has = |room: &dyn AnyRoom| room.knobs().iter().any(|(words, _)| words.name == name);
+    let is_known = F::rooms().iter().any(|other| other.room().is_some_and(has));
+    is_known.then(|| family.room().filter(|room| has(*room)).and_then(|room| room.get(name)))
+}
+
+/// A light as the flag that adds one: the flag's name, and its value.
+fn said(light: &Light) -> Result<(&'static str, String), String> {
+    let Light { position, direction, intensity, range, .. } = light;
+    let mut values = match light.kind {
+        LightKind::Directional => direction.to_array().to_vec(),
+        _ => position.to_array().to_vec(),
+    };
+    let name = match light.kind {
+        LightKind::Point => "point",
+        LightKind::Directional => "sun",
+        LightKind::Disk { radius } => {
+            values.extend(direction.to_array());
+            values.push(radius);
+            "disk"
+        }
+        LightKind::Rectangle { half_width, half_height, right } => {
+            if right.y.abs() > 1e-3 && direction.y.abs() < 0.999 {
+                return Err("a rectangle whose width is not level cannot be said by a flag".to_owned());
+            }
+            values.extend(direction.to_array());
+            values.extend([2.0 * half_width, 2.0 * half_height]);
+            "rectangle"
+        }
+        LightKind::Spot { .. } => return Err("a spot light cannot be said by a flag".to_owned()),
+    };
+    if range.is_none() && intensity.x == intensity.y && intensity.x == intensity.z {
+        values.push(intensity.x);
+    } else {
+        values.push(1.0);
+        values.extend(intensity.to_array());
+    }
+    values.extend(range);
+    Ok((name, numbers(&values)))
+}
+
+fn numbers(values: &[f32]) -> String {
+    values.iter().map(f32::to_string).collect::<Vec<_>>().join(",")
+}
+
+/// Whether two cameras show the same, but for rounding.
+fn is_alike(a: &Camera, b: &Camera, scene: &Scene) -> bool {
+    let (x, y) = (a.world_from_camera, b.world_from_camera);
+    let near = SAME_PLACE * scene.bounds().size().length().max(1.0);
+    let projects = match (a.projection, b.projection) {
+        // A near plane may be nearer: it cuts nothing off that was seen.
+        (Projection::Perspective { fov_y: a, .. }, Projection::Perspective { fov_y: b, .. }) => (a - b).abs() < 1e-5,
+        (a, b) => a == b,
+    };
+    projects && a.eye().distance(b.eye()) <= near && x.matrix3.abs_diff_eq(y.matrix3, SAME_PLACE)
+}
+
+/// Which flags differ between two settings, for an error.
+fn differing(a: &Settings, b: &Settings) -> String {
+    let mut names: Vec<_> = keys().into_iter().map(|key: Key| key.name).collect();
+    names.retain(|name| setting(name, a) != setting(name, b));
+    if names.is_empty() { "what no flag says".to_owned() } else { names.join(", ") }
+}
+
+#[cfg(test)]
+mod tests;

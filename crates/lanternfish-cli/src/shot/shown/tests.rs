@@ -1,0 +1,174 @@
+use std::fs;
+
+use clap::Parser as _;
+use glam::{Mat3A, Vec3A};
+use lanternfish::settings::{
+    Clustered, Culling, DebugView, DirectionSet, Exposure, Hbao, Indirect, Occlusion, Quality, RasterGrid, Samples,
+    Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+};
+use lanternfish_scene::generate::demo;
+
+use super::*;
+use crate::{
+    args::{Cli, Command},
+    scene::SceneName,
+    shot,
+};
+
+/// A scene as the window would have opened it under these flags: by name, no rig.
+fn opened(flags: &str) -> (Opened, Scene) {
+    let keys = keys();
+    let words = flags.split_whitespace().map(|flag| {
+        let (name, value) = flag.trim_start_matches('-').split_once('=').unwrap();
+        (keys.iter().find(|key| key.name == name).unwrap().id.clone(), OsString::from(value))
+    });
+    let (scene_name, words) = (SceneName::from("demo:cornell"), words.collect::<Vec<_>>());
+    let shot = Shot { args: parsed(&scene_name, &words, &keys), track: None, words };
+    let mut scene = demo("cornell").unwrap();
+    crate::render::apply_lights(&mut scene, &shot.args.lights, shot.args.run.seed).unwrap();
+    let camera = camera::choose(&scene, &shot.args.view, 1.5).unwrap();
+    (Opened::new(shot, &scene, &camera, 0), scene)
+}
+
+/// What is written is a file; what is read of that, and the scene in its light.
+fn read_again(shot: &Shot) -> (Shot, Scene) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seen.toml");
+    fs::write(&path, text(shot).unwrap()).unwrap();
+    let shot = shot::read(&path, Vec::new()).unwrap();
+    let mut scene = demo("cornell").unwrap();
+    crate::render::apply_lights(&mut scene, &shot.args.lights, shot.args.run.seed).unwrap();
+    (shot, scene)
+}
+
+fn many_settings() -> Vec<Settings> {
+    let tiled = Tiled { tile_size: TileSize::Px8, ..Tiled::default() };
+    let mut all = vec![
+        Settings::default(),
+        Settings::direct_light(),
+        Settings { accumulate: 64, exposure: Exposure::Ev(-1.3), tone_map: ToneMap::Aces, ..Settings::default() },
+        Settings { culling: Culling::Tiled(tiled), shadows: Shadows::None, shadow_rays: 3, ..Settings::direct_light() },
+        Settings { culling: Culling::RasterGrid(RasterGrid::default()), ..Settings::direct_light() },
+        Settings { culling: Culling::Clustered(Clustered::default()), light_radius: 0.123, ..Settings::default() },
+        Settings { occlusion: Occlusion::Hbao(Hbao::default()), samples: Samples::Four, ..Settings::direct_light() },
+        Settings {
+            debug_view: Some(DebugView::LightCount),
+            textures: TextureBinding::PerMaterial,
+            ..Settings::default()
+        },
+    ];
+    all.extend(Quality::ALL.iter().map(|quality| Settings::of_quality(*quality)));
+    all.extend(Indirect::rooms().into_iter().map(|indirect| Settings { indirect, ..Settings::default() }));
+    all.extend(Occlusion::rooms().into_iter().map(|occlusion| Settings { occlusion, ..Settings::direct_light() }));
+    let mut deep = Settings { range_threshold: 0.0031, ..Settings::direct_light() };
+    (deep.deep_images.resolution, deep.deep_images.directions) = (96, DirectionSet::Cube { k: 5 });
+    all.push(deep);
+    all
+}
+
+/// Every setting, and every camera, is read again as it was; and so it is of the command line.
+#[test]
+fn what_is_seen_is_written_and_read_again() {
+    let (opened, scene) = opened("--seed=7 --lights=rain:5 --quality=draft");
+    let start = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
+    for (i, settings) in many_settings().into_iter().enumerate() {
+        let mut camera = start.clone();
+        let turned = Mat3A::from_rotation_y(0.37 * i as f32) * Mat3A::from_rotation_x(0.05 * i as f32 - 0.6);
+        camera.world_from_camera.matrix3 = turned;
+        camera.world_from_camera.translation += Vec3A::new(0.1, 0.013, -0.07) * i as f32;
+        if i == 0 {
+            camera = start.clone();
+        }
+        let shown = Shown { settings: &settings, scene: &scene, camera: &camera, size: [301, 200], moment: None };
+        let (shot, snapped) = opened.shown(&shown).unwrap();
+        assert!(is_alike(&snapped, &camera, &scene));
+        let (again, lit) = read_again(&shot);
+        assert!(again.args.settings() == settings, "{i}: {}", differing(&again.args.settings(), &settings));
+        let read = camera::choose(&lit, &again.args.view, 301.0 / 200.0).unwrap();
+        assert_eq!(read, snapped, "{i}: to the bit");
+        assert_eq!((again.args.output.size.width, again.args.output.size.height, again.args.run.seed), (301, 200, 7));
+        assert_eq!(lit.lights, scene.lights);
+        // What is seen now is written as it is.
+        let (_, twice) = opened.shown(&Shown { camera: &snapped, ..shown }).unwrap();
+        assert!(is_alike(&twice, &snapped, &scene));
+
+        let line = command_line(&shot);
+        let words = line.split(' ').map(|word| word.trim_matches('\''));
+        let Command::Render(args) = Cli::try_parse_from(words).unwrap().command else { panic!("{line}") };
+        assert!(args.settings() == settings && args.view == again.args.view, "{line}");
+        assert_eq!((args.run.seed, args.lights.lights), (7, opened.shot.args.lights.lights), "{line}");
+    }
+}
+
+#[test]
+fn a_command_line_says_no_more_than_it_must() {
+    let (opened, scene) = opened("--seed=7");
+    let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
+    let settings = Settings { tone_map: ToneMap::Aces, ..Settings::default() };
+    let shown =
+        Shown { settings: &settings, scene: &scene, camera: &camera, size: [300, 200], moment: Some((1, 0.25)) };
+    let line = command_line(&opened.shown(&shown).unwrap().0);
+    assert_eq!(
+        line,
+        "lanternfish render demo:cornell --size=300x200 --time=0.25 --animation=1 --light-rig=none --tone-map=aces --seed=7"
+    );
+    assert_eq!((quoted("it's"), quoted("")), (r"'it'\''s'".to_owned(), "''".to_owned()));
+}
+
+#[test]
+fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
+    let (opened, mut scene) = opened("--point=0,1,0,2 --lights=rain:3");
+    let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
+    let settings = Settings::default();
+    let lamp = Light { range: Some(3.5), ..Light::point(Vec3::new(0.1, 1.7, -0.3), Vec3::new(3.0, 0.1, 0.7)) };
+    let disk = Light::disk(Vec3::ONE, Vec3::NEG_Y, 0.25, Vec3::splat(9.0));
+    let panel = Light::rectangle(Vec3::ONE, Vec3::NEG_Z, Vec3::X, [0.5, 0.25], Vec3::new(1.0, 2.0, 3.0));
+    let sun = Light::directional(Vec3::new(0.3, -1.0, 0.2), Vec3::new(3.0, 2.9, 2.8));
+    // The one that a flag said was moved.
+    scene.lights[4].position.x = 0.31;
+    scene.lights.extend([lamp, disk, panel, sun]);
+    let written = |scene: &Scene| {
+        let shown = Shown { settings: &settings, scene, camera: &camera, size: [300, 200], moment: None };
+        opened.shown(&shown).map(|(shot, _)| shot).map_err(|error| error.to_string())
+    };
+    let (_, again) = read_again(&written(&scene).unwrap());
+    assert_eq!(again.lights.len(), scene.lights.len());
+    for (now, before) in again.lights.iter().zip(&scene.lights) {
+        let near = now.direction.abs_diff_eq(before.direction, 1e-6);
+        let mut alike = Light { direction: before.direction, ..now.clone() };
+        if let (LightKind::Rectangle { right: now, .. }, LightKind::Rectangle { right: before, .. }) =
+            (&mut alike.kind, before.kind)
+        {
+            // Which end is which makes no difference to it.
+            assert!(now.dot(before).abs() > 0.999);
+            *now = before;
+        }
+        assert!(near && alike == *before, "{now:?} for {before:?}");
+    }
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene.clone();
+        change(&mut scene);
+        written(&scene).unwrap_err()
+    };
+    assert!(refused(&|scene| scene.lights[0].intensity *= 2.0).contains("of the file were changed"));
+    assert!(refused(&|scene| drop(scene.lights.remove(1))).contains("deleted"));
+    let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.3 };
+    assert!(refused(&|scene| scene.lights[4].kind = spot).contains("spot"));
+    assert!(refused(&|scene| scene.lights.push(Light::directional(Vec3::NEG_X, Vec3::ONE))).contains("one sun"));
+}
+
+#[test]
+fn cameras_and_settings_that_no_flag_says_are_refused() {
+    let (opened, scene) = opened("--seed=7");
+    let mut camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
+    let mut settings = Settings::default();
+    let refused = |settings: &Settings, camera: &Camera| {
+        let shown = Shown { settings, scene: &scene, camera, size: [300, 200], moment: None };
+        opened.shown(&shown).unwrap_err().to_string()
+    };
+    settings.deep_images.store = lanternfish::settings::DeepStore::ALL[1];
+    assert!(refused(&settings, &camera).contains("flags cannot say these settings"));
+    let settings = Settings::default();
+    camera.world_from_camera.matrix3 *= Mat3A::from_rotation_z(0.3);
+    assert!(refused(&settings, &camera).contains("leans"));
+}

@@ -1,0 +1,216 @@
+//! The window as somebody sits before it: under a display of its own, driven by keys and a pointer.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+use lanternfish_metrics::read_png;
+
+use crate::support::lanternfish;
+
+/// What is waited for comes in seconds; that nothing comes is told after so long.
+const LONGEST: Duration = Duration::from_secs(240);
+const SIZE: [usize; 2] = [400, 300];
+
+/// A process that does not outlive the test.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A display without a screen, and the folder of its picture.
+struct Display {
+    _server: Running,
+    name: String,
+    folder: tempfile::TempDir,
+}
+
+impl Display {
+    /// None where the programs are missing that this takes.
+    fn open(test: &str) -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let mut server = Command::new("Xvfb");
+        server.args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-fbdir"]).arg(folder.path());
+        let server = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
+        let driver = Command::new("xdotool").arg("version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        let (Ok(server), Ok(_)) = (server, driver) else {
+            println!("LEFT OUT (tool): {test}: Xvfb or xdotool is not on PATH");
+            return None;
+        };
+        let mut server = Running(server);
+        let mut number = String::new();
+        BufReader::new(server.0.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        Some(Self { _server: server, name: format!(":{}", number.trim()), folder })
+    }
+
+    /// What the pointer and the keys do.
+    #[track_caller]
+    fn act(&self, words: &str) -> String {
+        let output = Command::new("xdotool").args(words.split(' ')).env("DISPLAY", &self.name).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// The window's part of the screen: blue, green, red, row by row. The file is in the format of `xwd`: big-endian words, of which the
+    /// first is the header's length, the 13th the bytes of a row and the 20th the number of colours of 12 bytes that follow it.
+    fn screen(&self) -> Vec<[u8; 3]> {
+        let file = fs::read(self.folder.path().join("Xvfb_screen0")).unwrap();
+        let word = |index: usize| u32::from_be_bytes(file[4 * index..][..4].try_into().unwrap()) as usize;
+        let (first, row) = (word(0) + 12 * word(19), word(12));
+        let pixel = |x: usize, y: usize| file[first + y * row + 4 * x..][..3].try_into().unwrap();
+        (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
+    }
+
+    /// The screen once it stays as it is for a while, and is as is wanted.
+    #[track_caller]
+    fn settled(&self, what: &str, is_wanted: impl Fn(&[[u8; 3]]) -> bool) -> Vec<[u8; 3]> {
+        let mut last = self.screen();
+        wait_for(what, || {
+            sleep(Duration::from_millis(700));
+            let before = std::mem::replace(&mut last, self.screen());
+            (are_alike(&last, &before) && is_wanted(&last)).then(|| last.clone())
+        })
+    }
+}
+
+#[track_caller]
+fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+    let started = Instant::now();
+    loop {
+        if let Some(found) = ask() {
+            return found;
+        }
+        assert!(started.elapsed() < LONGEST, "it never comes to this: {what}");
+        sleep(Duration::from_millis(50));
+    }
+}
+
+/// A picture, not a panel: it has many colours.
+fn is_picture(screen: &[[u8; 3]]) -> bool {
+    let colors: std::collections::BTreeSet<_> = screen.iter().collect();
+    colors.len() > 300
+}
+
+/// Whether two screens show the same, but for what further frames of a mean change at edges: 2 % of the pixels.
+fn are_alike(a: &[[u8; 3]], b: &[[u8; 3]]) -> bool {
+    50 * a.iter().zip(b).filter(|(a, b)| is_other(**a, **b)).count() < a.len()
+}
+
+/// Whether two colours are others, by more than noise.
+fn is_other(a: [u8; 3], b: [u8; 3]) -> bool {
+    a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > 24)
+}
+
+/// The screenshot of a picture at rest: asked for again until another one is the same.
+fn screenshot(display: &Display, folder: &Path) -> PathBuf {
+    let mut number = 0;
+    let mut before = Vec::new();
+    wait_for("a picture at rest", || {
+        number += 1;
+        let path = folder.join(format!("lanternfish-{number}.png"));
+        display.act("key F2");
+        let bytes = wait_for("a screenshot", || fs::read(&path).ok().filter(|bytes| !bytes.is_empty()));
+        sleep(Duration::from_secs(2));
+        let is_same = bytes == before;
+        before = bytes;
+        is_same.then_some(path)
+    })
+}
+
+/// Opened, hidden panels, flown, keys shown, a line drawn and dragged, a pixel clicked and looked at, saved, closed: and the shot that was
+/// saved renders what was seen, to the bit.
+#[test]
+fn gpu_a_window_is_driven_and_its_shot_is_its_picture() {
+    let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_picture") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let log = fs::File::create(folder.path().join("log")).unwrap();
+    let mut view = lanternfish(folder.path());
+    view.args(["view", "demo:cornell", "--adapter", "cpu", "--indirect", "none", "--size", "400x300"]);
+    view.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
+    let mut view = Running(view.stdout(Stdio::null()).stderr(log).spawn().unwrap());
+    let said = || fs::read_to_string(folder.path().join("log")).unwrap();
+    let window = wait_for("a window", || {
+        assert!(view.0.try_wait().unwrap().is_none(), "it has ended: {}", said());
+        let found = display.act("search --name Lanternfish");
+        found.lines().next().map(str::to_owned)
+    });
+    display.act(&format!("windowmove {window} 0 0"));
+    display.act(&format!("windowfocus --sync {window}"));
+
+    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
+    display.act("key F3");
+    let first = display.settled("the picture without panels", is_picture);
+    display.act("keydown w");
+    sleep(Duration::from_millis(500));
+    display.act("keyup w");
+    let flown = display.settled("another picture", |screen| is_picture(screen) && !are_alike(screen, &first));
+
+    display.act("key F1");
+    display.settled("the page of keys", |screen| !are_alike(screen, &flown));
+    display.act("key F1");
+    display.settled("the picture behind it, as it was", |screen| are_alike(screen, &flown));
+
+    // The same on both sides: but for the line and its letters, nothing is other than before.
+    let differs = |screen: &[[u8; 3]], x: usize| {
+        let rows = 60..SIZE[1];
+        let others = rows.clone().filter(|y| is_other(screen[y * SIZE[0] + x], flown[y * SIZE[0] + x])).count();
+        2 * others > rows.len()
+    };
+    display.act("key b");
+    let is_line_at = |screen: &[[u8; 3]], x: usize| {
+        let elsewhere = (10..SIZE[0] - 10).filter(|at| at.abs_diff(x) > 3);
+        (x - 2..=x + 2).any(|x| differs(screen, x)) && !elsewhere.into_iter().any(|x| differs(screen, x))
+    };
+    display.settled("a line in the middle", |screen| is_line_at(screen, 200));
+    for words in
+        ["mousemove 200 200", "mousedown 1", "mousemove 150 200", "mousemove 100 200", "mouseup 1", "mousemove 600 460"]
+    {
+        display.act(words);
+        sleep(Duration::from_millis(300));
+    }
+    display.settled("the line where it was dragged", |screen| is_line_at(screen, 100));
+    display.act("key b");
+    display.settled("no line", |screen| are_alike(screen, &flown));
+
+    display.act("mousemove 120 260");
+    sleep(Duration::from_millis(300));
+    display.act("click 1");
+    display.act("mousemove 600 460");
+    // What is under the pixel may not be known yet.
+    wait_for("the camera to look there", || {
+        display.act("key f");
+        sleep(Duration::from_secs(1));
+        (!are_alike(&display.screen(), &flown)).then_some(())
+    });
+
+    display.act("key F4");
+    let shot = folder.path().join("lanternfish-1.toml");
+    wait_for("a shot", || shot.exists().then_some(()));
+    let seen = screenshot(&display, folder.path());
+    let shown = display.screen();
+    display.act("key Escape");
+    let ended = wait_for("the end", || view.0.try_wait().unwrap());
+    assert!(ended.success(), "{}", said());
+
+    let mut render = lanternfish(folder.path());
+    let output = render.args(["render", "lanternfish-1.toml", "-o", "rendered.png"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (seen, rendered) = (read_png(&seen).unwrap(), read_png(&folder.path().join("rendered.png")).unwrap());
+    assert_eq!((seen.width, seen.height), (SIZE[0], SIZE[1]));
+    let others = seen.pixels.iter().zip(&rendered.pixels).filter(|(seen, rendered)| seen != rendered).count();
+    assert_eq!(others, 0, "pixels differ between the window and the rendered shot");
+    // And between the window and its file: a display's bytes are rounded once more at most.
+    let bytes = seen.pixels.iter().map(|pixel| pixel.map(|value| (255.0 * value).round() as i32));
+    let shown = shown.iter().map(|[blue, green, red]| [red, green, blue].map(|byte| i32::from(*byte)));
+    let farthest = bytes.zip(shown).flat_map(|(a, b)| [0, 1, 2].map(|channel| (a[channel] - b[channel]).abs())).max();
+    assert!(farthest <= Some(1), "{farthest:?} between the screen and the screenshot");
+}

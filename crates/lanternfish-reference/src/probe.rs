@@ -1,0 +1,212 @@
+//! What a single ray meets, and the lights that reach it there: for who points at a picture and asks.
+
+use glam::{DVec3, Vec3, Vec3A};
+use lanternfish_scene::Camera;
+
+use crate::{
+    Tracer, camera,
+    lights::{Incidence, incidence, incidence_from, point_of_area},
+    surface::Surface,
+    world::{Faces, offset},
+};
+
+/// Points of a disk or rectangle, a side, at which it is looked for whether they reach a place.
+const POINTS_A_SIDE: u32 = 4;
+
+/// A place on a surface. World space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probed {
+    /// m.
+    pub p: Vec3,
+    /// From the ray's origin, m.
+    pub distance: f32,
+    /// Shading normal, unit, on the side that was hit.
+    pub normal: Vec3,
+    /// The triangle's own normal, unit, on the side that was hit.
+    pub geometric_normal: Vec3,
+    /// Index into [`lanternfish_scene::Scene::instances`].
+    pub instance: usize,
+    /// Index into the primitives of the instance's mesh.
+    pub primitive: usize,
+    /// Index into [`lanternfish_scene::Scene::materials`].
+    pub material: usize,
+}
+
+/// What one light of the scene brings to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightAt {
+    /// Index into [`lanternfish_scene::Scene::lights`].
+    pub light: usize,
+    /// To its position, m; infinite for directional lights.
+    pub distance: f32,
+    /// What it would bring if nothing were in the way: irradiance of the surface, lx.
+    pub unshadowed: Vec3,
+    /// What it brings, lx.
+    pub irradiance: Vec3,
+}
+
+impl LightAt {
+    /// Share of what it would bring that arrives, by luminance, 0..=1; 1 for a light that brings nothing.
+    pub fn open(&self) -> f32 {
+        match luminance(self.unshadowed) {
+            all if all > 0.0 => (luminance(self.irradiance) / all).min(1.0),
+            _ => 1.0,
+        }
+    }
+}
+
+fn luminance(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+impl Tracer<'_> {
+    /// The nearest surface that is seen at (x, y), in pixels from the top left of a picture of this size. Backs of single-sided surfaces are
+    /// not seen, nor holes of masks; of blended surfaces, those whose alpha is above a number that is the same each time.
+    pub fn probe(&self, camera: &Camera, [x, y]: [f64; 2], [width, height]: [usize; 2]) -> Option<Probed> {
+        let (origin, direction) = camera::ray(camera, x, y, width, height);
+        let hit = self.world.closest(origin, direction, Faces::FrontsOnly, 0)?;
+        let surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
+        let source = &self.world.sources[hit.triangle as usize];
+        Some(Probed {
+            p: surface.p.into(),
+            distance: hit.distance,
+            normal: surface.normal.as_vec3(),
+            geometric_normal: surface.geometric_normal.into(),
+            instance: source.instance as usize,
+            primitive: source.primitive as usize,
+            material: self.world.primitive(source).material,
+        })
+    }
+
+    /// The scene's lights that would light a place if nothing were in the way: those that would bring most first, `most` of them, and how
+    /// many there are in all. Shadows are looked for of those that are given. A light with a radius counts as a point; disks and rectangles
+    /// are looked at from 16 of their points.
+    pub fn lights_at(&self, place: &Probed, most: usize) -> (Vec<LightAt>, usize) {
+        let lights = self.world.scene.lights.iter().enumerate();
+        let mut reaching: Vec<_> = lights
+            .filter_map(|(light, _)| {
+                let (unshadowed, _) = self.light_at(place, light, |_| Vec3::ONE);
+                (luminance(unshadowed) > 0.0).then_some((light, unshadowed))
+            })
+            .collect();
+        let all = reaching.len();
+        // Alike ones stay in their order.
+        reaching.sort_by(|(_, a), (_, b)| luminance(*b).total_cmp(&luminance(*a)));
+        reaching.truncate(most);
+        let start = offset(place.p.into(), place.geometric_normal.into());
+        let open = |incidence: &Incidence| {
+            let (direction, distance) = segment(incidence, place, start);
+            self.world.transmittance(start, direction, distance)
+        };
+        let found = reaching.into_iter().map(|(light, unshadowed)| {
+            let (irradiance, distance) = self.light_at(place, light, open);
+            LightAt { light, distance, unshadowed, irradiance }
+        });
+        (found.collect(), all)
+    }
+
+    /// What a light brings to a place through what `open` says of each of its points, lx; and how far it is, m.
+    fn light_at(&self, place: &Probed, light: usize, open: impl Fn(&Incidence) -> Vec3) -> (Vec3, f32) {
+        let light = &self.world.scene.lights[light];
+        let (attenuation, range_threshold) = (self.settings.attenuation, self.settings.range_threshold);
+        let of = |incidence: Incidence| {
+            let facing = |normal: Vec3| normal.as_dvec3().dot(incidence.wi).max(0.0) as f32;
+            // What the triangle turns away from does not light it, whatever its normals say.
+            if facing(place.geometric_normal) == 0.0 {
+                return Vec3::ZERO;
+            }
+            let brought = facing(place.normal) * incidence.irradiance;
+            if brought == Vec3::ZERO { brought } else { brought * open(&incidence) }
+        };
+        let p = Vec3A::from(place.p);
+        let middle = incidence(light, p, attenuation, range_threshold);
+        if light.area().is_none() {
+            return (of(middle), middle.distance);
+        }
+        let side = f64::from(POINTS_A_SIDE);
+        let points = (0..POINTS_A_SIDE * POINTS_A_SIDE).map(|i| {
+            let (row, column) = (f64::from(i / POINTS_A_SIDE), f64::from(i % POINTS_A_SIDE));
+            let point = point_of_area(light, [(column + 0.5) / side, (row + 0.5) / side]);
+            of(incidence_from(light, point, p, attenuation, range_threshold))
+        });
+        (points.sum::<Vec3>() / (side * side) as f32, middle.distance)
+    }
+}
+
+/// Direction (unit) and distance (m) from `start`, which is next to the place, to where the light is.
+fn segment(incidence: &Incidence, place: &Probed, start: Vec3A) -> (Vec3A, f32) {
+    if incidence.distance.is_infinite() {
+        return (incidence.wi.as_vec3a(), f32::INFINITY);
+    }
+    let end = place.p.as_dvec3() + f64::from(incidence.distance) * incidence.wi;
+    let towards: DVec3 = end - start.as_dvec3();
+    (towards.normalize().as_vec3a(), towards.length() as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_scene::{Light, Projection, generate::demo};
+
+    use super::*;
+    use crate::Settings;
+
+    /// Looking straight at the back wall of the box, and from above at its floor.
+    #[test]
+    fn a_pixel_is_a_place_on_a_named_thing() {
+        let scene = demo("cornell").unwrap();
+        let tracer = Tracer::new(&scene, Settings::default()).unwrap();
+        let camera = scene.default_camera(1.0);
+        let size = [64, 64];
+        let met = tracer.probe(&camera, [32.0, 32.0], size).unwrap();
+        let (origin, direction) = camera::ray(&camera, 32.0, 32.0, 64, 64);
+        assert_eq!(tracer.nearest(origin, direction), Some(met.distance));
+        assert!((Vec3::from(origin + met.distance * direction) - met.p).length() < 1e-4);
+        assert!(met.normal.is_normalized() && met.normal.dot(Vec3::from(direction)) < 0.0);
+        let mesh = &scene.meshes[scene.instances[met.instance].mesh];
+        assert_eq!(mesh.primitives[met.primitive].material, met.material);
+        // Away from everything there is nothing.
+        let away =
+            Camera::look_at(Vec3::splat(1e3), Vec3::splat(2e3), Projection::Perspective { fov_y: 1.0, near: 0.1 });
+        assert_eq!(tracer.probe(&away, [32.0, 32.0], size), None);
+    }
+
+    /// Of two lamps over the floor of an empty room and one behind a wall, by hand.
+    #[test]
+    fn lights_come_by_what_they_bring_and_walls_shadow_them() {
+        let mut scene = demo("cornell").unwrap();
+        let tracer = Tracer::new(&scene, Settings::default()).unwrap();
+        let camera = scene.default_camera(1.0);
+        let place = tracer.probe(&camera, [32.0, 60.0], [64, 64]).unwrap();
+        assert!(place.normal.y > 0.99, "the floor: {place:?}");
+        drop(tracer);
+        let bounds = scene.bounds();
+        let above = |height: f32| place.p + Vec3::new(0.0, height, 0.0);
+        let beyond = Vec3::new(bounds.min.x - 1.0, place.p.y + 1.0, place.p.z);
+        scene.lights = vec![
+            Light::point(above(0.4), Vec3::ONE),
+            Light::point(above(0.2), Vec3::ONE),
+            Light::point(beyond, Vec3::splat(100.0)),
+            Light::point(place.p - Vec3::Y, Vec3::ONE),
+            Light::disk(above(0.3), Vec3::NEG_Y, 0.01, Vec3::splat(1e3)),
+            Light::directional(Vec3::NEG_Y, Vec3::splat(1e-3)),
+        ];
+        let tracer = Tracer::new(&scene, Settings::default()).unwrap();
+        let (found, all) = tracer.lights_at(&place, 10);
+        assert_eq!(all, 5, "the one below the floor lights it from behind");
+        let order: Vec<_> = found.iter().map(|at| at.light).collect();
+        assert_eq!(found.len(), 5);
+        let of = |light: usize| found[order.iter().position(|at| *at == light).unwrap()];
+        assert!(order.windows(2).all(|two| luminance(of(two[0]).unshadowed) >= luminance(of(two[1]).unshadowed)));
+        // One candela from straight above: its inverse square, less what its range takes away at the end.
+        assert!((of(0).irradiance.x - 1.0 / 0.16).abs() < 0.07, "{:?}", of(0));
+        assert!((of(1).irradiance.x - 1.0 / 0.04).abs() < 0.25 && of(1).open() == 1.0, "{:?}", of(1));
+        assert!(of(2).irradiance == Vec3::ZERO && of(2).open() == 0.0, "behind a wall: {:?}", of(2));
+        assert!(luminance(of(2).unshadowed) > 0.0);
+        // A small disk is a point of radiance times area.
+        let disk = 1e3 * std::f32::consts::PI * 1e-4 / 0.09;
+        assert!((of(4).irradiance.x - disk).abs() < 0.02 * disk, "{:?} for {disk}", of(4));
+        assert!(of(5).open() == 0.0 && of(5).distance.is_infinite(), "the ceiling is in the sun's way");
+        let (two, all) = tracer.lights_at(&place, 2);
+        assert!(two.len() == 2 && all == 5 && two[0] == found[0]);
+    }
+}

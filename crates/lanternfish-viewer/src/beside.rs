@@ -1,0 +1,299 @@
+//! What is on the other side of the line: the scene by other settings, or the path tracer's picture of it; and how far the two sides differ.
+
+use std::sync::Arc;
+
+use glam::UVec2;
+use lanternfish::{
+    RenderError,
+    settings::{Exposure, Settings},
+};
+use lanternfish_scene::{Camera, Scene};
+
+use crate::{
+    background::{Background, Found, Look, Subject, Told, Traced},
+    difference::Difference,
+    seen::{Seen, texture},
+    wipe::{Other, Wipe},
+};
+
+/// The other side, and what works for it.
+#[derive(Debug, Default)]
+pub struct Beside {
+    rendered: Option<Seen>,
+    /// The scene has become another since the second rendering was made or brought up to date.
+    is_behind: bool,
+    background: Option<Background>,
+    /// What the path tracer's picture is of.
+    tracing: Option<(Arc<Scene>, Settings, Camera, UVec2)>,
+    look: Option<(Look, u64)>,
+    traced: Option<(wgpu::TextureView, Traced)>,
+    difference: Difference,
+    /// Which two pictures were compared last.
+    compared: Option<(u64, u64)>,
+    map: Option<wgpu::TextureView>,
+    mean: Option<f32>,
+}
+
+/// What has come of the other side.
+#[derive(Debug, Default)]
+pub struct News {
+    /// Whether anything is other than before.
+    pub is_new: bool,
+    /// Milliseconds of a frame of the second rendering that has just ended, behind one of the first.
+    pub ms: Option<f64>,
+    /// What lies under the pixel that was asked about.
+    pub found: Option<Found>,
+    /// What went wrong.
+    pub failed: Option<String>,
+}
+
+impl Beside {
+    /// Lets go of the first rendering's scene, which is about to become another: it need not be copied then.
+    pub fn let_go(&mut self) {
+        self.is_behind = true;
+        if let Some(seen) = &mut self.rendered {
+            seen.scene = Arc::default();
+        }
+        self.forget_traced();
+        if let Some(background) = &mut self.background {
+            background.forget();
+        }
+        self.forget_difference();
+    }
+
+    /// Draws the other side, where it is asked for, as large as the first, or lets the path tracer go on with it. To be called while neither
+    /// is busy. `rests`: nothing moves, and the picture is whole.
+    pub fn draw(&mut self, first: &Seen, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
+        match wipe.other {
+            Other::Settings => {
+                self.forget_traced();
+                self.render(first, wipe, camera)?;
+            }
+            Other::PathTracer => {
+                self.rendered = None;
+                self.trace(first, camera, rests)?;
+            }
+            Other::Nothing => {
+                self.rendered = None;
+                self.forget_traced();
+            }
+        }
+        if rests && wipe.other != Other::Nothing {
+            self.compare(first)?;
+        } else {
+            self.forget_difference();
+        }
+        Ok(())
+    }
+
+    fn render(&mut self, first: &Seen, wipe: &Wipe, camera: &Camera) -> Result<(), RenderError> {
+        let seen = match &mut self.rendered {
+            Some(seen) => seen,
+            None => {
+                self.is_behind = false;
+                self.rendered.insert(first.beside(&wipe.settings)?)
+            }
+        };
+        if self.is_behind {
+            seen.follow(first)?;
+            self.is_behind = false;
+        }
+        seen.set(&wipe.settings)?;
+        seen.resize(first.size());
+        if seen.has_more(camera) {
+            seen.draw(camera)?;
+        }
+        Ok(())
+    }
+
+    fn trace(&mut self, first: &Seen, camera: &Camera, rests: bool) -> Result<(), RenderError> {
+        let is_of = |of: &(Arc<Scene>, Settings, Camera, UVec2)| {
+            Arc::ptr_eq(&of.0, &first.scene)
+                && lit_alike(&of.1, first.settings())
+                && of.2 == *camera
+                && of.3 == first.size()
+        };
+        if self.tracing.as_ref().is_some_and(|of| !rests || !is_of(of)) {
+            self.forget_traced();
+        }
+        if !rests {
+            return Ok(());
+        }
+        let background = self.background.get_or_insert_with(Background::start);
+        // What the first side is shown at may be another with each of its frames.
+        let frames = first.drawn();
+        if self.look.is_none_or(|(look, seen)| seen != frames || look.tone_map != first.settings().tone_map) {
+            let ev = match first.settings().exposure {
+                Exposure::Ev(ev) => ev,
+                Exposure::Auto => first.exposure()?.unwrap_or(0.0),
+            };
+            let look = Look { ev, tone_map: first.settings().tone_map };
+            if self.look.is_none_or(|(before, _)| before != look) {
+                background.show_as(look);
+            }
+            self.look = Some((look, frames));
+        }
+        if self.tracing.is_none() {
+            background.trace(Subject::new(&first.scene, first.settings()), camera, first.size());
+            self.tracing = Some((Arc::clone(&first.scene), first.settings().clone(), camera.clone(), first.size()));
+        }
+        Ok(())
+    }
+
+    fn forget_traced(&mut self) {
+        if self.tracing.take().is_some() {
+            self.background.iter_mut().for_each(Background::stop);
+        }
+        (self.traced, self.look) = (None, None);
+    }
+
+    /// Compares the two sides as they are now, unless that is done, or on its way.
+    fn compare(&mut self, first: &Seen) -> Result<(), RenderError> {
+        if !self.can_be_compared(first) {
+            return Ok(());
+        }
+        let other = match (&self.rendered, &self.traced) {
+            (Some(seen), _) if seen.size() == first.size() => seen.pixels()?,
+            (None, Some((_, traced))) if traced.size == first.size() => traced.bytes.as_chunks().0.to_vec(),
+            _ => return Ok(()),
+        };
+        self.difference.compare(first.pixels()?, other, first.size());
+        self.compared = Some(self.pair(first));
+        Ok(())
+    }
+
+    /// Which two pictures there are.
+    fn pair(&self, first: &Seen) -> (u64, u64) {
+        let other = match &self.rendered {
+            Some(seen) => seen.drawn(),
+            None => self.traced.as_ref().map_or(0, |(_, traced)| traced.samples),
+        };
+        (first.drawn(), other)
+    }
+
+    /// Whether there are two pictures that have not been compared, and nothing is being compared.
+    fn can_be_compared(&self, first: &Seen) -> bool {
+        let are_there = first.averaged() > 0 && self.progress() > 0;
+        are_there && self.compared != Some(self.pair(first)) && !self.difference.is_working()
+    }
+
+    fn forget_difference(&mut self) {
+        self.difference.stop();
+        (self.compared, self.map, self.mean) = (None, None, None);
+    }
+
+    /// Asks what is seen at a place of the first side's picture: shares of its sides.
+    pub fn probe(&mut self, first: &Seen, camera: &Camera, at: [f32; 2]) {
+        let background = self.background.get_or_insert_with(Background::start);
+        let size = first.size();
+        let at = [f64::from(at[0]) * f64::from(size.x), f64::from(at[1]) * f64::from(size.y)];
+        background.probe(Subject::new(&first.scene, first.settings()), camera, at, size);
+    }
+
+    /// What has come since it was asked last. It never waits.
+    pub fn poll(&mut self, first: &Seen) -> News {
+        let mut news = News::default();
+        if let Some(ms) = self.rendered.as_mut().and_then(Seen::poll) {
+            (news.ms, news.is_new) = (Some(ms), true);
+        }
+        while let Some(told) = self.background.as_mut().and_then(Background::poll) {
+            news.is_new = true;
+            match told {
+                Told::Picture(traced) => self.show(first, traced),
+                Told::Pixel(found) => news.found = Some(found),
+                Told::Failed(what) => news.failed = Some(what),
+            }
+        }
+        if let Some(compared) = self.difference.poll() {
+            news.is_new = true;
+            match compared {
+                Ok(compared) => {
+                    let map = texture(&first.gpu.device, compared.size);
+                    write(first, &map, &compared.map);
+                    (self.map, self.mean) = (Some(map), Some(compared.mean));
+                }
+                Err(what) => news.failed = Some(what),
+            }
+        }
+        news
+    }
+
+    fn show(&mut self, first: &Seen, traced: Traced) {
+        let kept = self.traced.take().filter(|(_, before)| before.size == traced.size);
+        let texture = kept.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
+        write(first, &texture, &traced.bytes);
+        self.traced = Some((texture, traced));
+    }
+
+    /// The other side's picture, where there is one.
+    pub fn picture(&self) -> Option<&wgpu::TextureView> {
+        match &self.rendered {
+            Some(seen) => Some(seen.picture()),
+            None => self.traced.as_ref().map(|(texture, _)| texture),
+        }
+    }
+
+    /// The settings that the other side is rendered by.
+    pub fn settings(&self) -> Option<&Settings> {
+        self.rendered.as_ref().map(Seen::settings)
+    }
+
+    /// Where the two sides differ, as a heat map, once that is known.
+    pub fn map(&self) -> Option<&wgpu::TextureView> {
+        self.map.as_ref()
+    }
+
+    /// The mean of the map.
+    pub fn mean(&self) -> Option<f32> {
+        self.mean
+    }
+
+    /// Frames that the other side is the mean of, or samples of each of its pixels.
+    pub fn progress(&self) -> u64 {
+        match &self.rendered {
+            Some(seen) => u64::from(seen.averaged()),
+            None => self.traced.as_ref().map_or(0, |(_, traced)| traced.samples),
+        }
+    }
+
+    /// Whether the device has not yet done what it was told of the other side.
+    pub fn is_busy(&self) -> bool {
+        self.rendered.as_ref().is_some_and(Seen::is_busy)
+    }
+
+    /// Whether a thread works on something that will be told.
+    pub fn is_working(&self) -> bool {
+        self.difference.is_working() || self.background.as_ref().is_some_and(Background::is_working)
+    }
+
+    /// Whether another frame would change the other side, or it is not there yet.
+    pub fn has_more(&self, first: &Seen, wipe: &Wipe, camera: &Camera) -> bool {
+        match wipe.other {
+            Other::Nothing => self.picture().is_some(),
+            Other::Settings => {
+                let is_drawn = self.rendered.as_ref().is_some_and(|seen| !seen.has_more(camera));
+                !is_drawn || self.is_behind || self.can_be_compared(first)
+            }
+            Other::PathTracer => self.tracing.is_none() || self.can_be_compared(first),
+        }
+    }
+}
+
+/// Whether the path tracer's picture is the same under both.
+fn lit_alike(a: &Settings, b: &Settings) -> bool {
+    let of = |settings: &Settings| {
+        (settings.materials, settings.attenuation, settings.range_threshold, settings.light_radius)
+    };
+    of(a) == of(b)
+}
+
+/// Puts bytes into a texture of theirs.
+fn write(first: &Seen, texture: &wgpu::TextureView, bytes: &[u8]) {
+    let texture = texture.texture();
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * texture.width()), rows_per_image: None };
+    first.gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, texture.size());
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,148 @@
+//! What lies under the pixel that was clicked, and the lights that reach it.
+
+use egui::Ui;
+use glam::{Vec2, Vec3};
+use lanternfish::settings::Culling;
+use lanternfish_reference::Probed;
+use lanternfish_scene::{AlphaMode, Camera, Material, Scene};
+
+use super::{Facts, State};
+use crate::background::Found;
+
+/// A pixel that was asked about.
+#[derive(Clone, Debug)]
+pub struct Pointed {
+    /// Where it is in the picture: shares of its sides.
+    pub at: Vec2,
+    /// Where it was seen from.
+    pub camera: Camera,
+    /// What is there, once that is known.
+    pub found: Option<Found>,
+    /// Whether the scene has changed since.
+    pub is_of_before: bool,
+}
+
+impl Pointed {
+    /// The surface.
+    pub fn place(&self) -> Option<&Probed> {
+        self.found.as_ref()?.place.as_ref()
+    }
+}
+
+/// Whether the camera is to look there.
+pub fn show(ui: &mut Ui, state: &State, facts: &Facts<'_>) -> bool {
+    let Some(pointed) = &state.pointed else {
+        ui.label("Click on the picture.");
+        return false;
+    };
+    let Some(found) = &pointed.found else {
+        ui.label("Looking for it…");
+        return false;
+    };
+    let Some(place) = &found.place else {
+        ui.label("The surroundings: there is no surface.");
+        return false;
+    };
+    let is_asked = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
+    egui::Grid::new("pixel").show(ui, |ui| {
+        for (name, value) in facts_of(place, pointed.at, state, facts) {
+            ui.label(name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+    if pointed.is_of_before {
+        ui.weak("As it was before the last change:");
+    }
+    lights(ui, found, facts.scene);
+    is_asked
+}
+
+fn facts_of(place: &Probed, at: Vec2, state: &State, facts: &Facts<'_>) -> Vec<(&'static str, String)> {
+    let scene = facts.scene;
+    // The scene may have become another since it was asked.
+    let Some(instance) = scene.instances.get(place.instance) else { return Vec::new() };
+    let mesh = scene.meshes.get(instance.mesh).map_or("", |mesh| mesh.name.as_str());
+    let mut rows = vec![
+        ("position", of_vector(place.p, " m")),
+        ("distance", format!("{:.3} m", place.distance)),
+        ("normal", of_vector(place.normal, "")),
+        ("instance", named(place.instance, &instance.name)),
+        ("mesh", format!("{}, primitive {}", named(instance.mesh, mesh), place.primitive)),
+    ];
+    if let Culling::Tiled(tiled) = &state.settings.culling {
+        let pixel = at * Vec2::from(facts.size.map(|side| side as f32));
+        let tile = (pixel / tiled.tile_size.pixels() as f32).as_uvec2();
+        rows.push(("tile", format!("{}, {}", tile.x, tile.y)));
+    }
+    if let Some(material) = scene.materials.get(place.material) {
+        rows.push(("material", named(place.material, &material.name)));
+        rows.extend(of_material(material));
+    }
+    rows
+}
+
+/// What its factors are; textures multiply them.
+fn of_material(material: &Material) -> Vec<(&'static str, String)> {
+    let textured = |texture: bool| if texture { " × texture" } else { "" };
+    let color = of_vector(material.base_color.truncate(), textured(material.base_color_texture.is_some()));
+    let surface = textured(material.metallic_roughness_texture.is_some());
+    let mut rows = vec![
+        ("base colour", color),
+        ("metallic", format!("{:.2}{surface}", material.metallic)),
+        ("roughness", format!("{:.2}{surface}", material.perceptual_roughness)),
+    ];
+    if material.emissive != Vec3::ZERO {
+        let unit = if material.emissive_texture.is_some() { " nits × texture" } else { " nits" };
+        rows.push(("emission", of_vector(material.emissive, unit)));
+    }
+    match material.alpha_mode {
+        AlphaMode::Opaque => {}
+        AlphaMode::Mask { cutoff } => rows.push(("alpha", format!("{:.2}, cut at {cutoff:.2}", material.base_color.w))),
+        AlphaMode::Blend => rows.push(("alpha", format!("{:.2}, blended", material.base_color.w))),
+    }
+    if material.transmission > 0.0 {
+        rows.push(("transmission", format!("{:.2}", material.transmission)));
+    }
+    if material.clearcoat > 0.0 {
+        rows.push(("clear coat", format!("{:.2}", material.clearcoat)));
+    }
+    rows
+}
+
+fn lights(ui: &mut Ui, found: &Found, scene: &Scene) {
+    ui.strong(match found.light_count {
+        0 => "No light reaches it".to_owned(),
+        all if all > found.lights.len() => format!("{} of {all} lights in reach, the strongest", found.lights.len()),
+        1 => "1 light in reach".to_owned(),
+        all => format!("{all} lights in reach"),
+    });
+    if found.lights.is_empty() {
+        return;
+    }
+    egui::ScrollArea::vertical().id_salt("pixel/lights").max_height(220.0).show(ui, |ui| {
+        egui::Grid::new("lights at the pixel").striped(true).show(ui, |ui| {
+            for at in &found.lights {
+                let name = scene.lights.get(at.light).map_or("", |light| light.name.as_str());
+                ui.label(named(at.light, name));
+                ui.label(format!("{:.4} lx", at.irradiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))));
+                ui.label(if at.distance.is_finite() { format!("{:.2} m", at.distance) } else { "far".to_owned() });
+                ui.label(match at.open() {
+                    0.0 => "in shadow".to_owned(),
+                    open if open < 0.995 => format!("{:.0} % open", 100.0 * open),
+                    _ => "open".to_owned(),
+                });
+                ui.end_row();
+            }
+        });
+    });
+}
+
+/// An index, and the name where there is one.
+pub fn named(index: usize, name: &str) -> String {
+    if name.is_empty() { format!("#{index}") } else { format!("#{index} {name}") }
+}
+
+fn of_vector(v: Vec3, unit: &str) -> String {
+    format!("{:.3}, {:.3}, {:.3}{unit}", v.x, v.y, v.z)
+}

@@ -1,0 +1,48 @@
+//! What is on either side of the line, and how far the two differ.
+
+use egui::Ui;
+
+use super::{Facts, State};
+use crate::wipe::Other;
+
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
+    let wipe = &mut state.wipe;
+    ui.horizontal(|ui| {
+        ui.label("B:");
+        for (other, name, words) in [
+            (Other::Nothing, "nothing", "One picture: A"),
+            (Other::Settings, "other settings", "The same scene by settings of its own"),
+            (Other::PathTracer, "path tracer", "All light there is, by the processor, while the camera rests"),
+        ] {
+            ui.selectable_value(&mut wipe.other, other, name).on_hover_text(words);
+        }
+    });
+    if ui.button("B := A now").on_hover_text("B keeps the settings of now; the panel goes on with A").clicked() {
+        (wipe.settings, wipe.other, wipe.edits_b) = (state.settings.clone(), Other::Settings, false);
+    }
+    if wipe.other != Other::Settings {
+        wipe.edits_b = false;
+    }
+    if wipe.other == Other::Nothing {
+        wipe.shows_map = false;
+        return;
+    }
+    if wipe.other == Other::Settings {
+        ui.horizontal(|ui| {
+            ui.label("The panel of settings is that of");
+            ui.selectable_value(&mut wipe.edits_b, false, "A");
+            ui.selectable_value(&mut wipe.edits_b, true, "B");
+        });
+    }
+    let of_b = match wipe.other {
+        Other::PathTracer => format!("B: {} samples a pixel", facts.progress_of_b),
+        _ => format!("B: the mean of {} frames", facts.progress_of_b),
+    };
+    ui.label(of_b);
+    ui.add(egui::Slider::new(&mut wipe.line, 0.0..=1.0).show_value(false).text("line"));
+    ui.checkbox(&mut wipe.shows_map, "Map of what differs").on_hover_text(
+        "FLIP: black where nobody could tell the two from each other, pale yellow where they could not differ more",
+    );
+    let mean = facts.mean_difference.map_or("is found once both are at rest".to_owned(), |mean| format!("{mean:.4}"));
+    ui.label(format!("Mean difference (FLIP): {mean}"));
+}

@@ -1,0 +1,137 @@
+use glam::{Vec3, Vec3Swizzles};
+use lanternfish::settings::{DebugView, Indirect, Quality, Shadows};
+use lanternfish_gpu::testing;
+use lanternfish_scene::generate::demo;
+
+use super::*;
+
+/// Draws until so many frames are averaged, as a window does, but waiting for the device.
+fn draw(seen: &mut Seen, camera: &Camera, frames: u32) {
+    for _ in 0..50 {
+        let is_of_camera = seen.averaged.1.as_ref() == Some(camera);
+        if is_of_camera && seen.averaged() >= frames && !seen.is_busy() {
+            return;
+        }
+        if !seen.is_busy() {
+            seen.draw(camera).unwrap();
+        }
+        seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        seen.poll();
+    }
+    panic!("{} frames of {frames}", seen.averaged());
+}
+
+/// A room of the test's own on the device that tests share.
+fn cornell(gpu: &Gpu, settings: &Settings) -> Seen {
+    let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
+    let mut seen = Seen::new(gpu, demo("cornell").unwrap(), settings).unwrap();
+    seen.resize(UVec2::new(48, 32));
+    seen
+}
+
+/// By hand, light by light or all at once, is as if the scene had been so from the start; what is refused changes nothing.
+#[test]
+fn gpu_lights_by_hand_are_those_of_the_scene() {
+    let Some(gpu) = testing::gpu("gpu_lights_by_hand_are_those_of_the_scene") else { return };
+    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let indirect = Settings { indirect: Indirect::Sampled(Quality::Draft.sampled()), ..settings.clone() };
+    for settings in [settings, indirect] {
+        let mut seen = cornell(&gpu, &settings);
+        let camera = seen.scene.default_camera(1.5);
+        draw(&mut seen, &camera, 2);
+        let (first, lights) = (seen.pixels().unwrap(), seen.scene.lights.clone());
+        let held = Arc::clone(&seen.scene);
+        let mut dimmer = lights.clone();
+        dimmer[0].intensity *= 0.1;
+        let middle = seen.scene.bounds().center();
+        let more = [dimmer.clone(), vec![Light::point(middle, Vec3::new(0.5, 0.0, 0.0))]].concat();
+        for changed in [dimmer, more] {
+            seen.set_lights(changed.clone()).unwrap();
+            assert!(seen.scene.lights == changed && held.lights == lights, "who holds the scene sees it as it was");
+            draw(&mut seen, &camera, 2);
+            let mut anew = cornell(&gpu, &settings);
+            let mut scene = Scene::clone(&anew.scene);
+            scene.lights = changed;
+            anew.open(scene).unwrap();
+            draw(&mut anew, &camera, 2);
+            assert!(seen.pixels().unwrap() == anew.pixels().unwrap() && seen.pixels().unwrap() != first);
+        }
+        let mut wrong = seen.scene.lights.clone();
+        (wrong[0].intensity, wrong[1].position.x) = (Vec3::ONE, f32::NAN);
+        let before = (seen.scene.lights.clone(), seen.pixels().unwrap());
+        assert!(seen.set_lights(wrong).is_err());
+        assert!(seen.scene.lights == before.0);
+        let mut moved = camera.clone();
+        moved.world_from_camera.translation.x += 0.3;
+        draw(&mut seen, &moved, 1);
+        draw(&mut seen, &camera, 2);
+        assert!(seen.pixels().unwrap() == before.1, "a refused light is on the device");
+        seen.set_lights(lights).unwrap();
+        draw(&mut seen, &camera, 2);
+        assert!(seen.pixels().unwrap() == first, "back again");
+    }
+}
+
+/// Two renderings of a scene: each is what it would be alone, and the second follows what becomes of the scene.
+#[test]
+fn gpu_a_second_rendering_stands_beside_the_first() {
+    let Some(gpu) = testing::gpu("gpu_a_second_rendering_stands_beside_the_first") else { return };
+    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let unshadowed = Settings { shadows: Shadows::None, ..settings.clone() };
+    let mut a = cornell(&gpu, &settings);
+    let camera = a.scene.default_camera(1.5);
+    let mut b = a.beside(&unshadowed).unwrap();
+    b.resize(UVec2::new(48, 32));
+    assert!(Arc::ptr_eq(&a.scene, &b.scene));
+    let mut alone = cornell(&gpu, &unshadowed);
+    for seen in [&mut a, &mut b, &mut alone] {
+        draw(seen, &camera, 2);
+    }
+    assert!(b.pixels().unwrap() == alone.pixels().unwrap() && b.pixels().unwrap() != a.pixels().unwrap());
+    assert!(a.exposure().unwrap().unwrap().is_finite());
+    let mut lights = a.scene.lights.clone();
+    lights[0].intensity = lights[0].intensity.zxy();
+    for seen in [&mut a, &mut alone] {
+        seen.set_lights(lights.clone()).unwrap();
+    }
+    b.follow(&a).unwrap();
+    for seen in [&mut b, &mut alone] {
+        draw(seen, &camera, 2);
+    }
+    assert!(Arc::ptr_eq(&a.scene, &b.scene) && b.pixels().unwrap() == alone.pixels().unwrap());
+}
+
+#[test]
+fn gpu_a_picture_follows_sizes_settings_and_scenes() {
+    let Some(gpu) = testing::gpu("gpu_a_picture_follows_sizes_settings_and_scenes") else { return };
+    let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
+    let (scene, hall) = (demo("cornell").unwrap(), demo("hall").unwrap());
+    let camera = scene.default_camera(1.5);
+    let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let mut seen = Seen::new(gpu, scene, &settings).unwrap();
+    assert!(seen.resize(UVec2::new(48, 32)) && !seen.resize(UVec2::new(48, 32)));
+    assert!(seen.has_more(&camera));
+    draw(&mut seen, &camera, 3);
+    let first = seen.pixels().unwrap();
+    assert!(first.iter().filter(|pixel| pixel[..3] != [0; 3]).count() > 300 && seen.report.is_some());
+    // Another camera is another mean.
+    let mut moved = camera.clone();
+    moved.world_from_camera.translation.x += 0.3;
+    assert!(seen.has_more(&moved));
+    draw(&mut seen, &moved, 1);
+    assert!(seen.averaged() == 1 && seen.pixels().unwrap() != first);
+    seen.set(&Settings { debug_view: Some(DebugView::Normal), ..settings.clone() }).unwrap();
+    draw(&mut seen, &camera, 1);
+    assert!(seen.change.is_some() && !seen.has_more(&camera), "a view of a quantity has no mean");
+    seen.set(&settings).unwrap();
+    draw(&mut seen, &camera, 3);
+    assert!(seen.pixels().unwrap() == first, "back again");
+    // A window without a size, and another scene.
+    assert!(seen.resize(UVec2::ZERO) && seen.size() == UVec2::ONE);
+    draw(&mut seen, &camera, 1);
+    seen.resize(UVec2::new(48, 32));
+    let elsewhere = hall.default_camera(1.5);
+    seen.open(hall).unwrap();
+    draw(&mut seen, &elsewhere, 2);
+    assert!(seen.pixels().unwrap() != first);
+}

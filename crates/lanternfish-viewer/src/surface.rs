@@ -1,0 +1,140 @@
+//! The window's surface, what egui is painted onto it with, and the pictures that egui knows.
+
+use std::sync::Arc;
+
+use egui::TextureId;
+use lanternfish_gpu::Gpu;
+use winit::window::Window;
+
+use crate::ViewerError;
+
+/// A window that is painted.
+pub struct Surface {
+    /// The window.
+    pub window: Arc<Window>,
+    instance: wgpu::Instance,
+    surface: wgpu::Surface<'static>,
+    settings: wgpu::SurfaceConfiguration,
+    painter: egui_wgpu::Renderer,
+}
+
+/// A texture that egui may be shown, by the name that it has there.
+pub type Known = Option<(TextureId, wgpu::TextureView)>;
+
+impl Surface {
+    /// `surface` is the window's own, of this instance; the device is one that can draw to it.
+    pub fn new(
+        window: Arc<Window>,
+        instance: wgpu::Instance,
+        surface: wgpu::Surface<'static>,
+        adapter: &wgpu::Adapter,
+        device: &wgpu::Device,
+    ) -> Result<Self, ViewerError> {
+        let settings = surface_settings(&surface, adapter, window.inner_size())
+            .ok_or_else(|| ViewerError::Display("the adapter cannot draw to this window".to_owned()))?;
+        let painter = egui_wgpu::Renderer::new(device, settings.format, Default::default());
+        Ok(Self { window, instance, surface, settings, painter })
+    }
+
+    /// Fits the surface to the window; a window without a size has none.
+    pub fn configure(&mut self, device: &wgpu::Device) {
+        let size = self.window.inner_size();
+        let most = device.limits().max_texture_dimension_2d;
+        if size.width > 0 && size.height > 0 {
+            (self.settings.width, self.settings.height) = (size.width.min(most), size.height.min(most));
+            self.surface.configure(device, &self.settings);
+        }
+        self.window.request_redraw();
+    }
+
+    /// Makes a texture known to egui in the place of the one that was; none: it has none there any more.
+    pub fn know(&mut self, device: &wgpu::Device, known: &mut Known, texture: Option<&wgpu::TextureView>) {
+        let filter = wgpu::FilterMode::Linear;
+        match (&mut *known, texture) {
+            (Some((_, before)), Some(texture)) if before == texture => {}
+            (Some((id, before)), Some(texture)) => {
+                self.painter.update_egui_texture_from_wgpu_texture(device, texture, filter, *id);
+                *before = texture.clone();
+            }
+            (None, Some(texture)) => {
+                let id = self.painter.register_native_texture(device, texture, filter);
+                *known = Some((id, texture.clone()));
+            }
+            (_, None) => {
+                if let Some((id, _)) = known.take() {
+                    self.painter.free_texture(&id);
+                }
+            }
+        }
+    }
+
+    /// Paints what egui made.
+    pub fn paint(&mut self, gpu: &Gpu, context: &egui::Context, mut output: egui::FullOutput) {
+        // Told once: they count whether or not there is a surface to paint on.
+        for (id, deltas) in &output.textures_delta.set {
+            deltas.iter().for_each(|delta| self.painter.update_texture(&gpu.device, &gpu.queue, *id, delta));
+        }
+        let mut deltas = std::mem::take(&mut output.textures_delta);
+        self.paint_shapes(gpu, context, output);
+        for id in &deltas.free {
+            self.painter.free_texture(id);
+        }
+        deltas.clear();
+    }
+
+    fn paint_shapes(&mut self, gpu: &Gpu, context: &egui::Context, output: egui::FullOutput) {
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let surface = match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(texture) => texture,
+            wgpu::CurrentSurfaceTexture::Suboptimal(texture) => {
+                drop(texture);
+                return self.configure(device);
+            }
+            wgpu::CurrentSurfaceTexture::Outdated => return self.configure(device),
+            wgpu::CurrentSurfaceTexture::Lost => {
+                match self.instance.create_surface(Arc::clone(&self.window)) {
+                    Ok(surface) => self.surface = surface,
+                    Err(error) => tracing::error!("the window's surface was lost: {error}"),
+                }
+                return self.configure(device);
+            }
+            _ => return,
+        };
+        let jobs = context.tessellate(output.shapes, output.pixels_per_point);
+        let screen = egui_wgpu::ScreenDescriptor {
+            size_in_pixels: [self.settings.width, self.settings.height],
+            pixels_per_point: output.pixels_per_point,
+        };
+        let mut commands = device.create_command_encoder(&Default::default());
+        let before = self.painter.update_buffers(device, queue, &mut commands, &jobs, &screen);
+        let view = surface.texture.create_view(&Default::default());
+        let color = wgpu::RenderPassColorAttachment {
+            view: &view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        };
+        let pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("viewer/panels"),
+            color_attachments: &[Some(color)],
+            ..Default::default()
+        });
+        self.painter.render(&mut pass.forget_lifetime(), &jobs, &screen);
+        queue.submit(before.into_iter().chain([commands.finish()]));
+        self.window.pre_present_notify();
+        queue.present(surface);
+    }
+}
+
+/// As a display shows bytes: egui encodes by itself. None where the surface is not this adapter's.
+fn surface_settings(
+    surface: &wgpu::Surface<'_>,
+    adapter: &wgpu::Adapter,
+    size: winit::dpi::PhysicalSize<u32>,
+) -> Option<wgpu::SurfaceConfiguration> {
+    let mut settings = surface.get_default_config(adapter, size.width.max(1), size.height.max(1))?;
+    let formats = surface.get_capabilities(adapter).formats;
+    settings.format = formats.iter().copied().find(|format| !format.is_srgb()).unwrap_or(settings.format);
+    settings.present_mode = wgpu::PresentMode::AutoVsync;
+    Some(settings)
+}

@@ -1,0 +1,133 @@
+//! What a frame of the window does about its pictures: it draws the next frame of each, changes the scene, and keeps screenshots.
+
+use std::{sync::Arc, time::Instant};
+
+use glam::UVec2;
+use lanternfish_scene::Camera;
+
+use super::Viewer;
+use crate::{
+    Form, Shown,
+    background::Found,
+    panels::{Edit, Pointed, State},
+    player,
+    seen::at_rest,
+    wipe::Other,
+};
+
+impl Viewer {
+    /// The next frame of either side, while the device does nothing for them. What cannot be is told, and is as it was before.
+    pub(super) fn draw_both(&mut self, seconds: f32) {
+        self.draw_beside();
+        if let Err(error) = self.draw(seconds) {
+            self.state.message = error.to_string();
+            // What was asked for cannot be: what is shown can.
+            self.state.settings = self.seen.settings().clone();
+        }
+    }
+
+    /// The next frame of the picture, where there is one.
+    fn draw(&mut self, seconds: f32) -> Result<(), lanternfish::RenderError> {
+        self.seen.set(&self.state.settings)?;
+        if let Some(clip) = &mut self.state.clip
+            && player::play(&self.seen.scene, clip, &mut self.moment, seconds)
+        {
+            let (animation, time) = (clip.animation, clip.time);
+            self.let_go();
+            Arc::make_mut(&mut self.seen.scene).pose(animation, time);
+            self.seen.update()?;
+        }
+        let share = self.pace.scale(u64::from(self.room.x) * u64::from(self.room.y), self.moves());
+        let size = (self.room.as_vec2() * share).as_uvec2().max(UVec2::ONE);
+        self.seen.resize(size);
+        if self.seen.has_more(&self.state.controls.camera) {
+            self.seen.draw(&self.state.controls.camera)?;
+        }
+        Ok(())
+    }
+
+    /// The next frame of the other side, before that of the first: what is compared is what is seen.
+    fn draw_beside(&mut self) {
+        let rests = !self.moves() && self.seen.size() == self.room && self.seen.averaged() > 0;
+        if let Some(pointed) = self.state.pointed.clone().filter(|pointed| rests && pointed.is_of_before) {
+            self.probe(pointed.at, pointed.camera, pointed.found);
+        }
+        let State { wipe, controls, message, .. } = &mut self.state;
+        if let Err(error) = self.beside.draw(&self.seen, wipe, &controls.camera, rests) {
+            *message = format!("B: {error}");
+            match self.beside.settings() {
+                Some(settings) if *settings != wipe.settings => wipe.settings = settings.clone(),
+                _ => wipe.other = Other::Nothing,
+            }
+        }
+    }
+
+    /// Asks what lies under a pixel.
+    pub(super) fn point(&mut self, at: glam::Vec2) {
+        self.probe(at, self.state.controls.camera.clone(), None);
+    }
+
+    fn probe(&mut self, at: glam::Vec2, camera: Camera, found: Option<Found>) {
+        self.beside.probe(&self.seen, &camera, at.to_array());
+        self.state.pointed = Some(Pointed { at, camera, found, is_of_before: false });
+    }
+
+    /// Changes a light.
+    pub(super) fn edit(&mut self, edit: Edit) {
+        self.state.message.clear();
+        let lights = edit.applied(&self.seen.scene.lights);
+        self.let_go();
+        if let Err(error) = self.seen.set_lights(lights) {
+            self.state.message = error.to_string();
+        }
+        // While it is dragged, pictures are small ones.
+        self.moved = Some(Instant::now());
+    }
+
+    /// Writes what is seen as it will be at rest, and goes on with the camera of what was written.
+    pub(super) fn write(&mut self, form: Form) {
+        let settings = at_rest(&self.state.settings);
+        let shown = Shown {
+            settings: &settings,
+            scene: &self.seen.scene,
+            camera: &self.state.controls.camera,
+            size: self.room.into(),
+            moment: self.moment,
+        };
+        self.state.message = match (self.write)(&shown, form) {
+            Err(what) => what,
+            Ok(written) => {
+                self.state.controls.camera.clone_from(&written.camera);
+                match form {
+                    Form::File => written.text,
+                    Form::CommandLine => {
+                        let said = format!("copied: {}", written.text);
+                        self.input.egui_ctx().copy_text(written.text);
+                        said
+                    }
+                }
+            }
+        };
+    }
+
+    /// The scene becomes another: nobody else holds on to it.
+    fn let_go(&mut self) {
+        self.beside.let_go();
+        if let Some(pointed) = &mut self.state.pointed {
+            pointed.is_of_before = true;
+        }
+    }
+
+    /// Writes a screenshot, if one is asked for and the whole picture is there.
+    pub(super) fn keep_picture(&mut self) {
+        let size = self.seen.size();
+        if !self.wants_screenshot || size != self.room || self.seen.averaged() == 0 {
+            return;
+        }
+        self.wants_screenshot = false;
+        let read = self.seen.pixels();
+        let kept =
+            read.map_err(|error| error.to_string()).and_then(|texels| (self.keep)(texels.as_flattened(), size.into()));
+        self.state.message = kept.unwrap_or_else(|what| format!("no screenshot: {what}"));
+    }
+}

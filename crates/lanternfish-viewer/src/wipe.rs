@@ -1,0 +1,95 @@
+//! Two pictures of one scene in one place: what is on either side of a line, and the line.
+
+use egui::{Rect, Ui, pos2};
+use lanternfish::Settings;
+
+/// What stands on the right of the line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Other {
+    /// There is no line.
+    #[default]
+    Nothing,
+    /// The scene by other settings.
+    Settings,
+    /// The path tracer's picture.
+    PathTracer,
+}
+
+/// The two sides. The left one, A, is the picture by the settings of the panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wipe {
+    /// The right side, B.
+    pub other: Other,
+    /// Settings of B.
+    pub settings: Settings,
+    /// Whether the panel of settings is B's.
+    pub edits_b: bool,
+    /// Where the line is: a share of the picture's width.
+    pub line: f32,
+    /// Whether the map of what differs is shown in the place of both.
+    pub shows_map: bool,
+}
+
+impl Wipe {
+    /// No line yet; B would be like A.
+    pub fn new(settings: &Settings) -> Self {
+        Self { other: Other::Nothing, settings: settings.clone(), edits_b: false, line: 0.5, shows_map: false }
+    }
+}
+
+/// What of the two sides there is to show.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Textures {
+    /// A.
+    pub a: Option<egui::TextureId>,
+    /// B.
+    pub b: Option<egui::TextureId>,
+    /// What differs.
+    pub map: Option<egui::TextureId>,
+}
+
+/// Points to either side of the line at which a hand takes hold of it.
+const GRIP: f32 = 6.0;
+
+/// Paints both sides into a place. The line is moved by [`line`], which comes after what else takes hold of the place.
+pub fn paint(ui: &Ui, place: Rect, wipe: &Wipe, textures: &Textures) {
+    let image = |texture: Option<egui::TextureId>, from: f32, to: f32| {
+        let Some(texture) = texture.filter(|_| to > from) else { return };
+        let x = |share: f32| egui::lerp(place.x_range(), share);
+        let part = Rect::from_x_y_ranges(x(from)..=x(to), place.y_range());
+        let uv = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
+        ui.painter().image(texture, part, uv, egui::Color32::WHITE);
+    };
+    if wipe.other == Other::Nothing {
+        return image(textures.a, 0.0, 1.0);
+    }
+    if wipe.shows_map && textures.map.is_some() {
+        return image(textures.map, 0.0, 1.0);
+    }
+    let line = if textures.b.is_some() { wipe.line } else { 1.0 };
+    image(textures.a, 0.0, line);
+    image(textures.b, line, 1.0);
+}
+
+/// The line over the picture, and the hand that drags it.
+pub fn line(ui: &mut Ui, place: Rect, wipe: &mut Wipe) {
+    if wipe.other == Other::Nothing || wipe.shows_map {
+        return;
+    }
+    let x = egui::lerp(place.x_range(), wipe.line);
+    let grip = Rect::from_x_y_ranges(x - GRIP..=x + GRIP, place.y_range());
+    let response = ui.interact(grip, ui.scope_id().with("wipe"), egui::Sense::drag());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Line between A and B"));
+    if let Some(hand) = response.interact_pointer_pos().filter(|_| response.dragged() && place.width() > 0.0) {
+        wipe.line = ((hand.x - place.left()) / place.width()).clamp(0.0, 1.0);
+    }
+    let is_held = response.hovered() || response.dragged();
+    let response = response.on_hover_and_drag_cursor(egui::CursorIcon::ResizeHorizontal);
+    let color = if is_held { egui::Color32::WHITE } else { egui::Color32::from_white_alpha(160) };
+    let x = egui::lerp(place.x_range(), wipe.line);
+    ui.painter().vline(x, place.y_range(), egui::Stroke::new(1.5, color));
+    for (letter, side, align) in [("A", -8.0, egui::Align2::RIGHT_TOP), ("B", 8.0, egui::Align2::LEFT_TOP)] {
+        let font = egui::FontId::proportional(16.0);
+        ui.painter().text(pos2(x + side, response.rect.top() + 6.0), align, letter, font, color);
+    }
+}
