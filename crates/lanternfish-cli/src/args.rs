@@ -113,7 +113,7 @@ pub enum Command {
     ///
     /// Takes the flags of `render`; without a scene it shows the built-in atrium.
     #[command(after_help = window::HELP, args_override_self = true)]
-    #[command(override_usage = "lanternfish view [--record TRACK.toml] [OPTIONS OF render] [SCENE]")]
+    #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
     View(Box<WindowArgs>),
     /// Prints a shot: a file that renders what these flags render, with every flag as a key.
     ///
@@ -232,19 +232,23 @@ impl FromArgMatches for ShotArgs {
 #[derive(Debug)]
 pub struct WindowArgs {
     pub render: RenderArgs,
-    pub record: RecordArgs,
+    pub window: OnlyWindowArgs,
 }
 
 #[derive(Debug, Args)]
-pub struct RecordArgs {
+pub struct OnlyWindowArgs {
     /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
+    /// Renders with the shaders below this folder, the library's `src`, and reads them again when they are saved. One that does not
+    /// compile changes nothing but the line below the picture.
+    #[arg(long, value_name = "FOLDER")]
+    pub shaders: Option<PathBuf>,
 }
 
 impl Args for WindowArgs {
     fn augment_args(command: clap::Command) -> clap::Command {
-        let command = RecordArgs::augment_args(ShotArgs::augment_args(command));
+        let command = OnlyWindowArgs::augment_args(ShotArgs::augment_args(command));
         command.mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST))
     }
 
@@ -255,13 +259,13 @@ impl Args for WindowArgs {
 
 impl FromArgMatches for WindowArgs {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let (render, record) = (RenderArgs::from_arg_matches(matches)?, RecordArgs::from_arg_matches(matches)?);
-        Ok(Self { render, record })
+        let (render, window) = (RenderArgs::from_arg_matches(matches)?, OnlyWindowArgs::from_arg_matches(matches)?);
+        Ok(Self { render, window })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         self.render.update_from_arg_matches(matches)?;
-        self.record.update_from_arg_matches(matches)
+        self.window.update_from_arg_matches(matches)
     }
 }
 

@@ -52,9 +52,9 @@ fn main() -> ExitCode {
     scene::trust(cli.trust);
     told(match cli.command {
         Command::Render(args) => shot::resolve(&args.scene).and_then(|shot| render::run(&shot, started)).map(|()| 0),
-        Command::View(args) => shot::resolve(&args.render.scene)
-            .and_then(|shot| window::run(shot, args.record.record.as_deref()))
-            .map(|()| 0),
+        Command::View(args) => {
+            shot::resolve(&args.render.scene).and_then(|shot| window::run(shot, &args.window)).map(|()| 0)
+        }
         Command::Shot(args) => shot::write(&args.0.scene).map(|()| 0),
         Command::Frames(args) => frames::run(&args),
         Command::Farm(args) => farm::run(&args).map(|()| 0),

@@ -11,6 +11,7 @@ use lanternfish_scene::{Camera, Scene};
 use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
 
 use crate::{
+    args::OnlyWindowArgs,
     camera,
     error::CliError,
     light_rig::{self, Lighting},
@@ -38,12 +39,16 @@ pub const FIRST: &str = "demo:atrium";
 /// Seconds of a step of what is recorded.
 const STEP: f32 = 1.0 / 60.0;
 
-/// Opens the window, and returns when it is closed. What is done to the camera is written to `record`, if it is named.
-pub fn run(shot: Shot, record: Option<&Path>) -> Result<(), CliError> {
+/// Opens the window, and returns when it is closed.
+pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
     let (name, settings, size) = (args.scene.to_string(), args.settings(), args.output.size);
     let adapter = args.run.adapter.clone().unwrap_or_default();
+    if let Some(folder) = &window.shaders {
+        check_folder(folder)?;
+    }
+    let record = window.record.as_deref();
     let record = record.map(|path| Ok::<_, CliError>((STEP, recorder(&shot, path)?))).transpose()?;
     let (scene, camera, by_rig) = loaded(&shot, &mut progress)?;
     progress.finish();
@@ -66,12 +71,20 @@ pub fn run(shot: Shot, record: Option<&Path>) -> Result<(), CliError> {
         keep: Box::new(keep),
         write: Box::new(move |seen, form| written(&opened.borrow(), seen, form).map_err(|error| error.to_string())),
         record,
+        shaders: window.shaders.clone(),
     };
     lanternfish_viewer::run(start).map_err(|error| match error {
         ViewerError::Gpu(error) => error.into(),
         ViewerError::Render(error) => error.into(),
         error => CliError::new(error, ""),
     })
+}
+
+/// An error for a folder that has no shaders.
+fn check_folder(folder: &Path) -> Result<(), CliError> {
+    let holds = folder.join("shading").join("forward.wesl").is_file();
+    let remedy = "name the library's sources: --shaders crates/lanternfish/src";
+    holds.then_some(()).ok_or_else(|| CliError::new(format!("{}: no shaders are there", folder.display()), remedy))
 }
 
 /// Writes what was recorded, at the end; that it can be written is known before.

@@ -7,6 +7,7 @@ use lanternfish::{
     RenderError,
     settings::{Exposure, Settings},
 };
+use lanternfish_gpu::ShaderTexts;
 use lanternfish_scene::{Camera, Scene};
 
 use crate::{
@@ -59,6 +60,12 @@ impl Beside {
             background.forget();
         }
         self.forget_difference();
+    }
+
+    /// Renders with the shaders of the first, which are others now.
+    pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
+        self.forget_difference();
+        self.rendered.as_mut().map_or(Ok(()), |seen| seen.edit_shaders(texts, camera))
     }
 
     /// Draws the other side, where it is asked for, as large as the first, or lets the path tracer go on with it. To be called while neither

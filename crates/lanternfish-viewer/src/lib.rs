@@ -15,11 +15,12 @@ mod panels;
 mod player;
 mod record;
 mod seen;
+mod source_tree;
 mod surface;
 mod window;
 mod wipe;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lanternfish::Settings;
 use lanternfish_gpu::AdapterChoice;
@@ -93,6 +94,8 @@ pub struct Start {
     pub record: Option<(f32, RecordKeeper)>,
     /// Writes what is seen.
     pub write: Writer,
+    /// A folder whose shaders stand in for the library's as often as they are saved.
+    pub shaders: Option<PathBuf>,
 }
 
 /// A file that was opened.

@@ -4,11 +4,13 @@ use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
 use lanternfish::{Change, FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest};
-use lanternfish_gpu::{Gpu, GpuError, read_texture};
+use lanternfish_gpu::{Gpu, GpuError, ShaderTexts, read_texture};
 use lanternfish_scene::{Camera, Light, Scene};
 
 /// Format of the picture: the picture is encoded for a display, not the texture.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Pixels across and down of the picture that edited shaders are tried on.
+const TRIED: UVec2 = UVec2::new(32, 32);
 /// Frames whose mean a picture at rest is.
 pub const AT_REST: u32 = 64;
 
@@ -157,6 +159,16 @@ impl Seen {
         read_texture(&self.gpu.device, &self.gpu.queue, self.picture.texture())
     }
 
+    /// Renders with texts in the place of the library's own shaders. After an error those of before stay.
+    pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
+        // What they compile to is tried on a small picture.
+        let size = self.size.min(TRIED);
+        let request = ViewRequest::of_camera(0, camera, size.into(), Target::Display(&self.picture, FORMAT));
+        self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
+        self.begin_anew();
+        Ok(())
+    }
+
     /// How it is rendered.
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -272,5 +284,7 @@ pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
     texture.create_view(&Default::default())
 }
 
+#[cfg(test)]
+mod soak;
 #[cfg(test)]
 mod tests;

@@ -26,6 +26,7 @@ use crate::{
     player,
     record::Recorder,
     seen::Seen,
+    source_tree::{self, SourceTree},
     surface::{Known, Surface},
     wipe::{Textures, Wipe},
 };
@@ -72,6 +73,7 @@ struct Viewer {
     open: Opener,
     keep: Keeper,
     recorder: Option<Recorder>,
+    shaders: Option<SourceTree>,
     write: Writer,
 }
 
@@ -106,11 +108,13 @@ impl ApplicationHandler for App {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &mut self.open else { return };
-        if viewer.poll() || viewer.has_more() {
+        if viewer.read_shaders() | viewer.poll() || viewer.has_more() {
             viewer.surface.window.request_redraw();
         }
         if viewer.has_more() || viewer.is_busy() || viewer.beside.is_working() {
             events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
+        } else if viewer.shaders.is_some() {
+            events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + source_tree::PERIOD));
         } else {
             events.set_control_flow(ControlFlow::Wait);
         }
@@ -145,7 +149,7 @@ impl Viewer {
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
         let surface = Surface::new(window, instance, surface, &adapter, &gpu.device)?;
-        let Start { name, scene, camera, settings, open, keep, write, record, .. } = start;
+        let Start { name, scene, camera, settings, open, keep, write, record, shaders, .. } = start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_of(&scene);
@@ -182,6 +186,7 @@ impl Viewer {
             open,
             keep,
             recorder,
+            shaders: shaders.map(SourceTree::new),
             write,
         };
         viewer.surface.configure(&viewer.seen.gpu.device);
@@ -230,6 +235,17 @@ impl Viewer {
             self.keep_picture();
         }
         of_first.is_some() || news.is_new
+    }
+
+    /// Takes the shaders of the source tree that were saved since the last time: whether there are any.
+    fn read_shaders(&mut self) -> bool {
+        let Some(texts) = self.shaders.as_mut().and_then(SourceTree::look) else { return false };
+        let camera = &self.state.controls.camera;
+        let first = self.seen.edit_shaders(texts.clone(), camera);
+        let done = first.and_then(|()| self.beside.edit_shaders(texts, camera));
+        self.state.message =
+            done.map_or_else(|error| error.to_string(), |()| "The shaders are those of the source tree".to_owned());
+        true
     }
 
     fn open_file(&mut self, path: &std::path::Path) {

@@ -1,0 +1,120 @@
+//! Settings that change at random, frame after frame, as a hand on the panels changes them.
+
+use lanternfish::{
+    rooms::{Family, KnobWords, Range},
+    settings::Shadows,
+};
+use lanternfish_gpu::testing;
+use lanternfish_reference::Random;
+use lanternfish_scene::generate::demo;
+
+use super::*;
+
+/// Frames, unless the variable below says how many.
+const FRAMES: u64 = 150;
+const FRAMES_FROM: &str = "LANTERNFISH_FRAMES";
+/// Frames under the same settings.
+const ALIKE: u64 = 6;
+/// Bytes by which memory may grow after the first hundred frames of a thousand: the allocator keeps some of what was freed.
+const KEPT: u64 = 64 << 20;
+
+/// A value that a setting of these words takes. Counts stay below a hundred or so: what takes long is not the question here.
+fn value(words: &KnobWords, names: &[(&'static str, &'static str)], random: &mut Random) -> String {
+    let mut below = |count: usize| (random.unit() * count as f64) as usize;
+    match words.range {
+        Range::Names | Range::Numbers => names[below(names.len())].0.to_owned(),
+        Range::Switch(..) => ["on", "off"][below(2)].to_owned(),
+        Range::Count(least, most) => (least + below((most - least).min(100) as usize + 1) as u32).to_string(),
+        Range::Positive => format!("{:.3}", 0.2 + 2.0 * random.unit()),
+        Range::Text => ["auto", "0", "1.5", "none"][below(4)].to_owned(),
+    }
+}
+
+/// Changes the choice of a room, or one of its settings.
+fn change_room<F: Family>(family: &mut F, random: &mut Random) {
+    if random.unit() < 0.5 {
+        let rooms: Vec<F> = [F::NONE].into_iter().chain(F::rooms()).collect();
+        *family = rooms[(random.unit() * rooms.len() as f64) as usize];
+        return;
+    }
+    let Some(room) = family.room_mut() else { return };
+    let knobs = room.knobs();
+    if knobs.is_empty() {
+        return;
+    }
+    let (words, names) = &knobs[(random.unit() * knobs.len() as f64) as usize];
+    // What is refused has a message, and changes nothing.
+    let _ = room.set(words.name, &value(words, names, random));
+}
+
+/// Changes one thing that panels show.
+fn change(settings: &mut Settings, random: &mut Random) {
+    match (random.unit() * 5.0) as u32 {
+        0 => change_room(&mut settings.indirect, random),
+        1 => change_room(&mut settings.occlusion, random),
+        2 => change_room(&mut settings.culling, random),
+        _ => {
+            let knob = &Settings::KNOBS[(random.unit() * Settings::KNOBS.len() as f64) as usize];
+            let names = (knob.of)(&mut settings.clone()).names();
+            let _ = settings.set(knob.words.name, &value(&knob.words, &names, random));
+        }
+    }
+}
+
+/// Bytes of memory that this process has; none where the system does not say it.
+fn resident() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+    line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
+}
+
+/// Whether it says what the device or the renderer has not, and not that something went wrong.
+fn is_refusal(error: &RenderError) -> bool {
+    !matches!(error, RenderError::Gpu(what) if !matches!(what, GpuError::TooLarge { .. }))
+}
+
+#[test]
+fn gpu_settings_change_at_random() {
+    let Some(gpu) = testing::gpu("gpu_settings_change_at_random") else { return };
+    let frames = std::env::var(FRAMES_FROM).ok().and_then(|count| count.parse().ok()).unwrap_or(FRAMES);
+    let gpu = Gpu { device: gpu.device.clone(), queue: gpu.queue.clone(), description: gpu.description.clone() };
+    let scene = demo("cornell").unwrap();
+    let camera = scene.default_camera(1.5);
+    let usual = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let mut seen = Seen::new(gpu, scene, &usual).unwrap();
+    seen.resize(UVec2::new(24, 16));
+    let mut random = Random::new(7, 0, 0);
+    let (mut asked, mut refused, mut whole, mut warm) = (usual.clone(), 0, 0, None);
+    for frame in 0..frames {
+        if frame % ALIKE == 0 {
+            if random.unit() < 0.1 {
+                asked = usual.clone();
+            }
+            change(&mut asked, &mut random);
+            // As the window does: the picture stays, and the panels say why.
+            if let Err(error) = seen.set(&asked) {
+                assert!(is_refusal(&error), "{asked:?}: {error}");
+                (refused, asked) = (refused + 1, seen.settings().clone());
+            }
+        }
+        if let Err(error) = seen.draw(&camera) {
+            assert!(is_refusal(&error), "{asked:?}: {error}");
+            (refused, asked) = (refused + 1, usual.clone());
+            seen.set(&usual).unwrap();
+            continue;
+        }
+        seen.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        seen.poll();
+        assert!(!seen.is_busy(), "the device is done");
+        whole += u64::from(seen.averaged() > 0);
+        if frame == 100 {
+            warm = resident();
+        }
+    }
+    println!("{frames} frames, {whole} of them shown, {refused} changes refused");
+    assert!(2 * whole > frames, "{whole} of {frames} frames are shown");
+    if let (Some(warm), Some(end)) = (warm, resident()) {
+        println!("{} MiB after 100 frames, {} MiB at the end", warm >> 20, end >> 20);
+        assert!(frames > 1000 || end < warm + KEPT, "{} MiB more", (end - warm) >> 20);
+    }
+}
