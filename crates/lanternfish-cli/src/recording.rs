@@ -258,7 +258,7 @@ mod tests {
     use super::*;
 
     fn recorded() -> Recorded {
-        let projection = Projection::Perspective { fov_y: 0.785_398_2, near: 0.049_999_997 };
+        let projection = Projection::Perspective { fov_y: 0.7, near: 0.049_999_997 };
         let first = Camera::look_at(Vec3::new(0.1, 1.7, -8.333_333), Vec3::new(0.3, 0.9, 0.1), projection);
         let fly = |forward| Move::Fly(Way { right: -0.25, up: 1e-7, forward }, 1.0 / 60.0);
         let parallel = Projection::Orthographic { half_height: 3.0, near: 0.0, far: 70.0 };
@@ -308,8 +308,8 @@ mod tests {
             ("recording = 1", "recording = 2", "another version"),
             ("step = 0.016666668", "step = 0", "above 0"),
             ("\"orbit\", 3.0", "\"orbits\", 3.0", "no move is so"),
-            ("\"perspective\", 0.7853982", "\"perspective\"", "no camera"),
-            ("\"perspective\", 0.7853982", "\"perspective\", -1", "a camera is none"),
+            ("\"perspective\", 0.7", "\"perspective\"", "no camera"),
+            ("\"perspective\", 0.7", "\"perspective\", -1", "a camera is none"),
             ("\n    2,\n", "\n    99999999,\n", "more than"),
             ("reach = 4.0\n", "", "`reach` is missing"),
             ("steps = [\n", "steps = [\n 3,\n", "starts with a step"),

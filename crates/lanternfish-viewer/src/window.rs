@@ -268,6 +268,10 @@ impl Viewer {
 
     /// One frame of the window; now and then one of the picture.
     fn frame(&mut self) -> Asked {
+        if let Some(recorder) = &self.recorder {
+            // A step takes no less than it lasts, however fast the display is.
+            std::thread::sleep(Duration::from_secs_f32(recorder.step()).saturating_sub(self.last.elapsed()));
+        }
         let passed = self.last.elapsed().as_secs_f32().min(0.25);
         let seconds = self.recorder.as_ref().map_or(passed, Recorder::step);
         self.last = Instant::now();

@@ -63,7 +63,9 @@ fn scale(svg: &mut Svg, most: f64) {
     for step in 0..=4 {
         let share = f64::from(step) / 4.0;
         let value = (share * (1.0 + most).ln()).exp_m1();
-        let value = if value < 100.0 { (value * 10.0).round() / 10.0 } else { value.round() };
+        // To three digits, which is more than colours tell.
+        let digit = 10f64.powf(value.max(1.0).log10().floor() - 2.0);
+        let value = (value / digit).round() * digit;
         svg.text([right + 42.0, bottom - (bottom - top) * share + 4.0], "start", &short(value));
     }
 }

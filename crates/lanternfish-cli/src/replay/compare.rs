@@ -5,7 +5,7 @@
 //! are not independent of each other, for a machine that is slow is slow for a while; runs are taken to be.
 //!
 //! 1. The values of the runs of the new replay are tested against those of the old one by ranks ([`rank_sum`]): no distribution is assumed.
-//! 2. Many passes are tested, so chance alone would find some: probabilities are judged together [Holm1979], at 0.05 that one or more of
+//! 2. Many passes are tested, so chance alone would find some: probabilities are judged together `[Holm1979]`, at 0.05 that one or more of
 //!    all passes is found where none is slower.
 //! 3. A pass is slower where it is found so, and takes longer by more than the least change that matters.
 //!

@@ -1,4 +1,4 @@
-//! Whether one set of values lies above another: the rank-sum test [MannWhitney1947], exact.
+//! Whether one set of values lies above another: the rank-sum test `[MannWhitney1947]`, exact.
 
 /// The probability that so many pairs or more, a value of `above` over one of `below`, are found by chance: where every order of all the
 /// values is equally likely. 1 where a set is empty.

@@ -200,7 +200,8 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
 }
 
 /// Flags that say where the camera is, when, and where results go: a recording says the first two itself.
-const OF_PICTURES: [&str; 15] = [
+const OF_PICTURES: [&str; 16] = [
+    "adapter",
     "eye",
     "target",
     "fov_y",

@@ -64,7 +64,12 @@ pub fn claims(figures: &Figures) -> Vec<Claim> {
                     played.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.most_fragments));
                 let limit = pixels.parse::<u64>().map_or(0, |pixels| pixels * pixels);
                 let ours = format!("{} of {}", grouped(most.max().unwrap_or(0).into()), grouped(limit));
-                add("6.10", &format!("{}: most fragments of a cluster", played.clusters), "at most 64² = 4,096", ours);
+                add(
+                    "6.10",
+                    &format!("{}: most fragments of a cluster, of blended surfaces too", played.clusters),
+                    "at most 64² = 4,096",
+                    ours,
+                );
             }
         }
     }

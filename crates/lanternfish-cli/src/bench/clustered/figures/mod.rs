@@ -1,4 +1,4 @@
-//! Figures 6.2 to 6.10 of [VanGelderen2020]: every shape of clusters over the frames of a track, one view and two eyes.
+//! Figures 6.2 to 6.10 of `[VanGelderen2020]`: every shape of clusters over the frames of a track, one view and two eyes.
 //!
 //! Each configuration is replayed as `lanternfish replay` does it: counted once, then timed in runs of which the least counts
 //! ([`crate::replay`]).

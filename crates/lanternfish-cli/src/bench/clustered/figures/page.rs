@@ -25,8 +25,11 @@ const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:110r
 
 const COLORS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#444444"];
 
-/// What figures 6.2 to 6.6 show of every configuration: a name, its unit, and values by frame.
-const QUANTITIES: [(&str, &str, fn(&Played) -> Vec<f64>); 5] = [
+/// A name, its unit, and values by frame.
+type Quantity = (&'static str, &'static str, fn(&Played) -> Vec<f64>);
+
+/// What figures 6.2 to 6.6 show of every configuration.
+const QUANTITIES: [Quantity; 5] = [
     ("Frame", "ms", Played::frame_ms),
     ("Clustering", "ms", Played::clustering_ms),
     ("Shading", "ms", Played::shading_ms),
