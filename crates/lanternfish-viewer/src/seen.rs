@@ -111,9 +111,9 @@ impl Seen {
     fn bring_lights(&mut self, before: &[Light]) -> Result<(), RenderError> {
         let lights = &self.scene.lights;
         if lights.len() == before.len() {
-            let others = lights.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before);
+            let mut others = lights.iter().zip(before).enumerate().filter(|(_, (now, before))| now != before);
             let set = |(index, (light, _))| self.renderer.set_light(&mut self.uploaded, index, light).map(|_| ());
-            match others.map(set).collect::<Result<(), _>>() {
+            match others.try_for_each(set) {
                 Err(RenderError::NeedsUpdate { .. }) => {}
                 done => return done,
             }

@@ -167,8 +167,8 @@ fn gpu_a_window_is_driven_and_its_shot_is_its_picture() {
     };
     display.act("key b");
     let is_line_at = |screen: &[[u8; 3]], x: usize| {
-        let elsewhere = (10..SIZE[0] - 10).filter(|at| at.abs_diff(x) > 3);
-        (x - 2..=x + 2).any(|x| differs(screen, x)) && !elsewhere.into_iter().any(|x| differs(screen, x))
+        let mut elsewhere = (10..SIZE[0] - 10).filter(|at| at.abs_diff(x) > 3);
+        (x - 2..=x + 2).any(|x| differs(screen, x)) && !elsewhere.any(|x| differs(screen, x))
     };
     display.settled("a line in the middle", |screen| is_line_at(screen, 200));
     for words in

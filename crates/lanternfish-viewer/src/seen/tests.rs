@@ -36,7 +36,7 @@ fn gpu_lights_by_hand_are_those_of_the_scene() {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let indirect = Settings { indirect: Indirect::Sampled(Quality::Draft.sampled()), ..settings.clone() };
     for settings in [settings, indirect] {
-        let mut seen = cornell(&gpu, &settings);
+        let mut seen = cornell(gpu, &settings);
         let camera = seen.scene.default_camera(1.5);
         draw(&mut seen, &camera, 2);
         let (first, lights) = (seen.pixels().unwrap(), seen.scene.lights.clone());
@@ -49,7 +49,7 @@ fn gpu_lights_by_hand_are_those_of_the_scene() {
             seen.set_lights(changed.clone()).unwrap();
             assert!(seen.scene.lights == changed && held.lights == lights, "who holds the scene sees it as it was");
             draw(&mut seen, &camera, 2);
-            let mut anew = cornell(&gpu, &settings);
+            let mut anew = cornell(gpu, &settings);
             let mut scene = Scene::clone(&anew.scene);
             scene.lights = changed;
             anew.open(scene).unwrap();
@@ -78,12 +78,12 @@ fn gpu_a_second_rendering_stands_beside_the_first() {
     let Some(gpu) = testing::gpu("gpu_a_second_rendering_stands_beside_the_first") else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let unshadowed = Settings { shadows: Shadows::None, ..settings.clone() };
-    let mut a = cornell(&gpu, &settings);
+    let mut a = cornell(gpu, &settings);
     let camera = a.scene.default_camera(1.5);
     let mut b = a.beside(&unshadowed).unwrap();
     b.resize(UVec2::new(48, 32));
     assert!(Arc::ptr_eq(&a.scene, &b.scene));
-    let mut alone = cornell(&gpu, &unshadowed);
+    let mut alone = cornell(gpu, &unshadowed);
     for seen in [&mut a, &mut b, &mut alone] {
         draw(seen, &camera, 2);
     }
