@@ -1,6 +1,6 @@
 //! Shaders that somebody is editing: their texts stand in for those that a library carries with it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use naga::{Module, TypeInner};
 
@@ -9,28 +9,33 @@ use crate::{LinkedShader, shader::item_name};
 /// Texts of WESL files by their module path below the package: `"light_culling/tiled/assign"`.
 pub type ShaderTexts = BTreeMap<String, String>;
 
-/// What a host relies on in a linked shader.
+/// What a host relies on in an entry point.
 #[derive(Debug, PartialEq, Eq)]
 struct Interface {
-    /// Stage and name of each entry point.
-    entries: BTreeSet<(String, String)>,
-    /// Name of each resource, and what is bound to it.
+    /// Stage, and name.
+    entry: String,
+    /// Name of each resource that it uses, and what is bound to it.
     resources: BTreeMap<String, String>,
 }
 
-impl Interface {
-    fn of(shader: &LinkedShader) -> Self {
-        let module = &shader.module;
-        let entries = module.entry_points.iter();
-        let entries = entries.map(|entry| (format!("{:?}", entry.stage).to_lowercase(), entry.name.clone()));
-        let bound = module.global_variables.iter().filter(|(_, variable)| variable.binding.is_some());
-        let resources = bound.map(|(_, variable)| {
+/// Of every entry point, by their order.
+fn interfaces(shader: &LinkedShader) -> Vec<Interface> {
+    let module = &shader.module;
+    let of = |(index, entry): (usize, &naga::EntryPoint)| {
+        let uses = shader.info.get_entry_point(index);
+        let used = module.global_variables.iter();
+        let used = used.filter(|(handle, variable)| variable.binding.is_some() && !uses[*handle].is_empty());
+        let resources = used.map(|(_, variable)| {
             let name = item_name(variable.name.as_deref().unwrap_or_default()).to_owned();
             let group = variable.binding.as_ref().map_or(0, |binding| binding.group);
             (name, format!("group {group}, {:?}, {}", variable.space, described(module, variable.ty)))
         });
-        Self { entries: entries.collect(), resources: resources.collect() }
-    }
+        let stage = format!("{:?}", entry.stage).to_lowercase();
+        Interface { entry: format!("@{stage} {}", entry.name), resources: resources.collect() }
+    };
+    let mut all: Vec<_> = module.entry_points.iter().enumerate().map(of).collect();
+    all.sort_by(|a, b| a.entry.cmp(&b.entry));
+    all
 }
 
 /// A type with all that is in it, so that types of two modules can be compared.
@@ -58,24 +63,25 @@ fn described(module: &Module, ty: naga::Handle<naga::Type>) -> String {
 /// An error where the host could not run the edited shader as it runs the one that it knows: other entry points, a resource that is not
 /// bound, or another type of one.
 pub fn check(known: &LinkedShader, edited: &LinkedShader) -> Result<(), String> {
-    let (known, edited) = (Interface::of(known), Interface::of(edited));
-    if known.entries != edited.entries {
-        let names = |entries: &BTreeSet<(String, String)>| {
-            entries.iter().map(|(stage, name)| format!("@{stage} {name}")).collect::<Vec<_>>().join(", ")
-        };
-        return Err(format!(
-            "it has the entry points {}, and the host runs {}",
-            names(&edited.entries),
-            names(&known.entries)
-        ));
+    let (known, edited) = (interfaces(known), interfaces(edited));
+    let names = |all: &[Interface]| all.iter().map(|one| one.entry.as_str()).collect::<Vec<_>>().join(", ");
+    if names(&known) != names(&edited) {
+        return Err(format!("it has the entry points {}, and the host runs {}", names(&edited), names(&known)));
     }
-    for (name, is) in &edited.resources {
-        match known.resources.get(name) {
-            None => return Err(format!("it reads {name}, which the host does not bind here: build the program again")),
-            Some(was) if was != is => {
-                return Err(format!("{name} is {is}, and the host has {was}: build the program again"));
+    for (known, edited) in known.iter().zip(&edited) {
+        let entry = &known.entry;
+        for (name, is) in &edited.resources {
+            match known.resources.get(name) {
+                None => {
+                    return Err(format!(
+                        "{entry} uses {name}, which the host does not bind there: build the program again"
+                    ));
+                }
+                Some(was) if was != is => {
+                    return Err(format!("{name} is {is}, and the host has {was}: build the program again"));
+                }
+                Some(_) => {}
             }
-            Some(_) => {}
         }
     }
     Ok(())
@@ -96,7 +102,25 @@ mod tests {
              @group(2) var<storage, read_write> cells: array<Cell>;\n\
              @compute @workgroup_size(64) fn main() { cells[0].size = SCALE; }",
         ),
+        (
+            "room/two",
+            "@group(2) var<storage, read_write> a: array<u32>;\n@group(2) var<storage, read_write> b: array<u32>;\n\
+             @compute @workgroup_size(1) fn first() { a[0] = 1u; }\n@compute @workgroup_size(1) fn second() { b[0] = 1u; }",
+        ),
     ]);
+
+    /// The host binds by entry point.
+    #[test]
+    fn what_another_entry_point_has_is_not_bound() {
+        let (_, text) = LIBRARY.sources()[2];
+        let link = |text: String| {
+            let texts = ShaderTexts::from([("room/two".to_owned(), text)]);
+            LIBRARY.link_edited("room/two", &[], &texts)
+        };
+        link(text.replace("a[0] = 1u", "a[1] = 2u")).unwrap();
+        let refused = link(text.replace("a[0] = 1u", "a[0] = b[0]")).unwrap_err().to_string();
+        assert!(refused.contains("@compute first uses b"), "{refused}");
+    }
 
     fn linked(texts: &[(&str, &str)]) -> Result<Arc<LinkedShader>, GpuError> {
         let texts = texts.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned())).collect();
@@ -134,7 +158,7 @@ mod tests {
                 kernel(
                     "@group(2) var<storage, read_write> more: array<u32>;\n@compute @workgroup_size(1) fn main() { more[0] = 1u; }",
                 ),
-                "reads more",
+                "uses more",
             ),
         ];
         for (message, expected) in cases {

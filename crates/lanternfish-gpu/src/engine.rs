@@ -145,7 +145,10 @@ pub(crate) fn linked(
     let shader = Arc::new(link(&edited)?);
     let mut compiled = engine.compiled();
     compiled.count.shaders += 1;
-    compiled.shaders.insert(key, shader.clone());
+    // Other texts may have come meanwhile.
+    if compiled.edited.get(&library).cloned().unwrap_or_default() == edited {
+        compiled.shaders.insert(key, shader.clone());
+    }
     Ok(shader)
 }
 

@@ -129,7 +129,11 @@ pub struct Background {
     shared: Arc<Shared>,
     /// The number of the last picture that was asked for.
     last: u64,
+    /// Whether the picture has all its samples.
+    is_done: bool,
+    /// Answers that have not come.
     pixels: usize,
+    has_ended: bool,
 }
 
 impl Background {
@@ -139,12 +143,13 @@ impl Background {
         let shared = Arc::new(Shared::default());
         let worker = Worker { orders: taken, says, shared: Arc::clone(&shared), look: None };
         thread::spawn(move || worker.run());
-        Self { orders, told, shared, last: 0, pixels: 0 }
+        Self { orders, told, shared, last: 0, is_done: false, pixels: 0, has_ended: false }
     }
 
     /// Begins a picture; the one before is given up.
     pub fn trace(&mut self, subject: Subject, camera: &Camera, size: UVec2) {
         self.last += 1;
+        self.is_done = false;
         self.shared.wanted.store(self.last, Relaxed);
         self.order(Order::Picture { number: self.last, subject, camera: camera.clone(), size });
     }
@@ -173,18 +178,30 @@ impl Background {
 
     /// Whether more will be told.
     pub fn is_working(&self) -> bool {
-        self.shared.wanted.load(Relaxed) != 0 || self.pixels > 0
+        !self.has_ended && (self.pixels > 0 || (self.shared.wanted.load(Relaxed) != 0 && !self.is_done))
     }
 
     /// What there is to tell, if anything. It never waits.
     pub fn poll(&mut self) -> Option<Told> {
         loop {
-            let told = self.told.try_recv().ok()?;
+            let told = match self.told.try_recv() {
+                Ok(told) => told,
+                Err(TryRecvError::Disconnected) if !std::mem::replace(&mut self.has_ended, true) => {
+                    Told::Failed("the path tracer has ended".to_owned())
+                }
+                Err(_) => return None,
+            };
             match &told {
                 Told::Picture(traced) if traced.number != self.shared.wanted.load(Relaxed) => continue,
-                Told::Picture(traced) if traced.samples >= MOST_SAMPLES => self.stop(),
-                Told::Picture(_) => {}
-                Told::Pixel(_) => self.pixels = self.pixels.saturating_sub(1),
+                // One that is done waits for another exposure.
+                Told::Picture(traced) => self.is_done = traced.samples >= MOST_SAMPLES,
+                Told::Pixel(_) => {
+                    self.pixels = self.pixels.saturating_sub(1);
+                    if self.pixels > 0 {
+                        // Another pixel was asked about since.
+                        continue;
+                    }
+                }
                 Told::Failed(_) => {
                     self.pixels = 0;
                     self.stop();

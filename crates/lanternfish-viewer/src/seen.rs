@@ -162,8 +162,8 @@ impl Seen {
     /// Renders with texts in the place of the library's own shaders. After an error those of before stay.
     pub fn edit_shaders(&mut self, texts: ShaderTexts, camera: &Camera) -> Result<(), RenderError> {
         // What they compile to is tried on a small picture.
-        let size = self.size.min(TRIED);
-        let request = ViewRequest::of_camera(0, camera, size.into(), Target::Display(&self.picture, FORMAT));
+        let tried = texture(&self.gpu.device, TRIED);
+        let request = ViewRequest::of_camera(0, camera, TRIED.into(), Target::Display(&tried, FORMAT));
         self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
         self.begin_anew();
         Ok(())

@@ -36,17 +36,23 @@ impl SourceTree {
         self.looked = Some(Instant::now());
         let mut found = BTreeMap::new();
         collect(&self.folder, &mut found);
-        if found == self.seen {
+        // Without any the tree is not there, or is about to become another.
+        if found == self.seen || found.is_empty() {
             return None;
         }
-        self.seen = found;
-        let texts = self.seen.keys().filter_map(|path| {
-            let module = path.strip_prefix(&self.folder).ok()?.with_extension("");
-            let module = module.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
-            // A file that is just being written is read at the next look.
-            Some((module, fs::read_to_string(path).ok()?))
+        let mut texts = ShaderTexts::new();
+        // A file that cannot be read, since it is just being written, is another at the next look.
+        found.retain(|path, _| match (fs::read_to_string(path), path.strip_prefix(&self.folder)) {
+            (Ok(text), Ok(module)) => {
+                let module = module.with_extension("");
+                let module = module.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
+                texts.insert(module, text);
+                true
+            }
+            _ => false,
         });
-        Some(texts.collect())
+        self.seen = found;
+        Some(texts)
     }
 }
 
@@ -86,8 +92,14 @@ mod tests {
         fs::write(&file, "const A = 22;").unwrap();
         assert_eq!(tree.look(), None, "it was looked just now");
         assert_eq!(look(&mut tree).unwrap()["room/kernel"], "const A = 22;");
+        let other = folder.path().join("other.wesl");
+        fs::write(&other, [0xff]).unwrap();
+        assert_eq!(look(&mut tree).unwrap().len(), 1, "what cannot be read is left out");
+        fs::write(&other, "const B = 1;").unwrap();
+        assert_eq!(look(&mut tree).unwrap().len(), 2);
         fs::remove_file(&file).unwrap();
-        assert_eq!(look(&mut tree), Some(ShaderTexts::new()));
-        assert_eq!(look(&mut tree), None);
+        assert_eq!(look(&mut tree).unwrap().len(), 1);
+        fs::remove_file(&other).unwrap();
+        assert_eq!(look(&mut tree), None, "the tree is about to become another");
     }
 }

@@ -255,12 +255,11 @@ impl Viewer {
             let clip = player::clip_of(&scene);
             self.beside.let_go();
             self.seen.open(scene).map_err(|error| error.to_string())?;
-            // What is recorded is of the scene that was there.
-            self.recorder.take().map_or(Ok(()), Recorder::end)?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip, self.moment) = (name, controls, clip, None);
             self.state.pointed = None;
-            Ok(())
+            // What was recorded is of the scene that was there.
+            self.recorder.take().map_or(Ok(()), Recorder::end)
         });
         self.state.message = done.err().unwrap_or_default();
         self.surface.window.request_redraw();

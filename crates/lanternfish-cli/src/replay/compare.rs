@@ -133,12 +133,16 @@ pub fn compare(old: &Report, new: &Report, matters: f64) -> Result<Comparison, C
 /// An error unless times of the two can be compared at all.
 fn comparable(old: &Report, new: &Report) -> Result<(), CliError> {
     let size = |report: &Report| format!("{} x {} pixels for {} eyes", report.width, report.height, report.eyes);
-    let frames = |report: &Report| format!("{} frames", report.moments.len());
+    let frames = |report: &Report| {
+        let [first, last] = [report.moments.first(), report.moments.last()].map(|at| at.copied().unwrap_or_default());
+        format!("{} frames from {first} s to {last} s", report.moments.len())
+    };
     for (what, old, new) in [
         ("adapter", old.adapter.clone(), new.adapter.clone()),
         ("size", size(old), size(new)),
-        ("number of frames", frames(old), frames(new)),
+        ("choice of frames", frames(old), frames(new)),
         ("scene", old.scene.clone(), new.scene.clone()),
+        ("number of lights", old.lights.to_string(), new.lights.to_string()),
     ] {
         if old != new {
             return Err(CliError::new(

@@ -64,7 +64,7 @@ pub struct ReplayArgs {
     #[arg(id = "replay_output", short = 'o', long = "output", value_name = "FOLDER", default_value = "replay")]
     pub output: PathBuf,
     /// How often all frames are timed. More: the least of all runs is less noise, and --compare sees less.
-    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=100))]
     pub runs: u32,
     /// Says which passes became slower since a report.json of before, and exits with 1 if any did.
     #[arg(long, value_name = "OLD.json")]

@@ -94,7 +94,7 @@ fn gpu_two_replays_count_the_same_and_show_the_same() {
     assert!(said.contains("  slower") && said.contains("became slower"), "{said}");
     let other = replay(folder.path(), &["--runs", "1", "--frames", "3", "-o", "other", "--compare", "old.json"]);
     assert_eq!(other.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&other.stderr).contains("another number of frames"));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("another choice of frames"));
 }
 
 /// Times of a quarter, as of a machine four times as fast.

@@ -126,25 +126,81 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
     })
 }
 
-/// Opened, hidden panels, flown, keys shown, a line drawn and dragged, a pixel clicked and looked at, saved, closed: and the shot that was
-/// saved renders what was seen, to the bit.
-#[test]
-fn gpu_a_window_is_driven_and_its_shot_is_its_picture() {
-    let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_picture") else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let log = fs::File::create(folder.path().join("log")).unwrap();
-    let mut view = lanternfish(folder.path());
-    view.args(["view", "demo:cornell", "--adapter", "cpu", "--indirect", "none", "--size", "400x300"]);
+/// Opens a window of the Cornell box in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
+fn open(display: &Display, folder: &Path, words: &str) -> Running {
+    let log = fs::File::create(folder.join("log")).unwrap();
+    let mut view = lanternfish(folder);
+    view.args(["view", "demo:cornell", "--adapter", "cpu", "--indirect", "none"]).args(words.split(' '));
     view.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
     let mut view = Running(view.stdout(Stdio::null()).stderr(log).spawn().unwrap());
-    let said = || fs::read_to_string(folder.path().join("log")).unwrap();
     let window = wait_for("a window", || {
+        let said = || fs::read_to_string(folder.join("log")).unwrap();
         assert!(view.0.try_wait().unwrap().is_none(), "it has ended: {}", said());
         let found = display.act("search --name Lanternfish");
         found.lines().next().map(str::to_owned)
     });
     display.act(&format!("windowmove {window} 0 0"));
     display.act(&format!("windowfocus --sync {window}"));
+    view
+}
+
+/// The library's shaders, in a folder of their own.
+fn copy_shaders(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let (path, name) = entry.map(|entry| (entry.path(), entry.file_name())).unwrap();
+        if path.is_dir() {
+            copy_shaders(&path, &to.join(name));
+        } else if path.extension().is_some_and(|ending| ending == "wesl") {
+            fs::copy(&path, to.join(name)).unwrap();
+        }
+    }
+}
+
+/// One that does not compile changes nothing; mended, it is seen.
+#[test]
+fn gpu_shaders_are_read_again_when_they_are_saved() {
+    let Some(display) = Display::open("gpu_shaders_are_read_again_when_they_are_saved") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    copy_shaders(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../lanternfish/src"), &folder.path().join("src"));
+    let mut view = open(&display, folder.path(), "--size 400x300 --shaders src");
+    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
+    display.act("key F3");
+    let first = display.settled("the picture without panels", is_picture);
+    let file = folder.path().join("src/materials/brdf.wesl");
+    let text = fs::read_to_string(&file).unwrap();
+    let piece = "let diffuse = surface.albedo * ";
+    assert!(text.contains(piece), "the shader has other words");
+
+    fs::write(&file, text.replace(piece, "let diffuse = surface.albedo ** ")).unwrap();
+    sleep(Duration::from_secs(3));
+    assert!(are_alike(&display.screen(), &first), "a broken shader changes nothing");
+    // What is wrong stands below the picture.
+    display.act("key F3");
+    let told = display.settled("the panels with what is wrong", |screen| !are_alike(screen, &first));
+    display.act("key F3");
+    display.settled("the picture again", |screen| are_alike(screen, &first));
+
+    fs::write(&file, text.replace(piece, "let diffuse = surface.albedo.bgr * ")).unwrap();
+    let saved = Instant::now();
+    wait_for("other colours", || (!are_alike(&display.screen(), &first)).then_some(()));
+    println!("seen {} ms after it was saved", saved.elapsed().as_millis());
+    fs::write(&file, &text).unwrap();
+    display.settled("the colours of before", |screen| are_alike(screen, &first));
+    display.act("key F3");
+    display.settled("the panels without what was wrong", |screen| *screen != told);
+    display.act("key Escape");
+    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+}
+
+/// Opened, hidden panels, flown, keys shown, a line drawn and dragged, a pixel clicked and looked at, saved, closed: and the shot that was
+/// saved renders what was seen, to the bit.
+#[test]
+fn gpu_a_window_is_driven_and_its_shot_is_its_picture() {
+    let Some(display) = Display::open("gpu_a_window_is_driven_and_its_shot_is_its_picture") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut view = open(&display, folder.path(), "--size 400x300");
+    let said = || fs::read_to_string(folder.path().join("log")).unwrap();
 
     display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("key F3");

@@ -128,9 +128,15 @@ fn lit(scene: &Scene, places: Places, count: u32, seed: u32) -> Scene {
 
 pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     let mut shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
-    if let Some(mut shot) = shot.take_if(|shot| shot.frames().len() > 1) {
+    if let Some(mut shot) = shot.take_if(|shot| !args.schemes && shot.frames().len() > 1) {
+        if args.lights != Places::Rain {
+            return Err(CliError::new("--lights random: along a track lights fall", "leave it out, or use --schemes"));
+        }
         shot.args.track.frames = args.frames.map(Frames::Count).or(shot.args.track.frames);
         return figures::run(args, &shot);
+    }
+    if args.frames.is_some() {
+        return Err(CliError::new("--frames: nothing is played here", "name a shot with a [track], without --schemes"));
     }
     let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
     let (source, part, view) = match (&shot, &shot_view) {

@@ -6,11 +6,12 @@
 //! transforms ───────────────────────────────┴▶ pose.wesl ─▶ bvh_triangles, hit_triangles, corners of the adapter's own structure ─▶ refit.wesl, a level a pass
 //! ```
 //!
-//! `bending.rs` has what is bent, `animate.rs` brings a moment of an animation, `rebuild.rs` builds another tree where this one has become
+//! `instances.rs` moves instances, `bending.rs` has what is bent, `animate.rs` brings a moment of an animation, `rebuild.rs` builds another tree where this one has become
 //! costly.
 
 mod animate;
 mod bending;
+mod instances;
 mod rebuild;
 #[cfg(test)]
 mod tests;
@@ -310,111 +311,4 @@ pub struct Sent {
     pub dispatches: u32,
     /// Whether a tree that was built in the background took the place of the one that rays were traced through.
     pub has_rebuilt: bool,
-}
-
-impl GpuScene {
-    /// An error where the device cannot bind what only drawing needed so far: vertices, and corners of its own structure.
-    fn check_bindings(&self) -> Result<(), RenderError> {
-        let geometry = &self.geometry;
-        let buffers = [&geometry.positions, &geometry.attributes, &geometry.indices];
-        let limit = self.device.limits().max_storage_buffer_binding_size;
-        let all = buffers.into_iter().chain(self.tlas.iter().map(|tlas| &tlas.vertices));
-        match all.map(wgpu::Buffer::size).find(|size| *size > limit) {
-            Some(size) => {
-                let what = format!("{size} bytes of vertices are more than the {limit} that this device binds");
-                Err(RenderError::NeedsUpdate { what })
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// See [`crate::Renderer::move_instances`].
-    pub(crate) fn move_instances(
-        &mut self,
-        frame: &mut Frame<'_>,
-        moved: &[(usize, Affine3A)],
-    ) -> Result<Sent, RenderError> {
-        self.placed.check_moves(moved)?;
-        self.check_shining(moved)?;
-        // What is said last of an instance counts.
-        let mut last: Vec<(usize, Affine3A)> = moved.to_vec();
-        last.sort_by_key(|(instance, _)| *instance);
-        last.reverse();
-        last.dedup_by_key(|(instance, _)| *instance);
-        last.reverse();
-        last.retain(|(instance, transform)| self.placed.may_have_moved(*instance, transform));
-        if last.is_empty() {
-            return self.stay(frame);
-        }
-        self.put(frame, &last)
-    }
-
-    /// Goes on with what is under way in the background, where nothing has moved.
-    fn stay(&mut self, frame: &mut Frame<'_>) -> Result<Sent, RenderError> {
-        let is_under_way = |moving: &Moving| moving.rebuild.as_ref().is_some_and(Rebuild::is_under_way);
-        match self.moving.take_if(|moving| is_under_way(moving)) {
-            Some(moving) => self.go_on(frame, moving, &[]),
-            None => Ok(Sent::default()),
-        }
-    }
-
-    /// Poses what has moved, and goes on with what is under way in the background.
-    fn go_on(&mut self, frame: &mut Frame<'_>, mut moving: Moving, moved: &[Moved]) -> Result<Sent, RenderError> {
-        // What has come from the device is told here.
-        let _ = self.device.poll(wgpu::PollType::Poll);
-        let built = moving.rebuild.as_mut().and_then(Rebuild::built);
-        let mut sent = Sent { has_rebuilt: built.is_some(), ..Sent::default() };
-        if let Some(built) = built {
-            sent.bytes += moving.adopt(frame, self, built)?;
-            self.placed.moved();
-        }
-        if !moved.is_empty() {
-            moving.pose(frame, self, moved)?;
-            sent.dispatches += 1;
-        }
-        if sent.has_rebuilt || !moved.is_empty() {
-            sent.dispatches += moving.refit(frame, self);
-        }
-        sent.dispatches += moving.watch(frame, self, !moved.is_empty());
-        self.moving = Some(moving);
-        Ok(sent)
-    }
-
-    /// An error where any of these instances shines, and is in a tree of lights.
-    fn check_shining(&self, moved: &[(usize, Affine3A)]) -> Result<(), RenderError> {
-        match (self.light_trees.is_some(), self.placed.first_shining(moved, &self.geometry)) {
-            (true, Some(instance)) => Err(RenderError::NeedsUpdate {
-                what: format!("instance {instance} shines, and is in a tree of lights"),
-            }),
-            _ => Ok(()),
-        }
-    }
-
-    /// Poses the triangles of these instances, each named once and their indices rising, and notes where they stand. Vertices are read as
-    /// the passes before it have left them.
-    fn put(&mut self, frame: &mut Frame<'_>, moved: &[(usize, Affine3A)]) -> Result<Sent, RenderError> {
-        let mut sent = Sent::default();
-        if self.needs.parts.rays() && !moved.is_empty() {
-            let moving = match self.moving.take() {
-                Some(moving) => moving,
-                None => Moving::new(self)?,
-            };
-            let list: Vec<Moved> = moved.iter().map(|(instance, transform)| Moved::new(*instance, transform)).collect();
-            sent = self.go_on(frame, moving, &list)?;
-            let uniforms = u64::from(sent.dispatches) * size_of::<MovingParameters>() as u64;
-            sent.bytes += size_of_val(list.as_slice()) as u64 + uniforms;
-        }
-        // Nothing is refused from here on.
-        self.before_instances_move(frame.queue);
-        if self.placed.mirrors_others(moved.iter().copied()) {
-            self.forget_previous();
-        }
-        for (instance, transform) in moved {
-            self.placed.set_transform(*instance, *transform);
-        }
-        sent.bytes += self.geometry.place(frame.queue, self.placed.stands());
-        self.has_placed();
-        self.placed.moved();
-        Ok(sent)
-    }
 }

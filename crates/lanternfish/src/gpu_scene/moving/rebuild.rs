@@ -121,6 +121,8 @@ pub struct Rebuild {
     permute: ComputeKernel,
     sums: wgpu::Buffer,
     stage: Stage,
+    /// Whether anything has moved since what rays spend was last found.
+    is_behind: bool,
 }
 
 /// The tree that is watched.
@@ -150,12 +152,13 @@ impl Rebuild {
             permute: kernel("permute", "permute")?,
             sums: storage_buffer(device, "scene/cost_sums", u64::from(SUMS) * 4)?,
             stage: Stage::Resting,
+            is_behind: false,
         })
     }
 
     /// Whether a step is still to be taken, though nothing moves any more.
     pub fn is_under_way(&self) -> bool {
-        !matches!(self.stage, Stage::Resting)
+        self.is_behind || !matches!(self.stage, Stage::Resting)
     }
 
     /// A tree that was built, once.
@@ -172,6 +175,7 @@ impl Rebuild {
 
     /// Takes the next step, where it can be taken, and returns the number of dispatches. `has_moved`: since the last time.
     pub fn go_on(&mut self, frame: &mut Frame<'_>, watched: Watched<'_>, has_moved: bool) -> u32 {
+        self.is_behind |= has_moved;
         let stage = std::mem::replace(&mut self.stage, Stage::Resting);
         let has_come = |expected: &Expected| expected.state() != ON_ITS_WAY;
         match stage {
@@ -179,7 +183,7 @@ impl Rebuild {
                 let cost: f64 = expected.take::<f32>().unwrap_or_default().into_iter().map(f64::from).sum();
                 let ratio = cost / watched.cost_when_built;
                 tracing::debug!("rays through the BVH cost {ratio:.2} times as much as when it was built");
-                if ratio > LIMIT {
+                if ratio.is_finite() && ratio > LIMIT {
                     self.stage = Stage::Reading(Expected::of(frame.device, frame.encoder(), watched.triangles));
                     return 0;
                 }
@@ -191,7 +195,11 @@ impl Rebuild {
                 rayon::spawn(move || {
                     // Without triangles the stage ends without a tree.
                     let Some(triangles) = expected.take::<BvhTriangle>() else { return };
-                    let _ = slot.set(build(&triangles[..count]));
+                    // A panic here would end the program.
+                    match std::panic::catch_unwind(|| build(&triangles[..count])) {
+                        Ok(built) => drop(slot.set(built)),
+                        Err(_) => tracing::warn!("no other tree could be built: rays stay as slow as they are"),
+                    }
                 });
                 return 0;
             }
@@ -201,7 +209,7 @@ impl Rebuild {
                 return 0;
             }
         }
-        if !has_moved {
+        if !std::mem::take(&mut self.is_behind) {
             return 0;
         }
         let uniform = frame.uniform(&CostParameters { node_count: watched.node_count });

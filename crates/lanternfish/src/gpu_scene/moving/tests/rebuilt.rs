@@ -11,7 +11,7 @@ use super::{super::super::tracing::pose, read};
 use crate::{
     GpuScene, Renderer, Settings,
     gpu_scene::refit::{box_of, cost, outside},
-    settings::{Indirect, Sampled, Shadows, Tracer},
+    settings::{DebugView, Indirect, Sampled, Shadows, Tracer},
     testing::{apart, moved},
 };
 
@@ -153,4 +153,34 @@ fn gpu_a_tree_that_is_not_costly_stays_and_its_cost_is_the_hosts() {
     renderer.move_instances(&mut uploaded, &places(&elsewhere(&before, 2))).unwrap();
     let [device, host] = [on_device(&uploaded), on_host(&uploaded)];
     assert!((device - host).abs() < 1e-4 * host && host > 1.5 * when_built, "{device}, {host}, built for {when_built}");
+    // What moved while the cost of something else was found is not forgotten, though nothing moves any more.
+    assert!(wait(&renderer, &mut uploaded, &[]).is_some());
+}
+
+/// The frame after another tree was taken has the motion of what has moved in it.
+#[test]
+fn gpu_motion_goes_on_where_another_tree_is_taken() {
+    let Some(gpu) = testing::gpu("gpu_motion_goes_on_where_another_tree_is_taken") else { return };
+    let before = scene();
+    let settings = Settings { debug_view: Some(DebugView::Motion), shadows: Shadows::BVH, ..Settings::direct_light() };
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut uploaded = renderer.upload(&before).unwrap();
+    let now = elsewhere(&before, 2);
+    renderer.move_instances(&mut uploaded, &places(&now)).unwrap();
+    let mut taken = false;
+    for i in 0..2000 {
+        renderer.render(&uploaded, &now.cameras[0], 48, 48).unwrap();
+        let mut all = places(&now);
+        all.iter_mut()
+            .for_each(|(_, place)| *place = Affine3A::from_translation(0.05 * Vec3::X * (i % 2) as f32) * *place);
+        taken = renderer.move_instances(&mut uploaded, &all).unwrap().has_rebuilt;
+        let picture = renderer.render(&uploaded, &now.cameras[0], 48, 48).unwrap();
+        let moving = picture.display.iter().filter(|pixel| pixel[..3] != [0; 3]).count();
+        assert!(i == 0 || moving > 200, "{moving} pixels move in frame {i}, another tree taken: {taken}");
+        if taken {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(taken);
 }
