@@ -230,6 +230,7 @@ impl Viewer {
             let size = self.seen.size();
             self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
             self.frame_ms = ms;
+            tracing::debug!("frame of {size}: {ms:.1} ms; {} are averaged", self.seen.averaged());
         }
         if of_first.is_some() {
             self.keep_picture();

@@ -144,6 +144,31 @@ fn open(display: &Display, folder: &Path, words: &str) -> Running {
     view
 }
 
+/// What is flown while it is recorded is written when the window is closed, and played again.
+#[test]
+fn gpu_a_flight_is_recorded_and_played_again() {
+    let Some(display) = Display::open("gpu_a_flight_is_recorded_and_played_again") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut view = open(&display, folder.path(), "--size 400x300 --record flight.toml");
+    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
+    display.act("key F3");
+    let first = display.settled("the picture without panels", is_picture);
+    display.act("keydown w");
+    wait_for("another picture", || (!are_alike(&display.screen(), &first)).then_some(()));
+    display.act("keyup w");
+    display.act("key Escape");
+    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+
+    let flight = fs::read_to_string(folder.path().join("flight.toml")).unwrap();
+    assert!(flight.contains("\"fly\", 0.0, 0.0, 1.0"), "{flight}");
+    let words = ["replay", "flight.toml", "--adapter", "cpu", "--runs", "1", "--frames", "0-3", "-o", "again"];
+    let output = lanternfish(folder.path()).args(words).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path().join("again/report.json")).unwrap()).unwrap();
+    assert_eq!((report["frames"].as_array().unwrap().len(), &report["width"]), (4, &400.into()));
+}
+
 /// The library's shaders, in a folder of their own.
 fn copy_shaders(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
