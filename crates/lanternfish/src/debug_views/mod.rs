@@ -127,7 +127,7 @@ impl DebugViews {
     pub(crate) fn record(
         &self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, surface, .. }: &ViewContext<'_>,
+        ViewContext { scene, buffer, middle, .. }: &ViewContext<'_>,
         Shaded { radiance, visibility, openness, lights, .. }: &Shaded,
         display: &wgpu::TextureView,
     ) {
@@ -149,7 +149,7 @@ impl DebugViews {
         let scene_bindings = scene.bindings();
         let shared = buffer.bindings().with(&scene_bindings);
         let openness = openness.as_ref().map(Openness::bindings).unwrap_or_default();
-        let bindings = shared.with(&surface.bindings()).with(&lights.bindings()).with(&openness).with(&own);
+        let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&openness).with(&own);
         show(frame, (&self.pipeline, "debug_views"), &bindings, display);
     }
 }

@@ -94,7 +94,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     // With one sample a pixel, as debug views have it.
     let asks_for_motion = settings.debug_view == Some(DebugView::Motion);
     // What is found for a pixel is of the surface at its middle.
-    let one_sample = (finds_arriving || tracer.is_some()) && settings.samples != Samples::One;
+    let one_sample = asks_for_normals && settings.samples != Samples::One;
     let passes = Passes {
         prepass: match asks_for_motion {
             false => Prepass::new(asks_for_normals, settings.samples.count()),

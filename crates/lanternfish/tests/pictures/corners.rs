@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish::{
     RenderError, Renderer, Settings,
-    settings::{Culling, DebugView, Occlusion, RayCulling, Shadows},
+    settings::{Culling, DebugView, Occlusion, RayCulling, Samples, Shadows},
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Light, Scene, generate};
@@ -94,6 +94,10 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
         }
         if view == DebugView::Nan {
             assert!(picture.display.iter().all(|texel| texel[0] == texel[1]), "not a number somewhere");
+            // It is the one that shows what several samples come to.
+            let samples = Settings { debug_view: Some(view), samples: Samples::Four, ..Settings::direct_light() };
+            let picture = render(gpu, &scene, &camera, (40, 30), samples);
+            assert!(picture.display.iter().all(|texel| texel[0] == texel[1]), "not a number in some sample");
         }
         seen.push(picture.display);
     }
