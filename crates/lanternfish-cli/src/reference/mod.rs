@@ -34,13 +34,13 @@ use crate::{
     camera,
     error::{CliError, say},
     light_rig::{self, Lighting},
-    motion::{Motion, NOTHING_MOVES},
+    motion::NOTHING_MOVES,
     output,
     parse::{Frames, Size},
     progress::Progress,
-    render::apply_lights,
+    render::lit_scene,
     report::grouped,
-    scene, shot, signals,
+    shot, signals,
 };
 
 /// Traces, and gives what the process exits with: 0, or what Ctrl-C and the like exit with.
@@ -80,14 +80,7 @@ pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
         progress.note("--seed chooses the noise; where the rain of --lights falls is said by --rain-seed");
     }
 
-    let part = flags.part.scene_of_file.as_deref();
-    let (mut scene, rain) = progress.step("load", &format!("Loading {}", flags.scene), || {
-        let mut scene = scene::load_part(&flags.scene, part)?;
-        let rain = apply_lights(&mut scene, &flags.lights, flags.run.seed)?;
-        Ok::<_, CliError>((scene, rain))
-    })?;
-    let motion = Motion::of(&scene, &flags.track, rain)?;
-    motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
+    let (mut scene, motion) = lit_scene(flags, &mut progress)?;
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }

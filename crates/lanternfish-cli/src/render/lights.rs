@@ -4,7 +4,14 @@ use std::path::Path;
 
 use lanternfish_scene::{Environment, Scene, generate::random_lights};
 
-use crate::{args::LightArgs, error::CliError, motion::Rain, parse::LightSet};
+use crate::{
+    args::{LightArgs, RenderArgs},
+    error::CliError,
+    motion::{Motion, Rain},
+    parse::LightSet,
+    progress::Progress,
+    scene,
+};
 
 /// Adds the lights of the flags to those of the file, and puts their surroundings in the place of the file's. Gives the rain,
 /// which is there as it is at 0 s.
@@ -41,4 +48,17 @@ fn environment(path: &Path, rotation: f32, scale: f32) -> Result<Environment, Cl
         }
     }
     Ok(environment)
+}
+
+/// The scene of these flags in its light, at 0 s, and what moves in it.
+pub fn lit_scene(args: &RenderArgs, progress: &mut Progress) -> Result<(Scene, Option<Motion>), CliError> {
+    let part = args.part.scene_of_file.as_deref();
+    let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
+        let mut scene = scene::load_part(&args.scene, part)?;
+        let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
+        Ok::<_, CliError>((scene, rain))
+    })?;
+    let motion = Motion::of(&scene, &args.track, rain)?;
+    motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
+    Ok((scene, motion))
 }

@@ -21,18 +21,17 @@ use lanternfish_gpu::{Gpu, driver_warning};
 use lanternfish_scene::Scene;
 use rayon::prelude::*;
 
-pub use self::lights::apply_lights;
+pub use self::lights::{apply_lights, lit_scene};
 use self::{existing::Expected, pictures::Pictures};
 use crate::{
     args::RenderArgs,
     camera,
     error::CliError,
     light_rig::{self, Lighting},
-    motion::{Motion, NOTHING_MOVES},
+    motion::NOTHING_MOVES,
     output::{self, Output},
     progress::Progress,
     report::Run,
-    scene,
     shot::{Shot, ShotFrame},
     stereo::StereoLayout,
 };
@@ -67,14 +66,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         return output::print(&lines.collect::<String>());
     }
 
-    let part = args.part.scene_of_file.as_deref();
-    let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
-        let mut scene = scene::load_part(&args.scene, part)?;
-        let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
-        Ok::<_, CliError>((scene, rain))
-    })?;
-    let motion = Motion::of(&scene, &args.track, rain)?;
-    motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
+    let (mut scene, motion) = lit_scene(args, &mut progress)?;
     if motion.is_none() && shot.has_only_a_time() {
         progress.note(NOTHING_MOVES);
     }

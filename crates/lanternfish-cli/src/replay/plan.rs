@@ -11,8 +11,7 @@ use crate::{
     motion::{Motion, Rain},
     parse::Size,
     progress::Progress,
-    render::apply_lights,
-    scene,
+    render::lit_scene,
     shot::{Shot, ShotFrame},
     stereo::Eyes,
 };
@@ -57,14 +56,7 @@ impl Plan {
     pub fn of(shot: &Shot, recorded: Option<Vec<(f32, Camera)>>, progress: &mut Progress) -> Result<Self, CliError> {
         let (args, size) = (&shot.args, shot.args.output.size);
         let settings = Settings { accumulate: 1, ..args.settings() };
-        let part = args.part.scene_of_file.as_deref();
-        let (mut scene, rain) = progress.step("load", &format!("Loading {}", args.scene), || {
-            let mut scene = scene::load_part(&args.scene, part)?;
-            let rain = apply_lights(&mut scene, &args.lights, args.run.seed)?;
-            Ok::<_, CliError>((scene, rain))
-        })?;
-        let motion = Motion::of(&scene, &args.track, rain)?;
-        motion.iter().for_each(|motion| motion.at_time(&mut scene, 0.0));
+        let (mut scene, motion) = lit_scene(args, progress)?;
         let is_recorded = recorded.is_some();
         let steps = match recorded {
             Some(recorded) => {
