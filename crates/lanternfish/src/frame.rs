@@ -103,6 +103,9 @@ impl Passes {
         if let Some(occlusion) = &mut self.occlusion {
             occlusion.forget();
         }
+        if let Some(indirect) = &mut self.indirect {
+            indirect.forget();
+        }
         self.light_culling.forget();
         self.forget_shown();
         self.progressive.forget();

@@ -74,6 +74,7 @@ pub mod occlusion;
 pub mod output;
 pub mod prepass;
 pub mod progressive;
+
 pub mod rays;
 mod renderer;
 mod request;

@@ -29,7 +29,6 @@ use crate::{
     error::RenderError,
     frame::{FrameResult, Passes, Shaded},
     gpu_scene::{GpuScene, Needs},
-    indirect::IndirectSums,
     light_culling::clustered::GridContents,
     settings::{Exposure, Settings},
     view::View,
@@ -307,14 +306,15 @@ impl Renderer {
             counters.push(("shadows/bands".to_owned(), bands as u64));
             counters.push(("shadows/bits_bytes".to_owned(), plan.bytes()));
         }
-        let counters_of = |sums: &Option<IndirectSums>| sums.as_ref().and_then(|sums| sums.counters.clone());
-        if let Some(rays) = counters_of(&shaded.indirect) {
-            let mut counted = rays.read(&self.device, &self.queue)?;
-            if let Some(of_blended) = counters_of(&shaded.indirect_of_blended).filter(|counters| counters.adds_up) {
-                let more = of_blended.read(&self.device, &self.queue)?;
-                counted.iter_mut().zip(more).for_each(|((_, count), (_, more))| *count += more);
+        let of_blended = shaded.indirect_of_blended.iter().flat_map(|sums| &sums.counters);
+        let of_blended = of_blended.filter(|counters| counters.adds_up);
+        for sums in shaded.indirect.iter().flat_map(|sums| &sums.counters).chain(of_blended) {
+            for (name, count) in sums.read(&self.device, &self.queue)? {
+                match counters.iter_mut().find(|(known, _)| known == name) {
+                    Some((_, known)) => *known += count,
+                    None => counters.push((name.to_owned(), count)),
+                }
             }
-            counters.extend(counted.into_iter().map(|(name, count)| (name.to_owned(), count)));
         }
         if let Some(images) = shaded.openness.as_ref().and_then(|openness| openness.images) {
             counters.push(("deep_images/fragments".to_owned(), images.kept));

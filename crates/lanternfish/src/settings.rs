@@ -116,7 +116,11 @@ pub use crate::{
         directions::DirectionSet,
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     },
-    indirect::{Indirect, IndirectClamp, IndirectResolution, Quality, sampled::Sampled},
+    indirect::{
+        Indirect, IndirectClamp, IndirectResolution, Quality,
+        radiance_cache::Bounces,
+        sampled::{HitLight, Sampled},
+    },
     light_culling::{
         Culling,
         clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},

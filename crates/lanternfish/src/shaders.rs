@@ -51,6 +51,7 @@ const FOLDERS: &[&[Shaders]] = &[
         crate::prepass::DECLARED,
         crate::light_culling::DECLARED,
         crate::deep_images::DECLARED,
+        crate::indirect::radiance_cache::DECLARED,
         crate::rays::DECLARED,
         crate::environment_light::DECLARED,
         crate::indirect::light_views::DECLARED,

@@ -67,6 +67,7 @@ fn every_flag_reaches_its_setting() {
             resolution: IndirectResolution::Half,
             filter_radius: 2,
             clamp: IndirectClamp::Off,
+            ..Sampled::default()
         }),
     };
     let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;

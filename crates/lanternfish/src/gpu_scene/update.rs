@@ -57,6 +57,8 @@ pub(super) struct Placed {
     generation: u64,
     /// See [`GpuScene::revision`].
     revision: u64,
+    /// See [`GpuScene::triangle_order`].
+    triangle_order: u64,
 }
 
 impl Placed {
@@ -73,6 +75,7 @@ impl Placed {
             parts: tracing.parts,
             generation: next_number(),
             revision: next_number(),
+            triangle_order: next_number(),
         }
     }
 }
@@ -216,6 +219,11 @@ impl GpuScene {
         self.placed.revision
     }
 
+    /// A number of the order that the triangles are in: another one once another tree holds them, and none that another upload has or had.
+    pub(crate) fn triangle_order(&self) -> u64 {
+        self.placed.triangle_order
+    }
+
     /// See [`crate::Renderer::update`].
     pub(crate) fn update(
         &mut self,
@@ -297,6 +305,7 @@ impl GpuScene {
 
     /// Notes that another tree holds the triangles, and returns its number of nodes.
     pub(super) fn has_rebuilt(&mut self) -> usize {
+        self.placed.triangle_order = next_number();
         let nodes = self.bvh.as_ref().map_or(0, |bvh| bvh.tree().len());
         let counter = self.counters.iter_mut().find(|(name, _)| name == NODES);
         counter.into_iter().for_each(|(_, count)| *count = nodes as u64);

@@ -8,6 +8,7 @@ pub(crate) mod light_views;
 #[cfg(test)]
 mod new_room;
 pub mod photon_splatting;
+pub(crate) mod radiance_cache;
 pub mod sampled;
 pub(crate) mod smoothing;
 #[cfg(test)]
@@ -142,6 +143,9 @@ impl Indirect {
 
 /// The passes of a room.
 pub(crate) trait IndirectPasses: fmt::Debug {
+    /// Forgets what is kept from frame to frame: the last one was not handed to the device, or the device refused it.
+    fn forget(&mut self) {}
+
     /// Finds the indirect light of a surface that a view shows, one sample a pixel. `images` are of the scene as it stands, where the
     /// room uses them.
     fn record(
@@ -158,7 +162,7 @@ pub(crate) trait IndirectPasses: fmt::Debug {
 pub struct IndirectSums {
     layers: wgpu::TextureView,
     /// What the room counts: rays, or what else it took.
-    pub(crate) counters: Option<Counters>,
+    pub(crate) counters: Vec<Counters>,
 }
 
 impl IndirectSums {

@@ -1,3 +1,4 @@
+mod cached;
 mod counts;
 mod emission;
 mod noise;

@@ -176,9 +176,25 @@ pub(crate) fn dispatch(
     workgroups: [u32; 3],
     images: Option<&DeepImages>,
 ) {
-    let Some(images) = images else { return frame.dispatch(kernel, bindings, workgroups) };
+    for_each_chunk(bindings, images, |bindings| frame.dispatch(kernel, bindings, workgroups));
+}
+
+/// The same, where a buffer says how many workgroups there are.
+pub(crate) fn dispatch_indirect(
+    frame: &mut Frame<'_>,
+    kernel: &ComputeKernel,
+    bindings: &Bindings<'_>,
+    workgroups: &wgpu::Buffer,
+    images: Option<&DeepImages>,
+) {
+    for_each_chunk(bindings, images, |bindings| frame.dispatch_indirect(kernel, bindings, workgroups));
+}
+
+/// Calls `dispatch` with the bindings of each chunk of deep images; once, where there are none.
+fn for_each_chunk(bindings: &Bindings<'_>, images: Option<&DeepImages>, mut dispatch: impl FnMut(&Bindings<'_>)) {
+    let Some(images) = images else { return dispatch(bindings) };
     for chunk in &images.chunks {
         let of_chunk = chunk.bindings(&images.frames).with(&images.direction_bindings());
-        frame.dispatch(kernel, &bindings.clone().with(&of_chunk), workgroups);
+        dispatch(&bindings.clone().with(&of_chunk));
     }
 }

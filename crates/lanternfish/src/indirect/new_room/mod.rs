@@ -92,6 +92,6 @@ impl IndirectPasses for NewRoomPasses {
         let bindings = view_bindings.with(&surface.bindings());
         let bindings = bindings.buffer("parameters", &self.parameters).texture("found_layers", &layers);
         frame.dispatch(&self.find, &bindings, groups);
-        Ok(IndirectSums { layers, counters: None })
+        Ok(IndirectSums { layers, counters: Vec::new() })
     }
 }

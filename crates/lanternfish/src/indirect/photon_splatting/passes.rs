@@ -221,7 +221,7 @@ impl IndirectPasses for PhotonPasses {
             primaries = next.unwrap_or(primaries);
         }
         let layers = self.smoothing.record(frame, &surfaces, &sums);
-        Ok(IndirectSums { layers, counters: Some(counters) })
+        Ok(IndirectSums { layers, counters: vec![counters] })
     }
 }
 

@@ -5,16 +5,18 @@
 //!    from the pixel to one of them (`emitters.wesl`).
 //! 2. What rays have brought is made the picture's, bounded and filtered (`smoothing/`).
 
+mod cells;
 mod settings;
 mod targets;
 
 use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
-pub use self::settings::Sampled;
-use self::targets::Targets;
+pub use self::settings::{HitLight, Sampled};
+use self::{cells::Cells, targets::Targets};
 use super::{
     IndirectPasses, IndirectSums,
+    radiance_cache::Bounces,
     smoothing::{MOST_RADIUS, PixelSums, Smoothing},
 };
 use crate::{
@@ -35,6 +37,10 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
         Root::computed("indirect/sampled/shadow", rays::exact_tracers),
         Root::computed("indirect/sampled/emitters", rays::exact_tracers),
+        Root::new("indirect/sampled/find_cells"),
+        Root::new("indirect/sampled/insert_cells"),
+        Root::new("indirect/sampled/open_passes"),
+        Root::new("indirect/sampled/gather_cells"),
     ],
     structs: &[
         SharedStruct::of::<SampledParameters>(),
@@ -58,6 +64,14 @@ gpu_struct! {
         glossy_blur: f32,
         /// Rays from a pixel to emissive triangles; 0 where nothing shines.
         emitter_rays: u32,
+        /// First of the rounds whose ends are looked up in the radiance cache together.
+        first_round: u32,
+        /// The round behind the last of those.
+        end_round: u32,
+        /// The round whose rays say where cells are sampled next.
+        asking_round: u32,
+        /// 1: rays that leave the scene bring nothing.
+        sky_is_dark: u32,
     }
 }
 
@@ -102,6 +116,7 @@ pub struct SampledLight {
     shade_environment: ComputeKernel,
     shadow: ComputeKernel,
     emitters: ComputeKernel,
+    cells: Option<Cells>,
     smoothing: Smoothing,
 }
 
@@ -121,7 +136,8 @@ impl SampledLight {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
         let tracing = settings.tracer.features(&deep_images);
-        let exact = tracer.unwrap_or(Tracer::Bvh).exact().features(&deep_images);
+        let exact_tracer = tracer.unwrap_or(Tracer::Bvh).exact();
+        let exact = exact_tracer.features(&deep_images);
         Ok(Self {
             settings,
             frames,
@@ -130,19 +146,28 @@ impl SampledLight {
             shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
             shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
             emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
+            cells: match settings.hit_light {
+                HitLight::Shaded => None,
+                HitLight::Cached => Some(Cells::new(device, &settings, exact_tracer, &deep_images)?),
+            },
             smoothing: Smoothing::new(device)?,
         })
     }
 }
 
 impl IndirectPasses for SampledLight {
+    fn forget(&mut self) {
+        self.cells.iter_mut().for_each(Cells::forget);
+    }
+
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, view, buffer, .. }: &ViewContext<'_>,
+        view_context: &ViewContext<'_>,
         surface: &Surface,
         images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
+        let ViewContext { scene, view, buffer, .. } = view_context;
         let settings = &self.settings;
         let rounds = settings.diffuse_rays + settings.glossy_rays;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
@@ -168,40 +193,55 @@ impl IndirectPasses for SampledLight {
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
         let images = images.filter(|_| settings.tracer.uses_deep_images());
+        let mut cells = match &mut self.cells {
+            Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds)?),
+            None => None,
+        };
+        let mut of_cells = None;
         for round in 0..rounds {
-            let uniform = frame.uniform(&SampledParameters { round, ..parameters });
-            let tracing = seen.clone().part("sampled", &uniform).buffer("sampled_hits", &targets.hits);
+            let parameters = SampledParameters { round, ..parameters };
+            let parameters = cells.as_ref().map_or(parameters, |cells| cells.parameters(parameters));
+            let uniform = frame.uniform(&parameters);
+            let round_bindings = seen.clone().part("sampled", &uniform);
+            let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
             rays::dispatch(frame, &self.trace, &tracing, samples, images);
-            let mut shading = seen
-                .clone()
-                .part("sampled", &uniform)
-                .buffer("hits_to_shade", &targets.hits)
-                .buffer("ray_sums", &sums.sums)
-                .buffer("chosen_lights", &targets.light_rays);
+            let summing =
+                round_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());
+            let mut shading =
+                summing.clone().buffer("hits_to_shade", &targets.hits).buffer("chosen_lights", &targets.light_rays);
             if let Some(environment) = &environment {
                 shading = shading.with(environment);
             }
-            frame.dispatch(shade, &shading, samples);
-            let looking = seen
-                .clone()
-                .part("sampled", &uniform)
-                .buffer("light_rays", &targets.light_rays)
-                .buffer("ray_sums", &sums.sums)
-                .buffer("ray_counters", targets.counters.buffer());
-            frame.dispatch(&self.shadow, &looking, samples);
+            let looking = summing.clone().buffer("light_rays", &targets.light_rays);
+            match &mut cells {
+                None => {
+                    frame.dispatch(shade, &shading, samples);
+                    frame.dispatch(&self.shadow, &looking, samples);
+                }
+                Some(cells) => {
+                    let [to_shade, to_look] = cells.find(frame, &tracing.with(&summing), samples);
+                    frame.dispatch_indirect(shade, &shading, &to_shade);
+                    frame.dispatch_indirect(&self.shadow, &looking, &to_look);
+                }
+            }
             if round < emitter_rays {
                 frame.dispatch(&self.emitters, &looking, samples);
+            }
+            if let Some(cells) = &mut cells
+                && round + 1 == parameters.end_round
+            {
+                of_cells = Some(cells.gather(frame, view_context, &summing, samples, images)?);
             }
         }
 
         let layers = self.smoothing.record(frame, &surfaces, &sums);
-        Ok(IndirectSums { layers, counters: Some(targets.counters) })
+        Ok(IndirectSums { layers, counters: [targets.counters].into_iter().chain(of_cells).collect() })
     }
 }
 
 /// Roughness whose lobe about the mirror direction is as wide as the part of the hemisphere that one of so many rays, in each of so
 /// many frames, stands for: 2π over their number, a cone of whose directions half are within tan α of the half vector.
-fn diffuse_blur(rays: u32, frames: u32) -> f32 {
+pub(super) fn diffuse_blur(rays: u32, frames: u32) -> f32 {
     let cosine = 1.0 - 1.0 / (rays as f32 * frames as f32).max(1.0);
     let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
     alpha.sqrt()
@@ -224,6 +264,9 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     }
     if settings.filter_radius > MOST_RADIUS {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "a filter of at most 64 pixels" });
+    }
+    if settings.bounces == Bounces::All && settings.hit_light != HitLight::Cached {
+        return Err(RenderError::Together { setting: "`bounces all`", needed: "`hit-light cached`" });
     }
     if settings.tracer.uses_deep_images() && !deep_images.payload {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });

@@ -1,11 +1,14 @@
 //! What can be chosen of indirect light by rays from every pixel.
 
+use lanternfish_scene::named_enum;
+
 use super::{DECLARED, SampledLight};
 use crate::{
     error::RenderError,
     gpu_scene::Parts,
     indirect::{
         IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
+        radiance_cache::Bounces,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
     rays::Tracer,
@@ -31,6 +34,26 @@ pub struct Sampled {
     /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and less light
     /// where few rays find it.
     pub clamp: IndirectClamp,
+    /// Where the light comes from that the ends of rays send.
+    pub hit_light: HitLight,
+    /// How often light is reflected before it comes to the surface that is seen.
+    pub bounces: Bounces,
+    /// Cells that the radiance cache has room for, rounded up to a power of two. More: fewer ends of rays are shaded because there is no room,
+    /// and 172 bytes each.
+    pub cache_cells: u32,
+}
+
+named_enum! {
+    /// Where the light comes from that the end of a ray sends back along it.
+    #[derive(Default)]
+    HitLight {
+        /// Each end is shaded: its material is read, and a light is chosen for it and looked for.
+        #[default]
+        Shaded = "shaded": "Each end is shaded: a light is chosen for it and looked for",
+        /// From the radiance cache: cells in space keep what the surfaces in them send, and a share of them is brought up to date in each
+        /// frame.
+        Cached = "cached": "From the radiance cache: cells in space keep what their surfaces send",
+    }
 }
 
 impl Default for Sampled {
@@ -49,6 +72,9 @@ impl Quality {
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::On,
+            hit_light: HitLight::Shaded,
+            bounces: Bounces::One,
+            cache_cells: 1 << 18,
         };
         match self {
             Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
@@ -84,6 +110,27 @@ impl Room for Sampled {
         Knob { words: RESOLUTION, of: |sampled| &mut sampled.resolution },
         Knob { words: FILTER, of: |sampled| &mut sampled.filter_radius },
         Knob { words: CLAMP, of: |sampled| &mut sampled.clamp },
+        Knob::new(
+            "hit-light",
+            "NAME",
+            Range::Names,
+            "Where the light comes from that the ends of these rays send",
+            |sampled| &mut sampled.hit_light,
+        ),
+        Knob::new(
+            "bounces",
+            "1|all",
+            Range::Names,
+            "How often light is reflected on its way to the surface that is seen",
+            |sampled| &mut sampled.bounces,
+        ),
+        Knob::new(
+            "cache-cells",
+            "N",
+            Range::Count(64, 1 << 20),
+            "Cells that the radiance cache has room for. More: fewer ends of rays are shaded for want of room",
+            |sampled| &mut sampled.cache_cells,
+        ),
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -101,6 +148,8 @@ impl IndirectRoom for Sampled {
         self.tracer = self.tracer.exact();
         self.resolution = IndirectResolution::Full;
         self.glossy_rays = self.glossy_rays.max(1);
+        self.hit_light = HitLight::Shaded;
+        self.bounces = Bounces::One;
     }
 
     fn build(

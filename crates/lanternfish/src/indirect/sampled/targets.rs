@@ -7,7 +7,8 @@ use super::{LightRay, SampledHit};
 use crate::{error::RenderError, indirect::Counters};
 
 /// What is counted in every round: `counters.wesl`.
-const COUNTERS: &[&str] = &["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"];
+const COUNTERS: &[&str] =
+    &["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays", "indirect/lost_cells"];
 
 /// What is written for one view of a frame, of so many samples across and down.
 #[derive(Debug)]
@@ -33,5 +34,5 @@ impl Targets {
 fn counters_are_the_shaders() {
     let constant = |name| crate::shaders::constant("indirect/sampled/counters", name);
     assert_eq!(constant("RAY_COUNTERS"), COUNTERS.len() as f64);
-    assert_eq!(["RAYS", "HITS", "SHADOW_RAYS", "EMITTER_RAYS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
+    assert_eq!(["RAYS", "HITS", "SHADOW_RAYS", "EMITTER_RAYS", "LOST_CELLS"].map(constant), [0.0, 1.0, 2.0, 3.0, 4.0]);
 }

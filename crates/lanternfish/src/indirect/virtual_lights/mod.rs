@@ -166,7 +166,7 @@ impl IndirectPasses for VirtualLightPasses {
             }
         }
         let layers = self.smoothing.record(frame, &surfaces, &sums);
-        Ok(IndirectSums { layers, counters: Some(found.counters.clone()) })
+        Ok(IndirectSums { layers, counters: vec![found.counters.clone()] })
     }
 }
 

@@ -1,0 +1,256 @@
+//! Light that is kept where rays end: cells in space, each with the mean radiance that the surfaces in it send.
+//!
+//! 1. Whoever has traced rays looks up the cells in which they ended (`table.wesl`), and says for one of the rays that ended in each where
+//!    the cell's light is sampled next.
+//! 2. Update: cells that are new, and a share of the others, get another sample (`due.wesl`): one light and the ray to it (`light.wesl`,
+//!    `shadow.wesl`), and, for more than one bounce, a ray that brings what the cell in which it ends has sent so far (`trace.wesl`,
+//!    `meet.wesl`). It is added to the cell's mean (`commit.wesl`).
+//! 3. Whoever has traced rays reads what the cells send.
+//! 4. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
+
+mod parameters;
+mod table;
+
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
+use lanternfish_scene::named_enum;
+
+use self::{
+    parameters::{CellSample, RadianceCacheParameters, SampledCell},
+    table::{Rehash, Slots, Table},
+};
+use super::Counters;
+use crate::{
+    common::workgroups,
+    context::ViewContext,
+    deep_images::DeepImages,
+    environment_light::ENVIRONMENT,
+    error::RenderError,
+    rays::{self, Tracer},
+    settings::DeepImageSettings,
+    shaders::{Root, SHADERS, Shaders},
+};
+
+/// What a hit sends is wanted for all sides together.
+const EVENLY_SENT: Feature = Feature("evenly_sent");
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[
+        Root::new("indirect/radiance_cache/due"),
+        Root::of("indirect/radiance_cache/light", &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]]]),
+        Root::computed("indirect/radiance_cache/shadow", rays::exact_tracers),
+        Root::computed("indirect/radiance_cache/trace", || rays::every_tracer(true)),
+        Root::new("indirect/radiance_cache/meet"),
+        Root::new("indirect/radiance_cache/commit"),
+        Root::new("indirect/radiance_cache/rehash"),
+    ],
+    structs: &[
+        SharedStruct::of::<RadianceCacheParameters>(),
+        SharedStruct::of::<CellSample>(),
+        SharedStruct::of::<SampledCell>(),
+    ],
+};
+
+named_enum! {
+    /// How often light is reflected on its way to a surface from which it goes straight to the eye.
+    #[derive(Default)]
+    Bounces {
+        /// Once: from a light to a surface, and from there to the one that is seen.
+        #[default]
+        One = "1": "Once",
+        /// As often as it is: cells of the radiance cache send what other cells have sent them.
+        All = "all": "As often as it is, by way of the radiance cache",
+    }
+}
+
+/// Smallest cells' edges up to which cells are as small.
+const NEAR_EDGES: f32 = 64.0;
+/// One of so many cells gets another sample in a frame.
+const SHARE: u32 = 8;
+/// Samples that a cell gets at least in the frame that it is new in; and in the first frame of a picture.
+const FEWEST: u32 = 4;
+const FEWEST_AT_FIRST: u32 = 16;
+/// Samples whose mean a cell is at most.
+const MOST: f32 = 128.0;
+/// Samples that what is known counts for once something has changed: less than [`FEWEST`], so that every cell gets another.
+const REMEMBERED: f32 = 3.0;
+/// Updates that a cell is kept for which nothing asks: each frame has [`FEWEST`].
+const KEPT: u32 = 256;
+/// What is counted: `due.wesl`.
+const COUNTERS: &[&str] = &["radiance_cache/samples", "radiance_cache/cells"];
+
+/// The cells, and the passes that update them.
+#[derive(Debug)]
+pub(crate) struct RadianceCache {
+    bounces: Bounces,
+    /// Slots of the table: a power of two.
+    slots: u32,
+    /// Of rays between cells.
+    tracer: Tracer,
+    kernels: Kernels,
+    rehash: Rehash,
+    table: Option<Table>,
+    /// Updates so far.
+    update: u32,
+}
+
+#[derive(Debug)]
+struct Kernels {
+    clear: ComputeKernel,
+    choose: ComputeKernel,
+    measure: ComputeKernel,
+    light: ComputeKernel,
+    light_environment: ComputeKernel,
+    shadow: ComputeKernel,
+    trace: ComputeKernel,
+    meet: ComputeKernel,
+    place: ComputeKernel,
+    commit: ComputeKernel,
+}
+
+/// What one frame needs of the cache, for its rays.
+#[derive(Debug)]
+pub(crate) struct CacheOfFrame {
+    parameters: RadianceCacheParameters,
+    uniform: BufferPart,
+    slots: Slots,
+}
+
+impl CacheOfFrame {
+    /// A number that is another one in every frame.
+    pub fn update(&self) -> u32 {
+        self.parameters.update
+    }
+
+    /// Bindings by which cells are looked up, put in, asked for and read.
+    pub fn bindings(&self) -> Bindings<'_> {
+        self.slots.bindings().part("radiance_cache", &self.uniform)
+    }
+}
+
+impl RadianceCache {
+    /// Compiles the passes. `cells`: room for so many; `tracer`: of rays between cells; `exact`: of rays to lights.
+    pub fn new(
+        device: &wgpu::Device,
+        bounces: Bounces,
+        cells: u32,
+        tracer: Tracer,
+        exact: Tracer,
+        images: &DeepImageSettings,
+    ) -> Result<Self, RenderError> {
+        let kernel = |file: &str, features: &[Feature], entry: &str| {
+            let shader = SHADERS.link(&format!("indirect/radiance_cache/{file}"), features)?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
+        };
+        let kernels = Kernels {
+            clear: kernel("due", &[], "clear")?,
+            choose: kernel("due", &[], "choose")?,
+            measure: kernel("due", &[], "measure")?,
+            light: kernel("light", &[EVENLY_SENT], "light")?,
+            light_environment: kernel("light", &[EVENLY_SENT, ENVIRONMENT], "light")?,
+            shadow: kernel("shadow", &exact.features(images), "shadow")?,
+            trace: kernel("trace", &tracer.features(images), "trace")?,
+            meet: kernel("meet", &[], "meet")?,
+            place: kernel("meet", &[], "place")?,
+            commit: kernel("commit", &[], "commit")?,
+        };
+        let slots = cells.next_power_of_two();
+        Ok(Self { bounces, slots, tracer, kernels, rehash: Rehash::new(device)?, table: None, update: 0 })
+    }
+
+    /// Forgets all cells.
+    pub fn forget(&mut self) {
+        self.table = None;
+    }
+
+    /// The cells as this view's rays find them. A picture for which frames wait starts without any, so that it is the same whatever was
+    /// rendered before it.
+    pub fn begin(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { scene, view, .. }: &ViewContext<'_>,
+    ) -> Result<CacheOfFrame, RenderError> {
+        let is_first = frame.growth() == Growth::Wait && view.frame_index == 0;
+        let number = frame.number();
+        let has_ended = |table: &Table| table.order != scene.triangle_order() || (is_first && table.begun_in != number);
+        if self.table.as_ref().is_none_or(has_ended) {
+            self.table = None;
+            frame.forget_bind_groups();
+            self.update = 0;
+        }
+        let table = match &mut self.table {
+            Some(table) => table,
+            none => none.insert(Table::new(frame, scene, self.slots)?),
+        };
+        let state = [scene.generation(), scene.revision()];
+        let has_changed = std::mem::replace(&mut table.state, state) != state;
+        let fewest = if self.update == 0 { FEWEST_AT_FIRST } else { FEWEST };
+        self.update += 1;
+        let parameters = RadianceCacheParameters {
+            slot_mask: self.slots - 1,
+            update: self.update,
+            edge: table.edge,
+            near: NEAR_EDGES * table.edge,
+            share: SHARE,
+            fewest,
+            most: MOST,
+            remembered: if has_changed { REMEMBERED } else { MOST },
+            kept: KEPT,
+            blur: super::sampled::diffuse_blur(1, MOST as u32),
+            ..Default::default()
+        };
+        self.rehash.record(frame, table, &parameters)?;
+        Ok(CacheOfFrame { uniform: frame.uniform(&parameters), parameters, slots: table.slots.clone() })
+    }
+
+    /// Takes more samples of cells that rays have asked for; gives what was counted. `images`: where rays between cells go through those.
+    pub fn update(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { scene, buffer, .. }: &ViewContext<'_>,
+        cache: &CacheOfFrame,
+        images: Option<&DeepImages>,
+    ) -> Result<Counters, RenderError> {
+        let due = frame.scratch("radiance_cache/due", 4 * (u64::from(self.slots) + 1))?;
+        let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
+        let sampled = frame.scratch("radiance_cache/sampled", bytes)?;
+        let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
+        let workgroups_due = frame.indirect("radiance_cache/workgroups")?;
+        let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
+        let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
+        let Kernels { clear, choose, measure, light, light_environment, shadow, trace, meet, place, commit } =
+            &self.kernels;
+        let light = if environment.is_some() { light_environment } else { light };
+        let images = images.filter(|_| self.tracer.uses_deep_images());
+        for round in 0..cache.parameters.fewest {
+            // New cells get one sample after the other; the others one in the first round.
+            let share = if round == 0 { SHARE } else { 0 };
+            let remembered = if round == 0 { cache.parameters.remembered } else { MOST };
+            let uniform =
+                frame.uniform(&RadianceCacheParameters { update: self.update, share, remembered, ..cache.parameters });
+            self.update += 1;
+            let bindings = shared.clone().part("radiance_cache", &uniform);
+            let choosing = bindings
+                .clone()
+                .buffer("found_due", &due)
+                .buffer("due_dispatch", &workgroups_due)
+                .buffer("update_counters", counters.buffer());
+            frame.dispatch(clear, &choosing, [1; 3]);
+            frame.dispatch(choose, &choosing, workgroups(self.slots));
+            frame.dispatch(measure, &choosing, [1; 3]);
+            let mut sampling = bindings.buffer("due", &due).buffer("sampled_cells", &sampled);
+            if let Some(environment) = &environment {
+                sampling = sampling.with(environment);
+            }
+            frame.dispatch_indirect(light, &sampling, &workgroups_due);
+            frame.dispatch_indirect(shadow, &sampling, &workgroups_due);
+            if self.bounces == Bounces::All {
+                rays::dispatch_indirect(frame, trace, &sampling, &workgroups_due, images);
+                frame.dispatch_indirect(meet, &sampling, &workgroups_due);
+                frame.dispatch_indirect(place, &sampling, &workgroups_due);
+            }
+            frame.dispatch_indirect(commit, &sampling, &workgroups_due);
+        }
+        Ok(counters)
+    }
+}

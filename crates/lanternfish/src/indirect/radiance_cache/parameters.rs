@@ -1,0 +1,74 @@
+//! What the passes share with the host.
+
+use glam::Vec3;
+use lanternfish_gpu::gpu_struct;
+
+gpu_struct! {
+    /// What the passes are told.
+    pub struct RadianceCacheParameters {
+        /// Slots of the table, a power of two, less one.
+        slot_mask: u32,
+        /// Updates of the cache so far, whatever frames are numbered.
+        update: u32,
+        /// Edge of the smallest cells, m.
+        edge: f32,
+        /// Distance from the eye up to which cells have that edge, m; it doubles with the distance.
+        near: f32,
+        /// One of so many cells gets another sample in an update; 0: none.
+        share: u32,
+        /// Cells with fewer samples than this get another, whatever their share.
+        fewest: u32,
+        /// Samples whose mean a cell's radiance is, at most: then a new one counts as much as the last.
+        most: f32,
+        /// Updates after which a cell that nothing has asked for is left out.
+        kept: u32,
+        /// Roughness of the surface that would see as much of the surroundings at once as one sample of a cell stands for.
+        blur: f32,
+        /// Samples that what a cell has kept so far counts for, at most.
+        remembered: f32,
+        _pad1: u32,
+        _pad2: u32,
+    }
+}
+
+gpu_struct! {
+    /// Where the light of a cell is sampled.
+    pub struct CellSample {
+        /// World space, m.
+        p_world: Vec3,
+        /// In the order of the BVH's leaves; the top bit says which side of it.
+        triangle: u32,
+    }
+}
+
+gpu_struct! {
+    /// What one more sample of a cell finds; world space, m, nits.
+    pub struct SampledCell {
+        /// Where the sample is.
+        p_world: Vec3,
+        /// The cell's slot.
+        slot: u32,
+        /// Where the light is that was chosen.
+        light_end: Vec3,
+        /// Octahedral, two snorms of 16 bits, as every direction here.
+        geometric_normal: u32,
+        /// What the surface sends on of that light.
+        reflected: Vec3,
+        /// Of a ray that looks for light from other cells.
+        direction: u32,
+        /// What the surface sends otherwise.
+        sent: Vec3,
+        /// What the ray met.
+        triangle: u32,
+        /// Share that the surface sends on of what comes along that ray.
+        reflectance: Vec3,
+        /// How far away that is.
+        distance: f32,
+        /// Along this direction.
+        direction_met: u32,
+        /// Slot of the cell there.
+        slot_met: u32,
+        _pad0: u32,
+        _pad1: u32,
+    }
+}

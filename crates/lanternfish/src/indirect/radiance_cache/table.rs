@@ -1,0 +1,132 @@
+//! The cells of one scene, as they are kept from frame to frame.
+
+use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, storage_buffer};
+
+use super::parameters::{CellSample, RadianceCacheParameters};
+use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, shaders::SHADERS};
+
+/// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
+const CELLS_ALONG: f32 = 128.0;
+
+/// The buffers of a table, an element a slot.
+#[derive(Clone, Debug)]
+pub(super) struct Slots {
+    keys: wgpu::Buffer,
+    hashes: wgpu::Buffer,
+    winners: wgpu::Buffer,
+    asked: wgpu::Buffer,
+    samples: wgpu::Buffer,
+    light: wgpu::Buffer,
+}
+
+impl Slots {
+    fn new(device: &wgpu::Device, count: u32) -> Result<Self, RenderError> {
+        let buffer = |name: &str, bytes: usize| {
+            storage_buffer(device, &format!("radiance_cache/{name}"), bytes as u64 * u64::from(count))
+        };
+        Ok(Self {
+            keys: buffer("keys", 4)?,
+            hashes: buffer("hashes", 4)?,
+            winners: buffer("winners", 4)?,
+            asked: buffer("asked", 4)?,
+            samples: buffer("samples", size_of::<CellSample>())?,
+            light: buffer("light", 16)?,
+        })
+    }
+
+    /// Bindings by which cells are looked up, put in, asked for and read.
+    pub fn bindings(&self) -> Bindings<'_> {
+        Bindings::new()
+            .buffer("cell_keys", &self.keys)
+            .buffer("found_keys", &self.keys)
+            .buffer("cell_hashes", &self.hashes)
+            .buffer("cell_winners", &self.winners)
+            .buffer("cell_asked", &self.asked)
+            .buffer("cell_samples", &self.samples)
+            .buffer("cell_light", &self.light)
+    }
+}
+
+/// The cells of a scene: one table in use, and one that cells move to now and then.
+#[derive(Debug)]
+pub(super) struct Table {
+    /// [`GpuScene::triangle_order`] of the scene.
+    pub order: u64,
+    /// The picture's first frame, by its number.
+    pub begun_in: u64,
+    /// Numbers of where things are, and of all that an update brings, when cells were last looked up.
+    pub state: [u64; 2],
+    /// Edge of the smallest cells, m.
+    pub edge: f32,
+    pub slots: Slots,
+    other: Slots,
+    /// The update before which cells moved.
+    moved_at: u32,
+}
+
+impl Table {
+    /// No cells, and so many slots.
+    pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32) -> Result<Self, RenderError> {
+        Ok(Self {
+            order: scene.triangle_order(),
+            begun_in: frame.number(),
+            state: [scene.generation(), scene.revision()],
+            edge: (scene.bounds.size().length() / CELLS_ALONG).max(1e-6),
+            slots: Slots::new(frame.device, slots)?,
+            other: Slots::new(frame.device, slots)?,
+            moved_at: 0,
+        })
+    }
+}
+
+/// The passes that put cells into another table.
+#[derive(Debug)]
+pub(super) struct Rehash {
+    rehash: ComputeKernel,
+    carry: ComputeKernel,
+}
+
+impl Rehash {
+    /// Compiles the passes.
+    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        let none: &[Feature] = &[];
+        let shader = SHADERS.link("indirect/radiance_cache/rehash", none)?;
+        let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}"));
+        Ok(Self { rehash: kernel("rehash"), carry: kernel("carry") })
+    }
+
+    /// Leaves out the cells for which nothing has asked, once so many updates have passed as cells are kept for.
+    pub fn record(
+        &self,
+        frame: &mut Frame<'_>,
+        table: &mut Table,
+        parameters: &RadianceCacheParameters,
+    ) -> Result<(), RenderError> {
+        if parameters.update - table.moved_at < parameters.kept {
+            return Ok(());
+        }
+        table.moved_at = parameters.update;
+        let count = parameters.slot_mask + 1;
+        let moved_to = frame.scratch("radiance_cache/moved_to", 4 * u64::from(count))?;
+        std::mem::swap(&mut table.slots, &mut table.other);
+        let Slots { keys, winners, light, .. } = &table.slots;
+        for buffer in [keys, winners, light] {
+            frame.encoder().clear_buffer(buffer, 0, None);
+        }
+        let uniform = frame.uniform(parameters);
+        let old = &table.other;
+        let bindings = table
+            .slots
+            .bindings()
+            .part("radiance_cache", &uniform)
+            .buffer("moved_to", &moved_to)
+            .buffer("old_keys", &old.keys)
+            .buffer("old_hashes", &old.hashes)
+            .buffer("old_asked", &old.asked)
+            .buffer("old_samples", &old.samples)
+            .buffer("old_light", &old.light);
+        frame.dispatch(&self.rehash, &bindings, workgroups(count));
+        frame.dispatch(&self.carry, &bindings, workgroups(count));
+        Ok(())
+    }
+}

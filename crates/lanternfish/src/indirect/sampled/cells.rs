@@ -1,0 +1,155 @@
+//! Rays whose ends are cells of the radiance cache.
+
+use glam::Vec3;
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
+
+use super::{Sampled, SampledParameters};
+use crate::{
+    context::ViewContext,
+    deep_images::DeepImages,
+    error::RenderError,
+    indirect::{
+        Counters,
+        radiance_cache::{CacheOfFrame, RadianceCache},
+        smoothing::PixelSums,
+    },
+    rays::Tracer,
+    settings::DeepImageSettings,
+    shaders::SHADERS,
+};
+
+/// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.
+const MOST_BYTES: u64 = 96 << 20;
+
+/// The cache, and the passes by which a pixel's rays find its cells and read them.
+#[derive(Debug)]
+pub(super) struct Cells {
+    cache: RadianceCache,
+    find: ComputeKernel,
+    before_insert: ComputeKernel,
+    insert: ComputeKernel,
+    place: ComputeKernel,
+    before_shade: ComputeKernel,
+    gather: ComputeKernel,
+}
+
+impl Cells {
+    /// Compiles the passes. `exact`: what traces rays to lights.
+    pub fn new(
+        device: &wgpu::Device,
+        settings: &Sampled,
+        exact: Tracer,
+        deep_images: &DeepImageSettings,
+    ) -> Result<Self, RenderError> {
+        let kernel = |file: &str, entry: &str, label: &str| {
+            let shader = SHADERS.link(&format!("indirect/sampled/{file}"), &[])?;
+            Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/cells/{label}")))
+        };
+        Ok(Self {
+            cache: RadianceCache::new(
+                device,
+                settings.bounces,
+                settings.cache_cells,
+                settings.tracer,
+                exact,
+                deep_images,
+            )?,
+            find: kernel("find_cells", "find", "find")?,
+            before_insert: kernel("open_passes", "before_insert", "open")?,
+            insert: kernel("insert_cells", "insert", "insert")?,
+            place: kernel("insert_cells", "place", "place")?,
+            before_shade: kernel("open_passes", "before_shade", "open")?,
+            gather: kernel("gather_cells", "gather", "gather")?,
+        })
+    }
+
+    /// Forgets what the cells have kept.
+    pub fn forget(&mut self) {
+        self.cache.forget();
+    }
+
+    /// The cells for so many rounds of a frame's rays.
+    pub fn begin<'a>(
+        &'a mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        sums: &PixelSums,
+        rounds: u32,
+    ) -> Result<FrameCells<'a>, RenderError> {
+        let bytes = 4 * u64::from(sums.size.x) * u64::from(sums.size.y);
+        let together = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
+        let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
+        let counts = frame.zeroed("indirect/cells/counts", 12)?;
+        let dispatches = [
+            frame.indirect("indirect/cells/insert_workgroups")?,
+            frame.indirect("indirect/cells/shade_workgroups")?,
+            frame.indirect("indirect/cells/shadow_workgroups")?,
+        ];
+        let of_frame = self.cache.begin(frame, view)?;
+        let asking_round = of_frame.update() % rounds.max(1);
+        let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
+        Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, together, rounds, asking_round, sky_is_dark })
+    }
+}
+
+/// The cells of one frame's rays.
+pub(super) struct FrameCells<'a> {
+    cells: &'a mut Cells,
+    of_frame: CacheOfFrame,
+    /// Slot of each ray's cell, round after round: `ray_slots.wesl`.
+    slots: wgpu::Buffer,
+    /// `open_passes.wesl`.
+    counts: wgpu::Buffer,
+    /// Workgroups of a round's passes: insert, shade, shadow.
+    dispatches: [wgpu::Buffer; 3],
+    together: u32,
+    rounds: u32,
+    asking_round: u32,
+    sky_is_dark: u32,
+}
+
+impl FrameCells<'_> {
+    /// The parameters of a round, as they are with cells.
+    pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
+        let first_round = parameters.round / self.together * self.together;
+        let end_round = (first_round + self.together).min(self.rounds);
+        let Self { asking_round, sky_is_dark, .. } = *self;
+        SampledParameters { first_round, end_round, asking_round, sky_is_dark, ..parameters }
+    }
+
+    /// Looks up the cells of a round's rays; gives the workgroups by which what is not in cells is shaded, and by which lights are looked for
+    /// from there. `tracing`: bindings of the round, its hits, sums and counters.
+    pub fn find(&mut self, frame: &mut Frame<'_>, tracing: &Bindings<'_>, samples: [u32; 3]) -> [wgpu::Buffer; 2] {
+        let of_frame = self.of_frame.bindings();
+        let [insert, shade, shadow] = &self.dispatches;
+        let finding = tracing
+            .clone()
+            .with(&of_frame)
+            .buffer("ray_slots", &self.slots)
+            .buffer("round_counts", &self.counts)
+            .buffer("insert_dispatch", insert)
+            .buffer("shade_dispatch", shade)
+            .buffer("shadow_dispatch", shadow);
+        frame.dispatch(&self.cells.find, &finding, samples);
+        frame.dispatch(&self.cells.before_insert, &finding, [1; 3]);
+        frame.dispatch_indirect(&self.cells.insert, &finding, insert);
+        frame.dispatch_indirect(&self.cells.place, &finding, insert);
+        frame.dispatch(&self.cells.before_shade, &finding, [1; 3]);
+        [shade.clone(), shadow.clone()]
+    }
+
+    /// Brings the cells up to date, and adds what they send to the pixels' sums; gives what was counted. `summing`: bindings of the round, the sums and counters.
+    pub fn gather(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        summing: &Bindings<'_>,
+        samples: [u32; 3],
+        images: Option<&DeepImages>,
+    ) -> Result<Counters, RenderError> {
+        let counters = self.cells.cache.update(frame, view, &self.of_frame, images)?;
+        let cells = self.of_frame.bindings();
+        frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
+        Ok(counters)
+    }
+}
