@@ -63,6 +63,17 @@ fn gpu_every_speed_has_its_error() {
         }
         assert!(figure("converged_flip") > 1e-3, "{row}");
     }
+    // The radiance cache through the BVH and through images: shaded, cached, and with every bounce.
+    let cached = first["cached"].as_array().unwrap();
+    assert_eq!(cached.len(), 6);
+    for of_tracer in cached.chunks(3) {
+        let figure = |row: usize, name: &str| of_tracer[row][name].as_f64().unwrap();
+        let [shaded, one, all] = [0, 1, 2].map(|row| figure(row, "warmed_energy"));
+        assert_eq!(figure(0, "cells"), 0.0);
+        assert!(figure(1, "cells") > 100.0 && figure(2, "cells") >= figure(1, "cells"), "{of_tracer:?}");
+        // What is blurred over cells is little beside what every bounce adds.
+        assert!((one / shaded - 1.0).abs() < 0.1 && all > 1.3 * one, "{of_tracer:?}");
+    }
     let through_bvh = |filter: u64, accumulate: u64| {
         let is = |row: &&Value| {
             row["brdf"] == "diffuse"

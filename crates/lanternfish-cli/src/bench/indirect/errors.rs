@@ -46,7 +46,8 @@ pub fn energy(picture: &Picture) -> f64 {
     picture.radiance.iter().flat_map(|pixel| &pixel[..3]).map(|value| f64::from(*value)).sum()
 }
 
-fn flip(picture: &Picture, reference: &Picture) -> Result<f64, MetricsError> {
+/// Mean LDR-FLIP of what a display shows.
+pub fn flip(picture: &Picture, reference: &Picture) -> Result<f64, MetricsError> {
     let pair = Pair::new(shown(picture)?, shown(reference)?)?;
     Ok(pair.mean_of(&pair.flip_ldr(PIXELS_PER_DEGREE)?))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Report, configurations::Brdf, measure::Row, paper};
+use super::{Report, cached, configurations::Brdf, measure::Row, paper};
 use crate::{bench::deep_images::build::Built, report::grouped};
 
 const HEAD: &str = "| BRDF | rays | tracer | directions | texels | filter | samples | frames | rays traced | trace | shade | resolve | filter, ms \
@@ -49,6 +49,7 @@ pub fn to_markdown(report: &Report) -> String {
     rows_table(varied(&report.rows, |row| row.filter_radius == 0), &mut line);
     line("\n## Antialiasing: samples at edges, and the mean of frames, each with images of its own\n");
     rows_table(varied(&report.rows, |row| row.samples > 1 || row.accumulate > 1), &mut line);
+    line(&cached::section(&report.cached, report.converged_frames));
     if !report.left_out.is_empty() {
         line("\n## Left out\n");
     }
@@ -215,6 +216,7 @@ mod tests {
                 row("across-texels", Some(128), 0, 4.0),
                 row("across-texels", Some(512), 8, 2.0),
             ],
+            cached: Vec::new(),
             left_out: vec![LeftOut { what: "samples".to_owned(), reason: "refused".to_owned() }],
         }
     }

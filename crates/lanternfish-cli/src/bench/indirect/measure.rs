@@ -17,6 +17,7 @@ use super::{
         build::{Built, build},
         configurations::Expected,
     },
+    cached::CachedRow,
     configurations::{Brdf, Configuration, Group, Plan},
     errors::{Errors, Yardsticks, energy},
     times::{Times, rays},
@@ -94,6 +95,8 @@ impl Row {
 pub struct Measured {
     pub images: Vec<Built>,
     pub rows: Vec<Row>,
+    /// The radiance cache's.
+    pub cached: Vec<CachedRow>,
     pub left_out: Vec<LeftOut>,
 }
 
@@ -147,6 +150,8 @@ impl Bench<'_> {
                 Err(reason) => measured.left_out.push(LeftOut { what: group.set.in_words(), reason }),
             }
         }
+        let set = plan.groups.first().map(|group| group.set);
+        measured.cached = self.cached(set, &converged[Brdf::Diffuse as usize], progress)?;
         Ok(measured)
     }
 
@@ -201,7 +206,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    fn scene(&self, brdf: Brdf) -> &GpuScene {
+    pub fn scene(&self, brdf: Brdf) -> &GpuScene {
         &self.scenes[brdf as usize]
     }
 

@@ -1,6 +1,7 @@
 //! `lanternfish bench indirect`: rays of indirect light through deep images, beside the BVH, with what they cost in quality
 //! [Niessner2010, §7].
 
+mod cached;
 mod configurations;
 mod errors;
 mod markdown;
@@ -16,6 +17,7 @@ use lanternfish_gpu::AdapterChoice;
 use serde::Serialize;
 
 use self::{
+    cached::CachedRow,
     configurations::{Brdf, Configuration, Plan},
     measure::{Bench, Measured, Row},
 };
@@ -84,6 +86,7 @@ pub struct Report {
     converged_frames: u32,
     images: Vec<Built>,
     rows: Vec<Row>,
+    cached: Vec<CachedRow>,
     left_out: Vec<LeftOut>,
 }
 
@@ -112,7 +115,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         converged_frames,
         scenes,
     };
-    let Measured { images, rows, left_out } =
+    let Measured { images, rows, cached, left_out } =
         bench.measure(&Plan::new(args.quick, &args.resolutions), &mut progress)?;
     progress.finish();
 
@@ -129,6 +132,7 @@ pub fn run(args: &IndirectArgs) -> Result<(), CliError> {
         converged_frames,
         images,
         rows,
+        cached,
         left_out,
     };
     let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");

@@ -5,6 +5,8 @@ use serde::Serialize;
 
 const TRACE: &str = "indirect/trace";
 const SHADE: &str = "indirect/shade";
+/// Rays from what was shaded to the lights that were chosen for it.
+const SHADOW: &str = "indirect/shadow";
 
 /// Device time of one picture, all its frames, milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -36,7 +38,7 @@ impl Times {
             let of_images: f64 =
                 passes.iter().filter(|pass| pass.name.starts_with("deep_images/")).map(|pass| pass.ms).sum();
             times.trace_ms += sum(TRACE);
-            times.shade_ms += sum(SHADE);
+            times.shade_ms += sum(SHADE) + sum(SHADOW);
             times.resolve_ms += sum("indirect/resolve");
             times.filter_ms += sum("indirect/filter");
             times.images_ms += of_images;
@@ -46,7 +48,7 @@ impl Times {
                 all[skipped as usize * all.len() / rounds as usize..].iter().sum::<f64>()
             };
             times.counted_trace_ms += counted(TRACE);
-            times.counted_shade_ms += counted(SHADE);
+            times.counted_shade_ms += counted(SHADE) + counted(SHADOW);
         }
         times
     }
@@ -78,10 +80,12 @@ mod tests {
             ("deep_images/sort", 100.0),
             (TRACE, 2.0),
             (TRACE, 3.0),
-            (SHADE, 4.0),
+            (SHADE, 3.0),
+            (SHADOW, 1.0),
             (TRACE, 5.0),
             (TRACE, 6.0),
-            (SHADE, 7.0),
+            (SHADE, 5.0),
+            (SHADOW, 2.0),
             ("indirect/resolve", 8.0),
             ("indirect/filter", 9.0),
             ("indirect/filter", 10.0),

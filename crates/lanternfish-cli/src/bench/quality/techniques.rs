@@ -7,9 +7,9 @@
 use lanternfish::{
     rooms::Family,
     settings::{
-        Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet,
-        Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RasterGrid, RayCulling, Sampled,
-        Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
+        Anisotropy, Assignment, Bounces, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings,
+        DirectionSet, HitLight, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RasterGrid,
+        RayCulling, Sampled, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
     },
 };
 
@@ -108,6 +108,9 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images: Settings::default().deep_images, ..default.clone() };
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
+    let all_bounces = Sampled { hit_light: HitLight::Cached, bounces: Bounces::All, ..GOOD };
+    let settings = Settings { indirect: Indirect::Sampled(all_bounces), ..default.clone() };
+    rows.push(row("indirect sampled, bounces all".to_owned(), Truth::Full, settings));
     rows.extend(bounces(default));
     rows.extend(super::rooms::bounces(default));
     rows.extend(glossy_bounces(default));
@@ -142,6 +145,8 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
     let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
     let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::Bvh) };
+    let cached = |tracer| Sampled { hit_light: HitLight::Cached, ..all(tracer) };
+    let half_cached = |tracer| Sampled { hit_light: HitLight::Cached, ..half(tracer) };
     let more = [
         ("within-texel 64, every fourth pixel", half(Tracer::WithinTexel), 64),
         ("within-texel 128, every fourth pixel", half(Tracer::WithinTexel), 128),
@@ -150,6 +155,10 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         ("within-texel 128, half the rays", fewer(Tracer::WithinTexel), 128),
         ("bvh, half the rays", fewer(Tracer::Bvh), usual),
         ("bvh, not clamped", not_clamped, usual),
+        ("bvh, cached", cached(Tracer::Bvh), usual),
+        ("bvh, every fourth pixel, cached", half_cached(Tracer::Bvh), usual),
+        ("within-texel 128, cached", cached(Tracer::WithinTexel), 128),
+        ("within-texel 128, every fourth pixel, cached", half_cached(Tracer::WithinTexel), 128),
     ];
     rows.extend(more.map(|(name, sampled, resolution)| of(name, Indirect::Sampled(sampled), resolution)));
     rows

@@ -18,7 +18,7 @@ use self::{
     parameters::{CellSample, RadianceCacheParameters, SampledCell},
     table::{Rehash, Slots, Table},
 };
-use super::Counters;
+use super::{Counters, sampled::Sampled};
 use crate::{
     common::workgroups,
     context::ViewContext,
@@ -67,9 +67,8 @@ named_enum! {
 const NEAR_EDGES: f32 = 64.0;
 /// One of so many cells gets another sample in a frame.
 const SHARE: u32 = 8;
-/// Samples that a cell gets at least in the frame that it is new in; and in the first frame of a picture.
+/// Samples that a cell gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
-const FEWEST_AT_FIRST: u32 = 16;
 /// Samples whose mean a cell is at most.
 const MOST: f32 = 128.0;
 /// Samples that what is known counts for once something has changed: less than [`FEWEST`], so that every cell gets another.
@@ -85,6 +84,8 @@ pub(crate) struct RadianceCache {
     bounces: Bounces,
     /// Slots of the table: a power of two.
     slots: u32,
+    /// Samples of a cell in a picture's first frame.
+    first_samples: u32,
     /// Of rays between cells.
     tracer: Tracer,
     kernels: Kernels,
@@ -129,15 +130,14 @@ impl CacheOfFrame {
 }
 
 impl RadianceCache {
-    /// Compiles the passes. `cells`: room for so many; `tracer`: of rays between cells; `exact`: of rays to lights.
+    /// Compiles the passes. `settings`: of the rays that read it; `exact`: of rays to lights.
     pub fn new(
         device: &wgpu::Device,
-        bounces: Bounces,
-        cells: u32,
-        tracer: Tracer,
+        settings: &Sampled,
         exact: Tracer,
         images: &DeepImageSettings,
     ) -> Result<Self, RenderError> {
+        let Sampled { bounces, cache_cells, cache_samples, tracer, .. } = *settings;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = SHADERS.link(&format!("indirect/radiance_cache/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
@@ -154,8 +154,17 @@ impl RadianceCache {
             place: kernel("meet", &[], "place")?,
             commit: kernel("commit", &[], "commit")?,
         };
-        let slots = cells.next_power_of_two();
-        Ok(Self { bounces, slots, tracer, kernels, rehash: Rehash::new(device)?, table: None, update: 0 })
+        let slots = cache_cells.next_power_of_two();
+        Ok(Self {
+            bounces,
+            slots,
+            first_samples: cache_samples,
+            tracer,
+            kernels,
+            rehash: Rehash::new(device)?,
+            table: None,
+            update: 0,
+        })
     }
 
     /// Forgets all cells.
@@ -184,7 +193,7 @@ impl RadianceCache {
         };
         let state = [scene.generation(), scene.revision()];
         let has_changed = std::mem::replace(&mut table.state, state) != state;
-        let fewest = if self.update == 0 { FEWEST_AT_FIRST } else { FEWEST };
+        let fewest = if self.update == 0 { self.first_samples } else { FEWEST };
         self.update += 1;
         let parameters = RadianceCacheParameters {
             slot_mask: self.slots - 1,

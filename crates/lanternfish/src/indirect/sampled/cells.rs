@@ -46,14 +46,7 @@ impl Cells {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/cells/{label}")))
         };
         Ok(Self {
-            cache: RadianceCache::new(
-                device,
-                settings.bounces,
-                settings.cache_cells,
-                settings.tracer,
-                exact,
-                deep_images,
-            )?,
+            cache: RadianceCache::new(device, settings, exact, deep_images)?,
             find: kernel("find_cells", "find", "find")?,
             before_insert: kernel("open_passes", "before_insert", "open")?,
             insert: kernel("insert_cells", "insert", "insert")?,

@@ -41,6 +41,9 @@ pub struct Sampled {
     /// Cells that the radiance cache has room for, rounded up to a power of two. More: fewer ends of rays are shaded because there is no room,
     /// and 172 bytes each.
     pub cache_cells: u32,
+    /// Samples that each cell of the radiance cache gets in a picture's first frame, at least 1. More: less noise in a picture of one frame,
+    /// and more of the bounces, slower.
+    pub cache_samples: u32,
 }
 
 named_enum! {
@@ -75,6 +78,7 @@ impl Quality {
             hit_light: HitLight::Shaded,
             bounces: Bounces::One,
             cache_cells: 1 << 18,
+            cache_samples: 16,
         };
         match self {
             Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
@@ -130,6 +134,13 @@ impl Room for Sampled {
             Range::Count(64, 1 << 20),
             "Cells that the radiance cache has room for. More: fewer ends of rays are shaded for want of room",
             |sampled| &mut sampled.cache_cells,
+        ),
+        Knob::new(
+            "cache-samples",
+            "N",
+            Range::Count(1, 1024),
+            "Samples of each cell of the radiance cache in a picture's first frame. More: less noise, slower",
+            |sampled| &mut sampled.cache_samples,
         ),
     ];
     const SHADERS: Shaders = DECLARED;
