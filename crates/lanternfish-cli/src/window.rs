@@ -16,6 +16,7 @@ use crate::{
     error::CliError,
     light_rig::{self, Lighting},
     output::{self, check_writable},
+    pictures,
     progress::Progress,
     recording::Recorded,
     render::apply_lights,
@@ -29,8 +30,10 @@ Examples:
   lanternfish view scene.glb
   lanternfish view shot.toml --shadows bvh
   lanternfish view scene.glb --record walk.toml
+  lanternfish view before.exr after.exr
 
 W A S D fly, dragging looks about; F1 shows all keys. A file that is dropped on the window is opened.
+Pictures (.exr, .png) are shown side by side, with a map and the mean of what differs.
 ";
 
 /// The built-in scene that is seen where none is named.
@@ -41,6 +44,13 @@ const STEP: f32 = 1.0 / 60.0;
 
 /// Opens the window, and returns when it is closed.
 pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
+    if pictures::is_picture(&shot.args.scene) {
+        return pictures::run(&shot, window);
+    }
+    if let Some(more) = window.pictures.first() {
+        let what = format_args!("{}: the window shows one scene, and this is another file", more.display());
+        return Err(CliError::new(what, "name one scene, or pictures alone: .exr and .png files"));
+    }
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
     let (name, settings, size) = (args.scene.to_string(), args.settings(), args.output.size);
@@ -73,11 +83,16 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
         record,
         shaders: window.shaders.clone(),
     };
-    lanternfish_viewer::run(start).map_err(|error| match error {
+    lanternfish_viewer::run(start).map_err(failed)
+}
+
+/// What keeps a window from opening.
+pub fn failed(error: ViewerError) -> CliError {
+    match error {
         ViewerError::Gpu(error) => error.into(),
         ViewerError::Render(error) => error.into(),
         error => CliError::new(error, ""),
-    })
+    }
 }
 
 /// An error for a folder that has no shaders.

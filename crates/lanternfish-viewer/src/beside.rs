@@ -13,7 +13,8 @@ use lanternfish_scene::{Camera, Scene};
 use crate::{
     background::{Background, Found, Look, Subject, Told, Traced},
     difference::Difference,
-    seen::{Seen, texture},
+    seen::Seen,
+    texture::{texture, write},
     wipe::{Other, Wipe},
 };
 
@@ -216,7 +217,7 @@ impl Beside {
             match compared {
                 Ok(compared) => {
                     let map = texture(&first.gpu.device, compared.size);
-                    write(first, &map, &compared.map);
+                    write(&first.gpu.queue, &map, &compared.map);
                     (self.map, self.mean) = (Some(map), Some(compared.mean));
                 }
                 Err(what) => news.failed = Some(what),
@@ -228,7 +229,7 @@ impl Beside {
     fn show(&mut self, first: &Seen, traced: Traced) {
         let kept = self.traced.take().filter(|(_, before)| before.size == traced.size);
         let texture = kept.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
-        write(first, &texture, &traced.bytes);
+        write(&first.gpu.queue, &texture, &traced.bytes);
         self.traced = Some((texture, traced));
     }
 
@@ -292,14 +293,6 @@ fn lit_alike(a: &Settings, b: &Settings) -> bool {
         (settings.materials, settings.attenuation, settings.range_threshold, settings.light_radius)
     };
     of(a) == of(b)
-}
-
-/// Puts bytes into a texture of theirs.
-fn write(first: &Seen, texture: &wgpu::TextureView, bytes: &[u8]) {
-    let texture = texture.texture();
-    let layout =
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * texture.width()), rows_per_image: None };
-    first.gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, texture.size());
 }
 
 #[cfg(test)]

@@ -12,11 +12,13 @@ mod difference;
 mod error;
 mod pace;
 mod panels;
+mod pictures;
 mod player;
 mod record;
 mod seen;
 mod source_tree;
 mod surface;
+mod texture;
 mod window;
 mod wipe;
 
@@ -28,6 +30,7 @@ use lanternfish_scene::{Camera, Scene};
 
 pub use controls::Way;
 pub use error::ViewerError;
+pub use pictures::{PictureOfFile, PictureReader, Pictures};
 pub use record::{Move, RecordKeeper, Recording};
 
 /// Opens a file, or says why it cannot.
@@ -111,4 +114,9 @@ pub struct Opened {
 /// Opens the window, and returns when it is closed.
 pub fn run(start: Start) -> Result<(), ViewerError> {
     window::run(start)
+}
+
+/// Opens a window on pictures of files, one at least, and returns when it is closed.
+pub fn compare(pictures: Pictures) -> Result<(), ViewerError> {
+    pictures::run(pictures)
 }

@@ -2,14 +2,9 @@
 
 mod pictures;
 
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
-use egui::ViewportId;
 use glam::UVec2;
-use lanternfish_gpu::Gpu;
 use winit::{
     application::ApplicationHandler,
     event::WindowEvent,
@@ -22,12 +17,12 @@ use crate::{
     beside::Beside,
     controls::Controls,
     pace::Pace,
-    panels::{self, Asked, Facts, Listing, State},
+    panels::{self, Asked, Facts, Listing, Memory, State},
     player,
     record::Recorder,
     seen::Seen,
     source_tree::{self, SourceTree},
-    surface::{Known, Surface},
+    surface::{self, Known, Surface},
     wipe::{Textures, Wipe},
 };
 
@@ -68,6 +63,7 @@ struct Viewer {
     moment: Option<(usize, f32)>,
     last: Instant,
     frame_ms: f64,
+    memory: Memory,
     moved: Option<Instant>,
     wants_screenshot: bool,
     open: Opener,
@@ -131,24 +127,11 @@ impl ApplicationHandler for App {
 
 impl Viewer {
     fn new(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
-        let said = |error: &dyn std::error::Error| ViewerError::Display(error.to_string());
         let [width, height] = start.size;
         let attributes = Window::default_attributes()
             .with_title(format!("{} – Lanternfish", start.name))
             .with_inner_size(winit::dpi::LogicalSize::new(width, height));
-        let window = Arc::new(events.create_window(attributes).map_err(|error| said(&error))?);
-        let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(Box::new(display.clone()));
-        descriptor.backends = wgpu::Backends::PRIMARY;
-        let instance = wgpu::Instance::new(descriptor);
-        let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| said(&error))?;
-        let (gpu, adapter) = Gpu::open_for(&instance, &surface, &start.adapter)?;
-        let context = egui::Context::default();
-        // A frame of the window may take as long as one of the picture: nothing unfolds step by step.
-        context.all_styles_mut(|style| style.animation_time = 0.0);
-        let most = gpu.device.limits().max_texture_dimension_2d as usize;
-        let scale = Some(window.scale_factor() as f32);
-        let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
-        let surface = Surface::new(window, instance, surface, &adapter, &gpu.device)?;
+        let (surface, input, gpu) = surface::open(events, display, attributes, &start.adapter)?;
         let Start { name, scene, camera, settings, open, keep, write, record, shaders, .. } = start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
@@ -159,6 +142,7 @@ impl Viewer {
             wipe: Wipe::new(&settings),
             pointed: None,
             listing: Listing::default(),
+            written: None,
             settings,
             controls,
             clip,
@@ -167,7 +151,7 @@ impl Viewer {
             shows_panels: true,
         };
         let (room, last) = (UVec2::new(width, height), Instant::now());
-        let mut viewer = Self {
+        Ok(Self {
             surface,
             input,
             pictures: [const { None }; 3],
@@ -180,6 +164,7 @@ impl Viewer {
             moment: None,
             last,
             frame_ms: 0.0,
+            memory: Memory::default(),
             // The first picture is a small one: how long a frame takes is not known.
             moved: Some(last),
             wants_screenshot: false,
@@ -188,10 +173,7 @@ impl Viewer {
             recorder,
             shaders: shaders.map(SourceTree::new),
             write,
-        };
-        viewer.surface.configure(&viewer.seen.gpu.device);
-        viewer.surface.window.request_redraw();
-        Ok(viewer)
+        })
     }
 
     /// Whether anything would be drawn that is not there yet. While the device is busy the panels need not be painted again, unless something
@@ -230,6 +212,7 @@ impl Viewer {
             let size = self.seen.size();
             self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
             self.frame_ms = ms;
+            self.memory.ask_again(&self.seen);
             tracing::debug!("frame of {size}: {ms:.1} ms; {} are averaged", self.seen.averaged());
         }
         if of_first.is_some() {
@@ -258,7 +241,7 @@ impl Viewer {
             self.seen.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip, self.moment) = (name, controls, clip, None);
-            self.state.pointed = None;
+            (self.state.pointed, self.memory) = (None, Memory::default());
             // What was recorded is of the scene that was there.
             self.recorder.take().map_or(Ok(()), Recorder::end)
         });
@@ -278,7 +261,7 @@ impl Viewer {
         self.poll();
         let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
         for (known, texture) in self.pictures.iter_mut().zip(shown) {
-            self.surface.know(&self.seen.gpu.device, known, texture);
+            self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
         }
         let (asked, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
@@ -312,9 +295,9 @@ impl Viewer {
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
     fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
-        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, .. } = self;
+        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, memory, .. } = self;
         let taken = input.take_egui_input(&surface.window);
-        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, _)| *id));
+        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
             name,
             scene: &seen.scene,
@@ -322,7 +305,9 @@ impl Viewer {
             adapter: &seen.gpu.description,
             size: seen.size().into(),
             averaged: seen.averaged(),
-            report: seen.report.as_ref(),
+            passes: seen.report.as_ref().map_or(&[], |report| &report.passes),
+            counters: seen.report.as_ref().map_or(&[], |report| &report.counters),
+            memory,
             frame_ms: *frame_ms,
             textures: Textures { a, b, map },
             progress_of_b: beside.progress(),

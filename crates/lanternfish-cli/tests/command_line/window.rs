@@ -1,5 +1,7 @@
 //! The window as somebody sits before it: under a display of its own, driven by keys and a pointer.
 
+mod pictures;
+
 use std::{
     fs,
     io::{BufRead, BufReader},
@@ -128,11 +130,17 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
 
 /// Opens a window of the Cornell box in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
 fn open(display: &Display, folder: &Path, words: &str) -> Running {
+    let words = format!("view demo:cornell --adapter cpu --indirect none {words}");
+    start(display, folder, &words)
+}
+
+/// Runs what opens a window, in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
+fn start(display: &Display, folder: &Path, words: &str) -> Running {
     let log = fs::File::create(folder.join("log")).unwrap();
     let mut view = lanternfish(folder);
-    view.args(["view", "demo:cornell", "--adapter", "cpu", "--indirect", "none"]).args(words.split(' '));
+    view.args(words.split(' '));
     view.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
-    let mut view = Running(view.stdout(Stdio::null()).stderr(log).spawn().unwrap());
+    let mut view = Running(view.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap());
     let window = wait_for("a window", || {
         let said = || fs::read_to_string(folder.join("log")).unwrap();
         assert!(view.0.try_wait().unwrap().is_none(), "it has ended: {}", said());

@@ -2,21 +2,25 @@
 
 mod knobs;
 mod lights;
+mod memory;
 mod passes;
 mod pixel;
 mod sides;
 #[cfg(test)]
 mod tests;
+mod written;
 
 use egui::{Key, PointerButton, Ui};
 use glam::Vec2;
-use lanternfish::{FrameReport, Settings};
-use lanternfish_gpu::AdapterDescription;
+use lanternfish::Settings;
+use lanternfish_gpu::{AdapterDescription, PassTime};
 use lanternfish_scene::Scene;
 
 pub use self::{
     lights::{Edit, Listing},
+    memory::Memory,
     pixel::Pointed,
+    written::Written,
 };
 use crate::{
     Form,
@@ -39,6 +43,8 @@ pub struct State {
     pub usual: Settings,
     /// The camera and how it moves.
     pub controls: Controls,
+    /// The pass whose writing is shown.
+    pub written: Option<Written>,
     /// What is played.
     pub clip: Option<Clip>,
     /// A line that tells of the last thing that went wrong, or was done.
@@ -79,8 +85,12 @@ pub struct Facts<'a> {
     pub size: [u32; 2],
     /// Frames that it is the mean of.
     pub averaged: u32,
-    /// The last frame.
-    pub report: Option<&'a FrameReport>,
+    /// Device time of each pass of the last frame.
+    pub passes: &'a [PassTime],
+    /// Entries of its lists, by their names.
+    pub counters: &'a [(String, u64)],
+    /// What is on the device.
+    pub memory: &'a Memory,
     /// Milliseconds from frame to frame.
     pub frame_ms: f64,
     /// The pictures.
@@ -164,7 +174,8 @@ fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, asked: &mut Asked) {
         }
     });
     let passes = egui::CollapsingHeader::new("Passes").default_open(true);
-    passes.show(ui, |ui| passes::show(ui, facts));
+    passes.show(ui, |ui| passes::show(ui, state, facts));
+    ui.collapsing("Memory", |ui| memory::show(ui, facts));
 }
 
 /// The settings of the side that the panel is of.
@@ -174,7 +185,12 @@ fn settings(ui: &mut Ui, state: &mut State) {
     if of_b {
         exchange(state);
     }
+    let shown = state.settings.debug_view;
     knobs::show(ui, state);
+    if state.settings.debug_view != shown {
+        // Another one was chosen by hand.
+        state.written = None;
+    }
     if of_b {
         exchange(state);
     }
@@ -261,8 +277,10 @@ fn picture(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, aske
     let rect = ui.available_rect_before_wrap();
     asked.room = Vec2::new(rect.width(), rect.height());
     let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
-    wipe::paint(ui, rect, &state.wipe, &facts.textures);
-    wipe::line(ui, rect, &mut state.wipe);
+    wipe::paint(ui, rect, rect, state.wipe.painted(&facts.textures), &facts.textures);
+    if state.wipe.other != Other::Nothing && !state.wipe.shows_map {
+        wipe::line(ui, rect, &mut state.wipe.line);
+    }
     if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera) {
         let at = rect.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
         ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(3.0, egui::Color32::BLACK));

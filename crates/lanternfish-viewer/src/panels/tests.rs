@@ -19,6 +19,8 @@ struct Shown {
     pixel: Option<Vec2>,
     /// The last form that was asked for.
     write: Option<Form>,
+    passes: Vec<PassTime>,
+    memory: Memory,
     state: State,
     asked: Asked,
 }
@@ -42,6 +44,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
         wipe: Wipe::new(&Settings::default()),
         pointed: None,
         listing: Listing::default(),
+        written: None,
         usual: Settings::default(),
         controls: Controls::new(scene.cameras[0].clone(), 2.0),
         clip: None,
@@ -58,7 +61,9 @@ fn shown<'a>() -> Harness<'a, Shown> {
             adapter: &adapter,
             size: [640, 480],
             averaged: 3,
-            report: None,
+            passes: &shown.passes,
+            counters: &[],
+            memory: &shown.memory,
             frame_ms: 12.0,
             textures: Textures::default(),
             progress_of_b: 17,
@@ -72,7 +77,18 @@ fn shown<'a>() -> Harness<'a, Shown> {
         }
     };
     let builder = Harness::builder().with_size(egui::vec2(1200.0, 1400.0));
-    builder.build_ui_state(draw, Shown { scene, pixel: None, write: None, state, asked: Asked::default() })
+    builder.build_ui_state(
+        draw,
+        Shown {
+            scene,
+            pixel: None,
+            write: None,
+            passes: Vec::new(),
+            memory: Memory::default(),
+            state,
+            asked: Asked::default(),
+        },
+    )
 }
 
 /// Opens a list and takes one of its entries.
@@ -316,4 +332,41 @@ fn type_into(harness: &mut Harness<'_, Shown>, name: &str, text: &str) {
     harness.step();
     harness.key_press(Key::Enter);
     harness.run();
+}
+
+#[test]
+fn a_click_on_a_pass_shows_what_it_writes_and_another_the_picture() {
+    let mut harness = shown();
+    let pass = |name: &str| PassTime { name: name.to_owned(), ms: 1.5 };
+    let passes = ["prepass", "deep_images/build", "indirect/sampled/trace"].map(pass).to_vec();
+    harness.state_mut().passes = passes.clone();
+    harness.state_mut().memory.frames.lists = vec![("a list", 77)];
+    harness.run();
+    let view = |harness: &Harness<'_, Shown>| harness.state().state.settings.debug_view;
+    harness.get_by_label("prepass").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Depth));
+    // Under a debug view there are fewer passes: those that were there can still be clicked.
+    harness.state_mut().passes.truncate(1);
+    harness.get_by_label("roughness").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Roughness));
+    harness.get_by_label("indirect/sampled/trace").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Indirect));
+    harness.get_by_label("deep_images/build").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Indirect), "there is no view of it");
+    harness.get_by_label("indirect/sampled/trace").click();
+    harness.run();
+    assert!(view(&harness).is_none() && harness.state().state.written.is_none());
+    // What is chosen by hand is not gone back from.
+    harness.state_mut().passes = passes;
+    harness.run();
+    harness.get_by_label("prepass").click();
+    harness.run();
+    choose(&mut harness, "debug-view", "normal");
+    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::Normal));
+    unfold(&mut harness, "Memory");
+    assert!(harness.query_by_label("a list").is_some() && harness.query_by_label("77").is_some());
 }

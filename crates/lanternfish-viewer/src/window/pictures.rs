@@ -23,6 +23,7 @@ impl Viewer {
             self.state.message = error.to_string();
             // What was asked for cannot be: what is shown can.
             self.state.settings = self.seen.settings().clone();
+            self.state.written = None;
         }
     }
 
