@@ -241,7 +241,7 @@ pub struct WindowArgs {
 #[derive(Debug, Args)]
 pub struct OnlyWindowArgs {
     /// More pictures, where the first file is one (.exr, .png): they are compared.
-    #[arg(value_name = "PICTURE")]
+    #[arg(value_name = "PICTURE", index = 2)]
     pub pictures: Vec<PathBuf>,
     /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
@@ -255,7 +255,7 @@ pub struct OnlyWindowArgs {
 impl Args for WindowArgs {
     fn augment_args(command: clap::Command) -> clap::Command {
         let command = OnlyWindowArgs::augment_args(ShotArgs::augment_args(command));
-        command.mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST))
+        command.mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST).index(1))
     }
 
     fn augment_args_for_update(command: clap::Command) -> clap::Command {

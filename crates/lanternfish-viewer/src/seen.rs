@@ -4,7 +4,8 @@ use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
 use lanternfish::{
-    Change, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
+    Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
+    light_culling::clustered::GridContents,
 };
 use lanternfish_gpu::{Gpu, GpuError, ShaderTexts, read_texture};
 use lanternfish_scene::{Camera, Light, Scene};
@@ -169,6 +170,21 @@ impl Seen {
         self.renderer.edit_shaders(texts, &self.uploaded, &[request])?;
         self.begin_anew();
         Ok(())
+    }
+
+    /// What it has compiled.
+    pub fn engine(&self) -> &Engine {
+        self.renderer.engine()
+    }
+
+    /// Whether the last frame is of what this camera sees.
+    pub fn shows(&self, camera: &Camera) -> bool {
+        self.averaged.0 > 0 && self.averaged.1.as_ref() == Some(camera)
+    }
+
+    /// What the clusters of the last frame hold. Waits for the device.
+    pub fn clusters(&self) -> Result<Vec<GridContents>, RenderError> {
+        self.renderer.cluster_contents()
     }
 
     /// What its frames keep on the device.

@@ -13,6 +13,8 @@ pub enum Other {
     Settings,
     /// The path tracer's picture.
     PathTracer,
+    /// The scene's deep images, as points.
+    DeepImages,
 }
 
 /// The two sides. The left one, A, is the picture by the settings of the panel.

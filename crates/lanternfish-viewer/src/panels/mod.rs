@@ -6,6 +6,7 @@ mod memory;
 mod passes;
 mod pixel;
 mod sides;
+mod sun;
 #[cfg(test)]
 mod tests;
 mod written;
@@ -25,6 +26,7 @@ pub use self::{
 use crate::{
     Form,
     controls::{Controls, Way},
+    overlay::{self, Drawn, Overlays},
     wipe::{self, Other, Textures, Wipe},
 };
 
@@ -43,6 +45,8 @@ pub struct State {
     pub usual: Settings,
     /// The camera and how it moves.
     pub controls: Controls,
+    /// What is drawn over the picture.
+    pub overlays: Overlays,
     /// The pass whose writing is shown.
     pub written: Option<Written>,
     /// What is played.
@@ -53,6 +57,10 @@ pub struct State {
     pub shows_keys: bool,
     /// Whether the panels are shown.
     pub shows_panels: bool,
+    /// Whether everything behind headings was last unfolded at once, or folded.
+    pub is_unfolded: bool,
+    /// What becomes of all headings in this frame: unfolded, or folded.
+    pub unfold: Option<bool>,
 }
 
 /// An animation of the scene, and where in it the scene is.
@@ -153,6 +161,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     egui::CentralPanel::default()
         .frame(egui::Frame::NONE)
         .show(ui, |ui| picture(ui, state, facts, seconds, &mut asked));
+    state.unfold = None;
     if state.shows_keys {
         let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
         window.show(ui.ctx(), page_of_keys);
@@ -162,20 +171,22 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
 
 /// What is behind headings on the right.
 fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, asked: &mut Asked) {
-    ui.collapsing("Two sides", |ui| sides::show(ui, state, facts));
-    ui.collapsing("Pixel", |ui| {
+    let unfold = state.unfold;
+    let heading = |name: &'static str| egui::CollapsingHeader::new(name).open(unfold);
+    heading("Two sides").show(ui, |ui| sides::show(ui, state, facts));
+    heading("Pixel").show(ui, |ui| {
         if pixel::show(ui, state, facts) {
             focus(state, asked);
         }
     });
-    ui.collapsing("Lights", |ui| {
+    heading("Lights").show(ui, |ui| {
         if let Some(edit) = lights::show(ui, state, facts) {
             asked.edit = Some(edit);
         }
     });
-    let passes = egui::CollapsingHeader::new("Passes").default_open(true);
-    passes.show(ui, |ui| passes::show(ui, state, facts));
-    ui.collapsing("Memory", |ui| memory::show(ui, facts));
+    heading("Overlays").show(ui, |ui| overlay::switches(ui, &mut state.overlays, &state.settings));
+    heading("Passes").default_open(true).show(ui, |ui| passes::show(ui, state, facts));
+    heading("Memory").show(ui, |ui| memory::show(ui, facts));
 }
 
 /// The settings of the side that the panel is of.
@@ -204,7 +215,7 @@ fn focus(state: &mut State, asked: &mut Asked) {
     }
 }
 
-const KEYS: [(&str, &str); 16] = [
+const KEYS: [(&str, &str); 18] = [
     ("W A S D", "Fly forward, left, back, right"),
     ("E Q", "Fly up, down"),
     ("Shift", "Four times as fast"),
@@ -214,12 +225,14 @@ const KEYS: [(&str, &str); 16] = [
     ("Click", "What lies under the pixel (\u{201c}Pixel\u{201d} on the right)"),
     ("F", "Look at what was clicked, and go round it"),
     ("B", "Another picture on the right of a line, or none"),
+    ("V", "The view from above: a second camera looks at the first one and its clusters"),
     ("Space", "Play and pause the animation"),
     (", .", "A frame back, on"),
     ("F2", "A screenshot"),
     ("F3", "Hide and show the panels"),
     ("F4", "A shot: a file that renders what is seen"),
     ("F5", "A command line that renders it, to be pasted"),
+    ("F6", "Unfold and fold everything behind headings"),
     ("F1", "This page; Escape closes it, or the window"),
 ];
 
@@ -243,6 +256,10 @@ fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
         let mut pressed = |key| input.consume_key(egui::Modifiers::NONE, key);
         state.shows_keys ^= pressed(Key::F1);
         state.shows_panels ^= pressed(Key::F3);
+        if pressed(Key::F6) {
+            state.is_unfolded ^= true;
+            state.unfold = Some(state.is_unfolded);
+        }
         asked.screenshot |= pressed(Key::F2);
         if pressed(Key::F4) {
             asked.write = Some(Form::File);
@@ -261,6 +278,7 @@ fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
             };
         }
         focuses = pressed(Key::F);
+        state.overlays.wants_birds_eye ^= pressed(Key::V);
         if let Some(clip) = &mut state.clip {
             clip.is_playing ^= pressed(Key::Space);
             let step = f32::from(i8::from(pressed(Key::Period)) - i8::from(pressed(Key::Comma))) / 24.0;
@@ -281,6 +299,15 @@ fn picture(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, aske
     if state.wipe.other != Other::Nothing && !state.wipe.shows_map {
         wipe::line(ui, rect, &mut state.wipe.line);
     }
+    let found = state.pointed.as_ref().filter(|pointed| !pointed.is_of_before).and_then(|at| at.found.as_ref());
+    let drawn = Drawn {
+        scene: facts.scene,
+        settings: &state.settings,
+        camera: &state.controls.camera,
+        found,
+        size: facts.size,
+    };
+    overlay::paint(ui, rect, &state.overlays, &drawn);
     if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera) {
         let at = rect.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
         ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(3.0, egui::Color32::BLACK));

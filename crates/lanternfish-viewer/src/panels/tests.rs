@@ -45,12 +45,15 @@ fn shown<'a>() -> Harness<'a, Shown> {
         pointed: None,
         listing: Listing::default(),
         written: None,
+        overlays: Overlays::default(),
         usual: Settings::default(),
         controls: Controls::new(scene.cameras[0].clone(), 2.0),
         clip: None,
         message: String::new(),
         shows_keys: false,
         shows_panels: true,
+        is_unfolded: false,
+        unfold: None,
     };
     let draw = |ui: &mut Ui, shown: &mut Shown| {
         let adapter = adapter();
@@ -227,7 +230,7 @@ fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
     let place = tracer.probe(&camera, [320.0, 465.0], [640, 480]).unwrap();
     let (lights, light_count) = tracer.lights_at(&place, 64);
     let found = Found { place: Some(place), lights, light_count };
-    Pointed { at: Vec2::new(0.5, 465.0 / 480.0), camera, found: Some(found), is_of_before: false }
+    Pointed { at: Vec2::new(0.5, 465.0 / 480.0), camera, found: Some(found), cluster: None, is_of_before: false }
 }
 
 #[test]
@@ -365,8 +368,66 @@ fn a_click_on_a_pass_shows_what_it_writes_and_another_the_picture() {
     harness.run();
     harness.get_by_label("prepass").click();
     harness.run();
-    choose(&mut harness, "debug-view", "normal");
-    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::Normal));
+    choose(&mut harness, "debug-view", "motion");
+    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::Motion));
     unfold(&mut harness, "Memory");
     assert!(harness.query_by_label("a list").is_some() && harness.query_by_label("77").is_some());
+}
+
+#[test]
+fn overlays_are_switched_and_the_view_from_above_is_asked_for() {
+    let mut harness = shown();
+    harness.key_press(Key::V);
+    harness.run();
+    assert!(harness.state().state.overlays.wants_birds_eye);
+    unfold(&mut harness, "Overlays");
+    harness.get_by_label("Bird\u{2019}s-eye view (V)").click();
+    harness.run();
+    assert!(!harness.state().state.overlays.wants_birds_eye, "asked for twice is not asked for");
+    harness.get_by_label("Ranges of lights").click();
+    harness.get_by_label("Tiles or clusters on the picture").click();
+    harness.run();
+    let pointed = pointed(&harness);
+    let state = &mut harness.state_mut().state;
+    assert!(state.overlays.ranges && state.overlays.grid);
+    let view = overlay::BirdsEye::new(&state.controls, 1.5, &[]);
+    state.controls.camera = view.camera(&demo("cornell").unwrap().bounds());
+    state.overlays.birds_eye = Some(view);
+    state.pointed = Some(pointed);
+    harness.run();
+    assert!(harness.query_by_label("Back to the camera (V)").is_some());
+}
+
+#[test]
+fn a_sun_stands_where_place_and_hour_say() {
+    let mut harness = shown();
+    unfold(&mut harness, "Lights");
+    harness.get_by_label("Add a sun").click();
+    harness.run();
+    let sun = harness.state().scene.lights.len() - 1;
+    harness.get_by_label(&format!("#{sun} (sun)")).click();
+    harness.run();
+    unfold(&mut harness, "By place and hour");
+    harness.get_by_label("Put the sun there").click();
+    harness.run();
+    let direction = |harness: &Harness<'_, Shown>| harness.state().scene.lights[sun].direction;
+    // From the south, as high as the pole's height and the ecliptic's tilt have it: 90° − 51.48° + 23.44°.
+    let noon = direction(&harness);
+    assert!((noon.y + 61.96f32.to_radians().sin()).abs() < 1e-3 && noon.z < 0.0, "{noon}");
+    type_into(&mut harness, "hour", "6");
+    assert!(direction(&harness).x < -0.8, "from the east: {}", direction(&harness));
+}
+
+#[test]
+fn everything_is_unfolded_and_folded_at_once() {
+    let mut harness = shown();
+    let behind = ["Click on the picture.", "B := A now", "Add a sun", "Ranges of lights", "indirect-resolution"];
+    let told = |harness: &Harness<'_, Shown>| behind.map(|words| harness.query_by_label(words).is_some());
+    assert_eq!(told(&harness), [false; 5]);
+    harness.key_press(Key::F6);
+    harness.run();
+    assert_eq!(told(&harness), [true; 5]);
+    harness.key_press(Key::F6);
+    harness.run();
+    assert_eq!(told(&harness), [false; 5]);
 }

@@ -145,13 +145,14 @@ fn beside(ui: &mut Ui, state: &mut State, difference: Difference) {
             ui.add(egui::DragValue::new(&mut state.look.ev).speed(0.02).suffix(" EV")).labelled_by(label.id);
         });
         ui.horizontal(|ui| {
-            ui.label("tone-map").on_hover_text("From radiance to what a display shows");
+            let label = ui.label("tone-map").on_hover_text("From radiance to what a display shows");
             let list = egui::ComboBox::from_id_salt("tone-map").selected_text(state.look.tone_map.name());
-            list.show_ui(ui, |ui| {
+            let shown = list.show_ui(ui, |ui| {
                 for curve in ToneMap::ALL {
                     ui.selectable_value(&mut state.look.tone_map, *curve, curve.name());
                 }
             });
+            shown.response.labelled_by(label.id);
         });
         ui.separator();
     }
