@@ -24,6 +24,8 @@ const PIECES: usize = 48;
 const OF_CAMERA: Color32 = Color32::from_rgb(60, 230, 80);
 const OF_CLUSTERING: Color32 = Color32::from_rgb(240, 60, 50);
 const OF_GRID: Color32 = Color32::from_rgba_premultiplied(70, 70, 70, 70);
+/// What the colours of rays mean.
+pub const RAYS: &str = "Green: open; yellow: open in part; red: in shadow";
 const OPEN: Color32 = Color32::from_rgb(90, 240, 90);
 const IN_PART: Color32 = Color32::from_rgb(250, 210, 60);
 const BLOCKED: Color32 = Color32::from_rgb(240, 70, 60);
@@ -47,7 +49,7 @@ pub struct Overlays {
 
 impl Default for Overlays {
     fn default() -> Self {
-        Self { wants_birds_eye: false, birds_eye: None, clusters: true, grid: false, ranges: false, rays: true }
+        Self { wants_birds_eye: false, birds_eye: None, clusters: true, grid: false, ranges: false, rays: false }
     }
 }
 
@@ -242,8 +244,7 @@ pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
         .on_hover_text("Where the picture is divided into lists of lights");
     ui.checkbox(&mut overlays.ranges, "Ranges of lights")
         .on_hover_text(format!("Spheres of the {MOST_LIGHTS} nearest lights, as far as they reach"));
-    ui.checkbox(&mut overlays.rays, "Rays to the lights of the clicked pixel")
-        .on_hover_text("Green: open; yellow: open in part; red: in shadow");
+    ui.checkbox(&mut overlays.rays, "Rays to the lights of the clicked pixel").on_hover_text(RAYS);
 }
 
 #[cfg(test)]

@@ -104,7 +104,7 @@ fn within(rect: Rect, a: Pos2, b: Pos2) -> Option<[Pos2; 2]> {
         }
     }
     // What is not a number is nowhere.
-    (from <= to).then(|| [a + from * along, a + to * along])
+    (from <= to && along.x.is_finite() && along.y.is_finite()).then(|| [a + from * along, a + to * along])
 }
 
 #[cfg(test)]

@@ -71,6 +71,7 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
         false => format!("A click shows what it writes: debug views {}", names.join(", ")),
     };
     ui.vertical(|ui| {
+        ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         if ui.selectable_label(is_shown, &pass.name).on_hover_text(words).clicked() {
             let before = state.written.take();
             let shown = state.settings.debug_view;
@@ -82,7 +83,7 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
                 state.written = Some(Written { pass: pass.name.clone(), before, passes: passes.to_vec() });
             }
         } else if is_shown && views.len() > 1 {
-            ui.horizontal_wrapped(|ui| {
+            ui.horizontal(|ui| {
                 for view in views {
                     ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
                         .on_hover_text(view.words());

@@ -7,7 +7,7 @@ use lanternfish_reference::Probed;
 use lanternfish_scene::{AlphaMode, Camera, Material, Scene};
 
 use super::{Facts, State};
-use crate::{background::Found, clusters::ClusterAt};
+use crate::{background::Found, clusters::ClusterAt, overlay};
 
 /// A pixel that was asked about.
 #[derive(Clone, Debug)]
@@ -32,8 +32,8 @@ impl Pointed {
 }
 
 /// Whether the camera is to look there.
-pub fn show(ui: &mut Ui, state: &State, facts: &Facts<'_>) -> bool {
-    let Some(pointed) = &state.pointed else {
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
+    let Some(pointed) = state.pointed.clone() else {
         ui.label("Click on the picture.");
         return false;
     };
@@ -46,8 +46,9 @@ pub fn show(ui: &mut Ui, state: &State, facts: &Facts<'_>) -> bool {
         return false;
     };
     let is_asked = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
+    ui.checkbox(&mut state.overlays.rays, "Rays to its lights").on_hover_text(overlay::RAYS);
     egui::Grid::new("pixel").show(ui, |ui| {
-        for (name, value) in facts_of(place, pointed, state, facts) {
+        for (name, value) in facts_of(place, &pointed, state, facts) {
             ui.label(name);
             ui.label(value);
             ui.end_row();

@@ -368,8 +368,8 @@ fn a_click_on_a_pass_shows_what_it_writes_and_another_the_picture() {
     harness.run();
     harness.get_by_label("prepass").click();
     harness.run();
-    choose(&mut harness, "debug-view", "motion");
-    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::Motion));
+    choose(&mut harness, "debug-view", "normal-naive");
+    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::NormalNaive));
     unfold(&mut harness, "Memory");
     assert!(harness.query_by_label("a list").is_some() && harness.query_by_label("77").is_some());
 }

@@ -147,15 +147,16 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     assert!(seen.shows(&camera));
     let grids = seen.clusters().unwrap();
     let tracer = lanternfish_reference::Tracer::new(&seen.scene, lanternfish_reference::Settings::default()).unwrap();
-    let mut found = 0;
+    let (mut found, mut all) = (0, 0);
     for (x, y) in (0..48).step_by(5).flat_map(|x| (0..32).step_by(5).map(move |y| (x, y))) {
         let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
         let cluster = crate::clusters::at(&grids, place.p).expect("the grid holds all that is seen");
-        // At a cluster's side rounding may choose its neighbour.
+        all += 1;
         found += u32::from(cluster.lights.is_some());
         assert!(cluster.lights.unwrap_or(0) <= seen.scene.lights.len() as u32);
     }
-    assert!(found > 40, "{found}");
+    // At a cluster's side rounding may choose its neighbour.
+    assert!(all > 30 && found + 2 >= all, "{found} of {all}");
     let view = crate::overlay::BirdsEye::new(&crate::controls::Controls::new(camera.clone(), 2.0), 1.5, &grids);
     assert!(view.all > 3 && view.clusters.len() == view.all && view.outlines.len() == 1);
 }
