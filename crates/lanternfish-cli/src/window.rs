@@ -32,7 +32,9 @@ Examples:
   lanternfish view scene.glb --record walk.toml
   lanternfish view before.exr after.exr
 
-W A S D fly, dragging looks about; F1 shows all keys. A file that is dropped on the window is opened.
+W A S D fly, dragging looks about; F1 shows all keys. V looks at the
+camera and its clusters from above. A file that is dropped on the window is opened. The window's size and
+place are kept in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
 Pictures (.exr, .png) are shown side by side, with a map and the mean of what differs.
 ";
 

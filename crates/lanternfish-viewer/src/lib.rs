@@ -4,6 +4,8 @@
 //! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ seen.rs ─▶ a texture ─▶ window.rs
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
+//!
+//! `pictures/` is a window of pictures of files.
 
 mod background;
 mod beside;

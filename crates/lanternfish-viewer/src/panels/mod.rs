@@ -1,9 +1,11 @@
 //! What stands about the picture: settings, passes and their times, the scene's animation, keys.
 
+mod keys;
 mod knobs;
 mod lights;
 mod memory;
 mod passes;
+mod picture;
 mod pixel;
 mod sides;
 mod sun;
@@ -11,7 +13,7 @@ mod sun;
 mod tests;
 mod written;
 
-use egui::{Key, PointerButton, Ui};
+use egui::Ui;
 use glam::Vec2;
 use lanternfish::Settings;
 use lanternfish_gpu::{AdapterDescription, PassTime};
@@ -25,9 +27,9 @@ pub use self::{
 };
 use crate::{
     Form,
-    controls::{Controls, Way},
-    overlay::{self, Drawn, Overlays},
-    wipe::{self, Other, Textures, Wipe},
+    controls::Controls,
+    overlay::{self, Overlays},
+    wipe::{Textures, Wipe},
 };
 
 /// What the panels change.
@@ -145,7 +147,7 @@ impl Asked {
 /// Draws everything, and takes what was clicked and pressed. `seconds`: since the last time.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> Asked {
     let mut asked = Asked::default();
-    keys(ui, state, &mut asked);
+    keys::take(ui, state, &mut asked);
     if state.shows_panels {
         egui::Panel::left("settings").default_size(290.0).show(ui, |ui| {
             ui.heading(if state.wipe.edits_b { "Settings of B" } else { "Settings" });
@@ -160,11 +162,11 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     }
     egui::CentralPanel::default()
         .frame(egui::Frame::NONE)
-        .show(ui, |ui| picture(ui, state, facts, seconds, &mut asked));
+        .show(ui, |ui| picture::show(ui, state, facts, seconds, &mut asked));
     state.unfold = None;
     if state.shows_keys {
         let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
-        window.show(ui.ctx(), page_of_keys);
+        window.show(ui.ctx(), keys::page);
     }
     asked
 }
@@ -211,133 +213,6 @@ fn settings(ui: &mut Ui, state: &mut State) {
 fn focus(state: &mut State, asked: &mut Asked) {
     if let Some(place) = state.pointed.as_ref().and_then(Pointed::place) {
         state.controls.focus(place.p);
-        asked.is_moving = true;
-    }
-}
-
-const KEYS: [(&str, &str); 18] = [
-    ("W A S D", "Fly forward, left, back, right"),
-    ("E Q", "Fly up, down"),
-    ("Shift", "Four times as fast"),
-    ("Drag, right button", "Look about"),
-    ("Drag, left button", "Go round what is in the middle"),
-    ("Wheel", "Fly faster, slower"),
-    ("Click", "What lies under the pixel (\u{201c}Pixel\u{201d} on the right)"),
-    ("F", "Look at what was clicked, and go round it"),
-    ("B", "Another picture on the right of a line, or none"),
-    ("V", "The view from above: a second camera looks at the first one and its clusters"),
-    ("Space", "Play and pause the animation"),
-    (", .", "A frame back, on"),
-    ("F2", "A screenshot"),
-    ("F3", "Hide and show the panels"),
-    ("F4", "A shot: a file that renders what is seen"),
-    ("F5", "A command line that renders it, to be pasted"),
-    ("F6", "Unfold and fold everything behind headings"),
-    ("F1", "This page; Escape closes it, or the window"),
-];
-
-fn page_of_keys(ui: &mut Ui) {
-    egui::Grid::new("keys").show(ui, |ui| {
-        for (key, words) in KEYS {
-            ui.strong(key);
-            ui.label(words);
-            ui.end_row();
-        }
-    });
-}
-
-/// Keys that belong to no widget.
-fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
-    if ui.ctx().egui_wants_keyboard_input() {
-        return;
-    }
-    let mut focuses = false;
-    ui.input_mut(|input| {
-        let mut pressed = |key| input.consume_key(egui::Modifiers::NONE, key);
-        state.shows_keys ^= pressed(Key::F1);
-        state.shows_panels ^= pressed(Key::F3);
-        if pressed(Key::F6) {
-            state.is_unfolded ^= true;
-            state.unfold = Some(state.is_unfolded);
-        }
-        asked.screenshot |= pressed(Key::F2);
-        if pressed(Key::F4) {
-            asked.write = Some(Form::File);
-        }
-        if pressed(Key::F5) {
-            asked.write = Some(Form::CommandLine);
-        }
-        if pressed(Key::Escape) {
-            asked.close = !state.shows_keys;
-            state.shows_keys = false;
-        }
-        if pressed(Key::B) {
-            state.wipe.other = match state.wipe.other {
-                Other::Nothing => Other::Settings,
-                _ => Other::Nothing,
-            };
-        }
-        focuses = pressed(Key::F);
-        state.overlays.wants_birds_eye ^= pressed(Key::V);
-        if let Some(clip) = &mut state.clip {
-            clip.is_playing ^= pressed(Key::Space);
-            let step = f32::from(i8::from(pressed(Key::Period)) - i8::from(pressed(Key::Comma))) / 24.0;
-            clip.time = (clip.time + step).rem_euclid(clip.duration.max(1e-3));
-        }
-    });
-    if focuses {
-        focus(state, asked);
-    }
-}
-
-/// The picture, and the hand that moves the camera over it.
-fn picture(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, asked: &mut Asked) {
-    let rect = ui.available_rect_before_wrap();
-    asked.room = Vec2::new(rect.width(), rect.height());
-    let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
-    wipe::paint(ui, rect, rect, state.wipe.painted(&facts.textures), &facts.textures);
-    if state.wipe.other != Other::Nothing && !state.wipe.shows_map {
-        wipe::line(ui, rect, &mut state.wipe.line);
-    }
-    let found = state.pointed.as_ref().filter(|pointed| !pointed.is_of_before).and_then(|at| at.found.as_ref());
-    let drawn = Drawn {
-        scene: facts.scene,
-        settings: &state.settings,
-        camera: &state.controls.camera,
-        found,
-        size: facts.size,
-    };
-    overlay::paint(ui, rect, &state.overlays, &drawn);
-    if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera) {
-        let at = rect.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
-        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(3.0, egui::Color32::BLACK));
-        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(1.5, egui::Color32::WHITE));
-    }
-    if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
-        let at = (at - rect.min) / rect.size();
-        asked.pixel = Some(Vec2::new(at.x, at.y));
-    }
-    let controls = &mut state.controls;
-    let dragged = response.drag_delta();
-    if response.dragged_by(PointerButton::Secondary) {
-        controls.look(dragged.x, dragged.y);
-    } else if response.dragged_by(PointerButton::Primary) {
-        controls.orbit(dragged.x, dragged.y);
-    }
-    asked.is_moving |= response.dragged() && dragged != egui::Vec2::ZERO;
-    if response.hovered() {
-        controls.accelerate(ui.input(|input| input.smooth_scroll_delta.y) / 50.0);
-    }
-    if ui.ctx().egui_wants_keyboard_input() {
-        return;
-    }
-    let (way, is_fast) = ui.input(|input| {
-        let towards = |more, less| f32::from(i8::from(input.key_down(more)) - i8::from(input.key_down(less)));
-        let way = Way { right: towards(Key::D, Key::A), up: towards(Key::E, Key::Q), forward: towards(Key::W, Key::S) };
-        (way, input.modifiers.shift)
-    });
-    if way != Way::default() {
-        controls.fly(way, if is_fast { 4.0 * seconds } else { seconds });
         asked.is_moving = true;
     }
 }

@@ -1,5 +1,6 @@
 //! The panels without a window: every widget is found, changed, and reaches the settings.
 
+use egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
 use lanternfish::{
     Settings,
@@ -11,7 +12,7 @@ use lanternfish_reference::{Settings as Transport, Tracer};
 use lanternfish_scene::{LightKind, generate::demo};
 
 use super::*;
-use crate::background::Found;
+use crate::{background::Found, wipe::Other};
 
 struct Shown {
     scene: Scene,
