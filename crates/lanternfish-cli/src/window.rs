@@ -216,4 +216,27 @@ mod tests {
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");
     }
+
+    /// A file whose one node moves for 2 s.
+    const MOVING: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{}],
+        "buffers": [{"byteLength": 32, "uri": "data:application/octet-stream;base64,AAAAAAAAAEAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAA="}],
+        "bufferViews": [{"buffer": 0, "byteLength": 8}, {"buffer": 0, "byteOffset": 8, "byteLength": 24}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [2]},
+            {"bufferView": 1, "componentType": 5126, "count": 2, "type": "VEC3"}],
+        "animations": [{"samplers": [{"input": 0, "output": 1}],
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}]}"#;
+
+    #[test]
+    fn the_moment_of_a_shot_is_the_moment_of_the_window() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("moving.gltf"), MOVING).unwrap();
+        let opened = |text: &str| {
+            let shot = folder.path().join("shot.toml");
+            std::fs::write(&shot, format!("scene = \"moving.gltf\"\n[track]\n{text}")).unwrap();
+            dropped(&shot).unwrap().1
+        };
+        assert_eq!(opened("").moment, None);
+        assert_eq!(opened("time = 0.5").moment, Some((0, 0.5)));
+        assert_eq!(opened("animation = \"0\"").moment, Some((0, 0.0)));
+    }
 }
