@@ -81,8 +81,8 @@ fn facts_of(place: &Probed, pointed: &Pointed, state: &State, facts: &Facts<'_>)
     if let Some(cluster) = &pointed.cluster {
         let place = cluster.place;
         rows.push(("cluster", format!("{}, {}, {}", place.x, place.y, place.z)));
-        let lists = |lights| format!("{lights} lights, for {} pixels", cluster.fragments);
-        rows.push(("which lists", cluster.lights.map_or("nothing: no pixel showed it".to_owned(), lists)));
+        let lists = |lights| format!("{lights} lights, for {} fragments", cluster.fragments);
+        rows.push(("which lists", cluster.lights.map_or("nothing: no fragment is in it".to_owned(), lists)));
     }
     if let Some(material) = scene.materials.get(place.material) {
         rows.push(("material", named(place.material, &material.name)));

@@ -158,6 +158,6 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     // At a cluster's side rounding may choose its neighbour.
     assert!(all > 30 && found + 2 >= all, "{found} of {all}");
     let view = crate::overlay::BirdsEye::new(&crate::controls::Controls::new(camera.clone(), 2.0), 1.5, &grids);
-    let all = grids.iter().map(|grid| grid.visible.len()).sum();
+    let all: usize = grids.iter().map(|grid| grid.visible.len()).sum();
     assert!(view.all == all && view.clusters.len() == all && all > 1 && view.outlines.len() == 1, "{all}");
 }

@@ -7,7 +7,7 @@ use super::*;
 /// Grey stripes, whose right half has so much more red.
 fn write_stripes(path: &Path, red: u8) {
     let pixel = |x: usize| {
-        let grey = if x / 8 % 2 == 0 { 60 } else { 140 };
+        let grey = if (x / 8).is_multiple_of(2) { 60 } else { 140 };
         [if x >= SIZE[0] / 2 { grey + red } else { grey }, grey, grey]
     };
     let pixels: Vec<u8> = (0..SIZE[1]).flat_map(|_| (0..SIZE[0]).flat_map(pixel)).collect();
