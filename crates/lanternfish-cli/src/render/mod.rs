@@ -152,9 +152,9 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
     open(args, &planned)
 }
 
-/// Shows the last picture, where that is asked for.
+/// Shows the last picture, where that is asked for, and a farm has not asked for it.
 fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
-    match planned.last().filter(|_| args.output.open) {
+    match planned.last().filter(|_| args.output.open && args.run.progress.is_none()) {
         Some(last) => crate::pictures::show(args, &[&last.output.path]),
         None => Ok(()),
     }

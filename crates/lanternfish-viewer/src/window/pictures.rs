@@ -67,10 +67,16 @@ impl Viewer {
     /// Goes over to the view from above, once the first camera's picture is whole, or back from it.
     pub(super) fn look_from_above(&mut self) {
         let rests = self.seen.size() == self.room && !self.moves();
-        let State { overlays, controls, message, .. } = &mut self.state;
+        let State { overlays, controls, message, clip, .. } = &mut self.state;
         if !overlays.wants_birds_eye {
             return;
         }
+        if self.recorder.is_some() {
+            (overlays.wants_birds_eye, *message) = (false, "While a flight is recorded there is one camera".to_owned());
+            return;
+        }
+        // What is looked at stands still.
+        clip.iter_mut().for_each(|clip| clip.is_playing = false);
         if let Some(view) = overlays.birds_eye.take() {
             controls.camera = view.first.camera.clone();
             (controls.speed, controls.reach) = (view.first.speed, view.first.reach);
