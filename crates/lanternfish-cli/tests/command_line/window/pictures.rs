@@ -73,12 +73,12 @@ fn gpu_a_rendered_picture_is_opened() {
     display.settled("the panel", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
     display.act("mousemove 600 460");
     display.act("key F3");
-    let screen = display.settled("the picture", is_picture);
-    display.act("key Escape");
-    assert!(wait_for("the end", || render.0.try_wait().unwrap()).success());
     let picture = read_png(&folder.path().join("box.png")).unwrap();
     let bytes = picture.pixels.iter().map(|[r, g, b]| [*b, *g, *r].map(|value| (255.0 * value).round() as u8));
-    assert_eq!(bytes.zip(&screen).filter(|(picture, screen)| picture != *screen).count(), 0, "pixels are others");
+    let expected: Vec<_> = bytes.collect();
+    display.settled("the picture, to the bit", |screen| *screen == expected);
+    display.act("key Escape");
+    assert!(wait_for("the end", || render.0.try_wait().unwrap()).success());
     let said = fs::read_to_string(folder.path().join("log")).unwrap();
     assert!(said.lines().any(|line| line == "box.png"), "{said}");
 }
