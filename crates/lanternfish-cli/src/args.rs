@@ -113,7 +113,10 @@ pub enum Command {
     ///
     /// Takes the flags of `render`; without a scene it shows the built-in atrium.
     #[command(after_help = window::HELP, args_override_self = true)]
-    #[command(override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]")]
+    #[command(
+        override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]\n       \
+        lanternfish view PICTURE [PICTURE...]"
+    )]
     View(Box<WindowArgs>),
     /// Prints a shot: a file that renders what these flags render, with every flag as a key.
     ///
@@ -237,6 +240,9 @@ pub struct WindowArgs {
 
 #[derive(Debug, Args)]
 pub struct OnlyWindowArgs {
+    /// More pictures, where the first file is one (.exr, .png): they are compared.
+    #[arg(value_name = "PICTURE", index = 2)]
+    pub pictures: Vec<PathBuf>,
     /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
     #[arg(long, value_name = "TRACK.toml")]
     pub record: Option<PathBuf>,
@@ -249,7 +255,7 @@ pub struct OnlyWindowArgs {
 impl Args for WindowArgs {
     fn augment_args(command: clap::Command) -> clap::Command {
         let command = OnlyWindowArgs::augment_args(ShotArgs::augment_args(command));
-        command.mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST))
+        command.mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST).index(1))
     }
 
     fn augment_args_for_update(command: clap::Command) -> clap::Command {
@@ -283,6 +289,9 @@ pub struct OutputArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     #[arg(allow_hyphen_values = true)]
     pub size: Size,
+    /// Shows the picture in a window once it is there; of a sequence, the last one.
+    #[arg(long)]
+    pub open: bool,
 }
 
 #[derive(Debug, Args)]

@@ -17,6 +17,7 @@ mod light_rig;
 mod motion;
 mod output;
 mod parse;
+mod pictures;
 mod plot;
 mod progress;
 mod recording;

@@ -55,6 +55,11 @@ impl Motion {
         Ok((rain.is_some() || animation.is_some()).then_some(Self { rain, animation }))
     }
 
+    /// Index of the animation that is played.
+    pub fn animation(&self) -> Option<usize> {
+        self.animation
+    }
+
     /// Rain alone.
     pub fn of_rain(rain: Rain) -> Self {
         Self { rain: Some(rain), animation: None }

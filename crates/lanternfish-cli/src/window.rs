@@ -16,10 +16,11 @@ use crate::{
     error::CliError,
     light_rig::{self, Lighting},
     output::{self, check_writable},
+    pictures,
     progress::Progress,
     recording::Recorded,
-    render::apply_lights,
-    scene::{self, SceneName},
+    render::lit_scene,
+    scene::SceneName,
     shot::{self, Shot, shown},
 };
 
@@ -29,8 +30,12 @@ Examples:
   lanternfish view scene.glb
   lanternfish view shot.toml --shadows bvh
   lanternfish view scene.glb --record walk.toml
+  lanternfish view before.exr after.exr
 
-W A S D fly, dragging looks about; F1 shows all keys. A file that is dropped on the window is opened.
+W A S D fly, dragging looks about; F1 shows all keys. V looks at the
+camera and its clusters from above. A file that is dropped on the window is opened. The window's size and
+place are kept in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
+Pictures (.exr, .png) are shown side by side, with a map and the mean of what differs.
 ";
 
 /// The built-in scene that is seen where none is named.
@@ -41,6 +46,13 @@ const STEP: f32 = 1.0 / 60.0;
 
 /// Opens the window, and returns when it is closed.
 pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
+    if pictures::is_picture(&shot.args.scene) {
+        return pictures::run(&shot, window);
+    }
+    if let Some(more) = window.pictures.first() {
+        let what = format_args!("{}: the window shows one scene, and this is another file", more.display());
+        return Err(CliError::new(what, "name one scene, or pictures alone: .exr and .png files"));
+    }
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
     let (name, settings, size) = (args.scene.to_string(), args.settings(), args.output.size);
@@ -50,7 +62,8 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     }
     let record = window.record.as_deref();
     let record = record.map(|path| Ok::<_, CliError>((STEP, recorder(&shot, path)?))).transpose()?;
-    let (scene, camera, by_rig) = loaded(&shot, &mut progress)?;
+    let size_is_chosen = shot.names().iter().any(|name| name == "size");
+    let Loaded { scene, camera, by_rig, moment } = loaded(&shot, &mut progress)?;
     progress.finish();
     // What is opened now: a file that is dropped takes its place.
     let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig)));
@@ -61,23 +74,30 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
         camera,
         settings,
         size: [size.width, size.height],
+        size_is_chosen,
+        moment,
+        kept: kept_at(),
         adapter,
         open: Box::new(move |path| {
-            let (now, scene, camera) = dropped(path).map_err(|error| error.to_string())?;
-            let name = now.shot.args.scene.to_string();
+            let (now, opened) = dropped(path).map_err(|error| error.to_string())?;
             open_another.replace(now);
-            Ok(Opened { name, scene, camera })
+            Ok(opened)
         }),
         keep: Box::new(keep),
         write: Box::new(move |seen, form| written(&opened.borrow(), seen, form).map_err(|error| error.to_string())),
         record,
         shaders: window.shaders.clone(),
     };
-    lanternfish_viewer::run(start).map_err(|error| match error {
+    lanternfish_viewer::run(start).map_err(failed)
+}
+
+/// What keeps a window from opening.
+pub fn failed(error: ViewerError) -> CliError {
+    match error {
         ViewerError::Gpu(error) => error.into(),
         ViewerError::Render(error) => error.into(),
         error => CliError::new(error, ""),
-    })
+    }
 }
 
 /// An error for a folder that has no shaders.
@@ -97,33 +117,52 @@ fn recorder(shot: &Shot, path: &Path) -> Result<RecordKeeper, CliError> {
     }))
 }
 
-/// The scene in its light, where it is seen from, and how many of its lights, the last, are a rig's.
-fn loaded(shot: &Shot, progress: &mut Progress) -> Result<(Scene, Camera, usize), CliError> {
+/// Where the window leaves its size and place: in the user's folder of settings; none where the user has no such folder.
+fn kept_at() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let of_home = || Some(folder("HOME")?.join(".config"));
+    let of_windows = || folder("APPDATA").filter(|_| cfg!(windows));
+    let folder = folder("XDG_CONFIG_HOME").or_else(of_windows).or_else(of_home)?;
+    Some(folder.join("lanternfish").join("window.toml"))
+}
+
+/// What is opened.
+struct Loaded {
+    /// In its light, as it is at 0 s.
+    scene: Scene,
+    /// Where it is seen from.
+    camera: Camera,
+    /// How many of its lights, the last, are a rig's.
+    by_rig: usize,
+    /// Which animation is shown, and when in it, s.
+    moment: Option<(usize, f32)>,
+}
+
+fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let args = &shot.args;
-    let part = args.part.scene_of_file.as_deref();
-    let mut scene = progress.step("load", &format!("Loading {}", args.scene), || {
-        let mut scene = scene::load_part(&args.scene, part)?;
-        apply_lights(&mut scene, &args.lights, args.run.seed)?;
-        Ok::<_, CliError>(scene)
-    })?;
+    let (mut scene, motion) = lit_scene(args, progress)?;
     let size = args.output.size;
-    let camera = camera::choose(&scene, &shot.first().view, size.width as f32 / size.height as f32)?;
+    let first = shot.first();
+    let animation = motion.and_then(|motion| motion.animation());
+    let moment = animation.zip(first.time);
+    let camera = camera::choose(&scene, &first.view, size.width as f32 / size.height as f32)?;
     let lights = Lighting { is_seen: true, reaches_surfaces: true };
     let before = scene.lights.len();
     light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
     let by_rig = scene.lights.len() - before;
-    Ok((scene, camera, by_rig))
+    Ok(Loaded { scene, camera, by_rig, moment })
 }
 
-/// A file that was dropped on the window, under the flags that nobody gave.
-fn dropped(path: &Path) -> Result<(shown::Opened, Scene, Camera), CliError> {
+/// A file that was dropped on the window, under the flags that nobody gave. A shot says how it is rendered, a scene does not.
+fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let name = SceneName::from(path.as_os_str());
-    let shot = match shot::is_shot(&name) {
-        true => shot::read(path, Vec::new())?,
-        false => shot::plain(&name),
-    };
-    let (scene, camera, by_rig) = loaded(&shot, &mut Progress::hidden())?;
-    Ok((shown::Opened::new(shot, &scene, &camera, by_rig), scene, camera))
+    let is_shot = shot::is_shot(&name);
+    let shot = if is_shot { shot::read(path, Vec::new())? } else { shot::plain(&name) };
+    let settings = is_shot.then(|| shot.args.settings());
+    let Loaded { scene, camera, by_rig, moment } = loaded(&shot, &mut Progress::hidden())?;
+    let name = shot.args.scene.to_string();
+    let now = shown::Opened::new(shot, &scene, &camera, by_rig);
+    Ok((now, Opened { name, scene, camera, settings, moment }))
 }
 
 /// What is seen, as a shot in the current folder under a name that is not taken, or as a line for a shell.
@@ -163,11 +202,41 @@ mod tests {
     fn a_file_that_is_dropped_is_opened_or_refused_with_a_reason() {
         let folder = tempfile::tempdir().unwrap();
         let shot = folder.path().join("box.toml");
-        std::fs::write(&shot, "scene = \"demo:cornell\"\n[view]\neye = [0, 1, 3]\ntarget = [0, 1, 0]\n").unwrap();
-        let (opened, scene, camera) = dropped(&shot).unwrap();
-        assert!(!scene.lights.is_empty() && opened.shot.args.scene.to_string() == "demo:cornell");
-        assert_eq!(camera.eye(), glam::Vec3::new(0.0, 1.0, 3.0));
+        let text =
+            "scene = \"demo:cornell\"\n[view]\neye = [0, 1, 3]\ntarget = [0, 1, 0]\n[look]\ntone-map = \"aces\"\n";
+        std::fs::write(&shot, text).unwrap();
+        let (now, opened) = dropped(&shot).unwrap();
+        assert!(!opened.scene.lights.is_empty() && now.shot.args.scene.to_string() == "demo:cornell");
+        assert_eq!((opened.camera.eye(), opened.moment), (glam::Vec3::new(0.0, 1.0, 3.0), None));
+        // How it is rendered is the shot's; of a scene by itself, what was there before.
+        assert_eq!(opened.settings.unwrap().tone_map, lanternfish::settings::ToneMap::Aces);
+        let scene = folder.path().join("one.gltf");
+        std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}"#).unwrap();
+        assert!(dropped(&scene).unwrap().1.settings.is_none());
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");
+    }
+
+    /// A file whose one node moves for 2 s.
+    const MOVING: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{}],
+        "buffers": [{"byteLength": 32, "uri": "data:application/octet-stream;base64,AAAAAAAAAEAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAA="}],
+        "bufferViews": [{"buffer": 0, "byteLength": 8}, {"buffer": 0, "byteOffset": 8, "byteLength": 24}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [2]},
+            {"bufferView": 1, "componentType": 5126, "count": 2, "type": "VEC3"}],
+        "animations": [{"samplers": [{"input": 0, "output": 1}],
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}]}"#;
+
+    #[test]
+    fn the_moment_of_a_shot_is_the_moment_of_the_window() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("moving.gltf"), MOVING).unwrap();
+        let opened = |text: &str| {
+            let shot = folder.path().join("shot.toml");
+            std::fs::write(&shot, format!("scene = \"moving.gltf\"\n[track]\n{text}")).unwrap();
+            dropped(&shot).unwrap().1
+        };
+        assert_eq!(opened("").moment, None);
+        assert_eq!(opened("time = 0.5").moment, Some((0, 0.5)));
+        assert_eq!(opened("animation = \"0\"").moment, Some((0, 0.0)));
     }
 }

@@ -12,8 +12,10 @@ use lanternfish_scene::{Camera, Scene};
 
 use crate::{
     background::{Background, Found, Look, Subject, Told, Traced},
+    cloud::Cloud,
     difference::Difference,
-    seen::{Seen, texture},
+    seen::Seen,
+    texture::{texture, write},
     wipe::{Other, Wipe},
 };
 
@@ -21,6 +23,7 @@ use crate::{
 #[derive(Debug, Default)]
 pub struct Beside {
     rendered: Option<Seen>,
+    cloud: Option<Cloud>,
     /// The scene has become another since the second rendering was made or brought up to date.
     is_behind: bool,
     background: Option<Background>,
@@ -55,6 +58,7 @@ impl Beside {
         if let Some(seen) = &mut self.rendered {
             seen.scene = Arc::default();
         }
+        self.cloud = None;
         self.forget_traced();
         if let Some(background) = &mut self.background {
             background.forget();
@@ -71,21 +75,22 @@ impl Beside {
     /// Draws the other side, where it is asked for, as large as the first, or lets the path tracer go on with it. To be called while neither
     /// is busy. `rests`: nothing moves, and the picture is whole.
     pub fn draw(&mut self, first: &Seen, wipe: &Wipe, camera: &Camera, rests: bool) -> Result<(), RenderError> {
-        match wipe.other {
-            Other::Settings => {
-                self.forget_traced();
-                self.render(first, wipe, camera)?;
-            }
-            Other::PathTracer => {
-                self.rendered = None;
-                self.trace(first, camera, rests)?;
-            }
-            Other::Nothing => {
-                self.rendered = None;
-                self.forget_traced();
-            }
+        if wipe.other != Other::Settings {
+            self.rendered = None;
         }
-        if rests && wipe.other != Other::Nothing {
+        if wipe.other != Other::PathTracer {
+            self.forget_traced();
+        }
+        if wipe.other != Other::DeepImages {
+            self.cloud = None;
+        }
+        match wipe.other {
+            Other::Settings => self.render(first, wipe, camera)?,
+            Other::PathTracer => self.trace(first, camera, rests)?,
+            Other::DeepImages => self.draw_cloud(first, camera)?,
+            Other::Nothing => {}
+        }
+        if rests && matches!(wipe.other, Other::Settings | Other::PathTracer) {
             self.compare(first)?;
         } else {
             self.forget_difference();
@@ -111,6 +116,14 @@ impl Beside {
             seen.draw(camera)?;
         }
         Ok(())
+    }
+
+    fn draw_cloud(&mut self, first: &Seen, camera: &Camera) -> Result<(), RenderError> {
+        let cloud = match self.cloud.take().filter(|cloud| cloud.is_of(first)) {
+            Some(cloud) => self.cloud.insert(cloud),
+            None => self.cloud.insert(Cloud::new(first)?),
+        };
+        if cloud.is_drawn(camera, first.size()) { Ok(()) } else { cloud.draw(first, camera) }
     }
 
     fn trace(&mut self, first: &Seen, camera: &Camera, rests: bool) -> Result<(), RenderError> {
@@ -216,7 +229,7 @@ impl Beside {
             match compared {
                 Ok(compared) => {
                     let map = texture(&first.gpu.device, compared.size);
-                    write(first, &map, &compared.map);
+                    write(&first.gpu.queue, &map, &compared.map);
                     (self.map, self.mean) = (Some(map), Some(compared.mean));
                 }
                 Err(what) => news.failed = Some(what),
@@ -228,15 +241,16 @@ impl Beside {
     fn show(&mut self, first: &Seen, traced: Traced) {
         let kept = self.traced.take().filter(|(_, before)| before.size == traced.size);
         let texture = kept.map_or_else(|| texture(&first.gpu.device, traced.size), |(texture, _)| texture);
-        write(first, &texture, &traced.bytes);
+        write(&first.gpu.queue, &texture, &traced.bytes);
         self.traced = Some((texture, traced));
     }
 
     /// The other side's picture, where there is one.
     pub fn picture(&self) -> Option<&wgpu::TextureView> {
-        match &self.rendered {
-            Some(seen) => Some(seen.picture()),
-            None => self.traced.as_ref().map(|(texture, _)| texture),
+        match (&self.rendered, &self.cloud) {
+            (Some(seen), _) => Some(seen.picture()),
+            (None, Some(cloud)) => cloud.picture(),
+            (None, None) => self.traced.as_ref().map(|(texture, _)| texture),
         }
     }
 
@@ -281,6 +295,9 @@ impl Beside {
                 let is_drawn = self.rendered.as_ref().is_some_and(|seen| !seen.has_more(camera));
                 !is_drawn || self.is_behind || self.can_be_compared(first)
             }
+            Other::DeepImages => {
+                !self.cloud.as_ref().is_some_and(|cloud| cloud.is_of(first) && cloud.is_drawn(camera, first.size()))
+            }
             Other::PathTracer => self.tracing.is_none() || self.can_be_compared(first),
         }
     }
@@ -292,14 +309,6 @@ fn lit_alike(a: &Settings, b: &Settings) -> bool {
         (settings.materials, settings.attenuation, settings.range_threshold, settings.light_radius)
     };
     of(a) == of(b)
-}
-
-/// Puts bytes into a texture of theirs.
-fn write(first: &Seen, texture: &wgpu::TextureView, bytes: &[u8]) {
-    let texture = texture.texture();
-    let layout =
-        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * texture.width()), rows_per_image: None };
-    first.gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, texture.size());
 }
 
 #[cfg(test)]

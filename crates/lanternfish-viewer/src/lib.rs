@@ -4,19 +4,28 @@
 //! window.rs ─▶ panels/ ─▶ State (settings, camera, clip) ─▶ seen.rs ─▶ a texture ─▶ window.rs
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
+//!
+//! `pictures/` is a window of pictures of files.
 
 mod background;
 mod beside;
+mod cloud;
+mod clusters;
 mod controls;
 mod difference;
 mod error;
+mod kept;
+mod overlay;
 mod pace;
 mod panels;
+mod pictures;
 mod player;
 mod record;
 mod seen;
 mod source_tree;
+mod sun;
 mod surface;
+mod texture;
 mod window;
 mod wipe;
 
@@ -28,6 +37,7 @@ use lanternfish_scene::{Camera, Scene};
 
 pub use controls::Way;
 pub use error::ViewerError;
+pub use pictures::{PictureOfFile, PictureReader, Pictures};
 pub use record::{Move, RecordKeeper, Recording};
 
 /// Opens a file, or says why it cannot.
@@ -84,6 +94,12 @@ pub struct Start {
     pub settings: Settings,
     /// Points of the window across and down.
     pub size: [u32; 2],
+    /// Whether somebody has chosen that size: else that of the last window is taken.
+    pub size_is_chosen: bool,
+    /// Which animation is shown, and when in it, s; none: everything is as the file has it.
+    pub moment: Option<(usize, f32)>,
+    /// A file where the window leaves its size, its place and whether panels are shown, for the next one.
+    pub kept: Option<PathBuf>,
     /// Where to run.
     pub adapter: AdapterChoice,
     /// Opens a file that was dropped on the window.
@@ -106,9 +122,18 @@ pub struct Opened {
     pub scene: Scene,
     /// Where it is seen from.
     pub camera: Camera,
+    /// How it is rendered; none where it does not say, and is rendered as what was there before.
+    pub settings: Option<Settings>,
+    /// Which animation is shown, and when in it, s.
+    pub moment: Option<(usize, f32)>,
 }
 
 /// Opens the window, and returns when it is closed.
 pub fn run(start: Start) -> Result<(), ViewerError> {
     window::run(start)
+}
+
+/// Opens a window on pictures of files, one at least, and returns when it is closed.
+pub fn compare(pictures: Pictures) -> Result<(), ViewerError> {
+    pictures::run(pictures)
 }

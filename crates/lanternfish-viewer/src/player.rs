@@ -16,6 +16,18 @@ pub fn clip_of(scene: &Scene) -> Option<Clip> {
     Some(Clip { names, animation: 0, duration: first.duration(), time: 0.0, is_playing: false })
 }
 
+/// The same at a moment: which animation, by its index, and when in it, s. What the scene has not is not played.
+pub fn clip_at(scene: &Scene, moment: Option<(usize, f32)>) -> Option<Clip> {
+    let mut clip = clip_of(scene)?;
+    if let Some((animation, time)) = moment
+        && let Some(chosen) = scene.motion.animations.get(animation)
+    {
+        let duration = chosen.duration();
+        (clip.animation, clip.duration, clip.time) = (animation, duration, time.rem_euclid(duration.max(1e-3)));
+    }
+    Some(clip)
+}
+
 /// Lets `seconds` pass; says whether the moment that is shown now is another than before: the scene is to be posed so then.
 pub fn play(scene: &Scene, clip: &mut Clip, shown: &mut Option<(usize, f32)>, seconds: f32) -> bool {
     clip.duration = scene.motion.animations[clip.animation].duration();
@@ -56,6 +68,11 @@ mod tests {
     fn time_passes_and_begins_anew() {
         assert_eq!(clip_of(&generate::demo("cornell").unwrap()), None);
         let scene = animated();
+        let at = |moment| clip_at(&scene, moment).map(|clip| (clip.animation, clip.time, clip.is_playing));
+        assert_eq!(
+            (at(Some((0, 2.5))), at(Some((7, 1.0))), at(None)),
+            (Some((0, 0.5, false)), at(None), at(Some((0, 0.0))))
+        );
         let mut clip = clip_of(&scene).unwrap();
         assert_eq!((clip.names.as_slice(), clip.duration), (&["0".to_owned()][..], 2.0));
         let mut shown = None;

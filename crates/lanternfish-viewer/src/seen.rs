@@ -3,12 +3,15 @@
 use std::{sync::Arc, time::Instant};
 
 use glam::UVec2;
-use lanternfish::{Change, FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest};
+use lanternfish::{
+    Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
+    light_culling::clustered::GridContents,
+};
 use lanternfish_gpu::{Gpu, GpuError, ShaderTexts, read_texture};
 use lanternfish_scene::{Camera, Light, Scene};
 
-/// Format of the picture: the picture is encoded for a display, not the texture.
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+use crate::texture::{FORMAT, texture};
+
 /// Pixels across and down of the picture that edited shaders are tried on.
 const TRIED: UVec2 = UVec2::new(32, 32);
 /// Frames whose mean a picture at rest is.
@@ -169,6 +172,26 @@ impl Seen {
         Ok(())
     }
 
+    /// What it has compiled.
+    pub fn engine(&self) -> &Engine {
+        self.renderer.engine()
+    }
+
+    /// Whether the last frame is of what this camera sees.
+    pub fn shows(&self, camera: &Camera) -> bool {
+        self.averaged.0 > 0 && self.averaged.1.as_ref() == Some(camera)
+    }
+
+    /// What the clusters of the last frame hold. Waits for the device.
+    pub fn clusters(&self) -> Result<Vec<GridContents>, RenderError> {
+        self.renderer.cluster_contents()
+    }
+
+    /// What its frames keep on the device.
+    pub fn memory(&self) -> FrameMemory {
+        self.renderer.memory()
+    }
+
     /// How it is rendered.
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -263,25 +286,6 @@ pub fn at_rest(settings: &Settings) -> Settings {
 fn shown(settings: &Settings) -> Settings {
     let accumulate = if settings.debug_view.is_some() { 1 } else { 2 };
     Settings { accumulate, ..settings.clone() }
-}
-
-/// A texture that pictures of the window are kept in, of so many pixels.
-pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
-    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
-        | wgpu::TextureUsages::TEXTURE_BINDING
-        | wgpu::TextureUsages::COPY_SRC
-        | wgpu::TextureUsages::COPY_DST;
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("viewer/picture"),
-        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: FORMAT,
-        usage,
-        view_formats: &[],
-    });
-    texture.create_view(&Default::default())
 }
 
 #[cfg(test)]

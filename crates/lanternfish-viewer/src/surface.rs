@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
-use egui::TextureId;
-use lanternfish_gpu::Gpu;
-use winit::window::Window;
+use egui::{TextureId, ViewportId};
+use lanternfish_gpu::{AdapterChoice, Gpu};
+use winit::{
+    event_loop::{ActiveEventLoop, OwnedDisplayHandle},
+    window::{Window, WindowAttributes},
+};
 
 use crate::ViewerError;
 
@@ -18,12 +21,38 @@ pub struct Surface {
     painter: egui_wgpu::Renderer,
 }
 
-/// A texture that egui may be shown, by the name that it has there.
-pub type Known = Option<(TextureId, wgpu::TextureView)>;
+/// A texture that egui may be shown, by the name that it has there, and how it is filtered.
+pub type Known = Option<(TextureId, wgpu::TextureView, wgpu::FilterMode)>;
+
+/// Opens a window on a device that can draw to it, with egui in it.
+pub fn open(
+    events: &ActiveEventLoop,
+    display: &OwnedDisplayHandle,
+    attributes: WindowAttributes,
+    adapter: &AdapterChoice,
+) -> Result<(Surface, egui_winit::State, Gpu), ViewerError> {
+    let said = |error: &dyn std::error::Error| ViewerError::Display(error.to_string());
+    let window = Arc::new(events.create_window(attributes).map_err(|error| said(&error))?);
+    let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(Box::new(display.clone()));
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    let instance = wgpu::Instance::new(descriptor);
+    let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| said(&error))?;
+    let (gpu, adapter) = Gpu::open_for(&instance, &surface, adapter)?;
+    let context = egui::Context::default();
+    // A frame of the window may take as long as one of the picture: nothing unfolds step by step.
+    context.all_styles_mut(|style| style.animation_time = 0.0);
+    let most = gpu.device.limits().max_texture_dimension_2d as usize;
+    let scale = Some(window.scale_factor() as f32);
+    let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
+    let mut surface = Surface::new(window, instance, surface, &adapter, &gpu.device)?;
+    surface.configure(&gpu.device);
+    surface.window.request_redraw();
+    Ok((surface, input, gpu))
+}
 
 impl Surface {
     /// `surface` is the window's own, of this instance; the device is one that can draw to it.
-    pub fn new(
+    fn new(
         window: Arc<Window>,
         instance: wgpu::Instance,
         surface: wgpu::Surface<'static>,
@@ -48,20 +77,25 @@ impl Surface {
     }
 
     /// Makes a texture known to egui in the place of the one that was; none: it has none there any more.
-    pub fn know(&mut self, device: &wgpu::Device, known: &mut Known, texture: Option<&wgpu::TextureView>) {
-        let filter = wgpu::FilterMode::Linear;
+    pub fn know(
+        &mut self,
+        device: &wgpu::Device,
+        known: &mut Known,
+        texture: Option<&wgpu::TextureView>,
+        filter: wgpu::FilterMode,
+    ) {
         match (&mut *known, texture) {
-            (Some((_, before)), Some(texture)) if before == texture => {}
-            (Some((id, before)), Some(texture)) => {
+            (Some((_, before, by)), Some(texture)) if before == texture && *by == filter => {}
+            (Some((id, before, by)), Some(texture)) => {
                 self.painter.update_egui_texture_from_wgpu_texture(device, texture, filter, *id);
-                *before = texture.clone();
+                (*before, *by) = (texture.clone(), filter);
             }
             (None, Some(texture)) => {
                 let id = self.painter.register_native_texture(device, texture, filter);
-                *known = Some((id, texture.clone()));
+                *known = Some((id, texture.clone(), filter));
             }
             (_, None) => {
-                if let Some((id, _)) = known.take() {
+                if let Some((id, ..)) = known.take() {
                     self.painter.free_texture(&id);
                 }
             }

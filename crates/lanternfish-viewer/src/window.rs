@@ -1,33 +1,35 @@
-//! The window: events of the system, and the order of a frame.
+//! The window: what it shows, and the order of a frame.
 
+mod app;
 mod pictures;
 
 use std::{
-    sync::Arc,
+    path::PathBuf,
     time::{Duration, Instant},
 };
 
-use egui::ViewportId;
 use glam::UVec2;
-use lanternfish_gpu::Gpu;
 use winit::{
-    application::ApplicationHandler,
-    event::WindowEvent,
-    event_loop::{ActiveEventLoop, ControlFlow, EventLoop, OwnedDisplayHandle},
-    window::{Window, WindowId},
+    event_loop::{ActiveEventLoop, OwnedDisplayHandle},
+    window::Window,
 };
+
+pub use self::app::run;
 
 use crate::{
     Keeper, Opened, Opener, Start, ViewerError, Writer,
     beside::Beside,
+    clusters,
     controls::Controls,
+    kept::Kept,
+    overlay::Overlays,
     pace::Pace,
-    panels::{self, Asked, Facts, Listing, State},
+    panels::{self, Asked, Facts, Listing, Memory, State},
     player,
     record::Recorder,
     seen::Seen,
-    source_tree::{self, SourceTree},
-    surface::{Known, Surface},
+    source_tree::SourceTree,
+    surface::{self, Known, Surface},
     wipe::{Textures, Wipe},
 };
 
@@ -35,21 +37,6 @@ use crate::{
 const REST: Duration = Duration::from_millis(250);
 /// How often it is asked whether the device is done, where nothing else happens.
 const LOOK_AGAIN: Duration = Duration::from_millis(8);
-
-pub fn run(start: Start) -> Result<(), ViewerError> {
-    let events = EventLoop::new().map_err(|error| ViewerError::Display(error.to_string()))?;
-    let mut app = App { display: events.owned_display_handle(), start: Some(start), open: None, failed: None };
-    events.run_app(&mut app).map_err(|error| ViewerError::Display(error.to_string()))?;
-    app.failed.map_or(Ok(()), Err)
-}
-
-/// The program, before and while its window is open.
-struct App {
-    display: OwnedDisplayHandle,
-    start: Option<Start>,
-    open: Option<Viewer>,
-    failed: Option<ViewerError>,
-}
 
 /// An open window.
 struct Viewer {
@@ -68,6 +55,7 @@ struct Viewer {
     moment: Option<(usize, f32)>,
     last: Instant,
     frame_ms: f64,
+    memory: Memory,
     moved: Option<Instant>,
     wants_screenshot: bool,
     open: Opener,
@@ -75,99 +63,46 @@ struct Viewer {
     recorder: Option<Recorder>,
     shaders: Option<SourceTree>,
     write: Writer,
-}
-
-impl ApplicationHandler for App {
-    fn resumed(&mut self, events: &ActiveEventLoop) {
-        let Some(start) = self.start.take() else { return };
-        match Viewer::new(events, &self.display, start) {
-            Ok(viewer) => self.open = Some(viewer),
-            Err(error) => {
-                self.failed = Some(error);
-                events.exit();
-            }
-        }
-    }
-
-    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(viewer) = &mut self.open else { return };
-        let response = viewer.input.on_window_event(&viewer.surface.window, &event);
-        if response.repaint {
-            viewer.surface.window.request_redraw();
-        }
-        match event {
-            WindowEvent::CloseRequested => events.exit(),
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                viewer.surface.configure(&viewer.seen.gpu.device)
-            }
-            WindowEvent::DroppedFile(path) => viewer.open_file(&path),
-            WindowEvent::RedrawRequested if viewer.frame().close => events.exit(),
-            _ => {}
-        }
-    }
-
-    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let Some(viewer) = &mut self.open else { return };
-        if viewer.read_shaders() | viewer.poll() || viewer.has_more() {
-            viewer.surface.window.request_redraw();
-        }
-        if viewer.has_more() || viewer.is_busy() || viewer.beside.is_working() {
-            events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
-        } else if viewer.shaders.is_some() {
-            events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + source_tree::PERIOD));
-        } else {
-            events.set_control_flow(ControlFlow::Wait);
-        }
-    }
-
-    fn exiting(&mut self, _: &ActiveEventLoop) {
-        // The surface goes before the display that it is of.
-        let recorder = self.open.take().and_then(|viewer| viewer.recorder);
-        if let Some(Err(what)) = recorder.map(Recorder::end) {
-            self.failed = Some(ViewerError::Record(what));
-        }
-    }
+    /// Where it is written what the next window is told.
+    kept: Option<PathBuf>,
 }
 
 impl Viewer {
     fn new(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
-        let said = |error: &dyn std::error::Error| ViewerError::Display(error.to_string());
-        let [width, height] = start.size;
-        let attributes = Window::default_attributes()
+        let kept = start.kept.as_deref().map(Kept::read).unwrap_or_default();
+        let [width, height] = kept.size.filter(|_| !start.size_is_chosen).unwrap_or(start.size);
+        let mut attributes = Window::default_attributes()
             .with_title(format!("{} – Lanternfish", start.name))
             .with_inner_size(winit::dpi::LogicalSize::new(width, height));
-        let window = Arc::new(events.create_window(attributes).map_err(|error| said(&error))?);
-        let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(Box::new(display.clone()));
-        descriptor.backends = wgpu::Backends::PRIMARY;
-        let instance = wgpu::Instance::new(descriptor);
-        let surface = instance.create_surface(Arc::clone(&window)).map_err(|error| said(&error))?;
-        let (gpu, adapter) = Gpu::open_for(&instance, &surface, &start.adapter)?;
-        let context = egui::Context::default();
-        // A frame of the window may take as long as one of the picture: nothing unfolds step by step.
-        context.all_styles_mut(|style| style.animation_time = 0.0);
-        let most = gpu.device.limits().max_texture_dimension_2d as usize;
-        let scale = Some(window.scale_factor() as f32);
-        let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
-        let surface = Surface::new(window, instance, surface, &adapter, &gpu.device)?;
-        let Start { name, scene, camera, settings, open, keep, write, record, shaders, .. } = start;
+        // A screen that is gone would hide it.
+        if let Some([x, y]) = kept.position.filter(|place| is_on_a_screen(events, *place)) {
+            attributes = attributes.with_position(winit::dpi::PhysicalPosition::new(x, y));
+        }
+        let (surface, input, gpu) = surface::open(events, display, attributes, &start.adapter)?;
+        let Start { name, scene, camera, settings, open, keep, write, record, shaders, moment, kept: keeps, .. } =
+            start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
-        let clip = player::clip_of(&scene);
+        let clip = player::clip_at(&scene, moment);
         let seen = Seen::new(gpu, scene, &settings)?;
         let state = State {
             usual: settings.clone(),
             wipe: Wipe::new(&settings),
             pointed: None,
             listing: Listing::default(),
+            written: None,
+            overlays: Overlays::default(),
             settings,
             controls,
             clip,
             message: String::new(),
             shows_keys: false,
-            shows_panels: true,
+            shows_panels: kept.shows_panels,
+            is_unfolded: false,
+            unfold: None,
         };
         let (room, last) = (UVec2::new(width, height), Instant::now());
-        let mut viewer = Self {
+        Ok(Self {
             surface,
             input,
             pictures: [const { None }; 3],
@@ -177,9 +112,11 @@ impl Viewer {
             name,
             pace: Pace::default(),
             room,
-            moment: None,
+            // The scene is as it is at the start of what it plays.
+            moment: moment.map(|(animation, _)| (animation, 0.0)),
             last,
             frame_ms: 0.0,
+            memory: Memory::default(),
             // The first picture is a small one: how long a frame takes is not known.
             moved: Some(last),
             wants_screenshot: false,
@@ -188,10 +125,8 @@ impl Viewer {
             recorder,
             shaders: shaders.map(SourceTree::new),
             write,
-        };
-        viewer.surface.configure(&viewer.seen.gpu.device);
-        viewer.surface.window.request_redraw();
-        Ok(viewer)
+            kept: keeps,
+        })
     }
 
     /// Whether anything would be drawn that is not there yet. While the device is busy the panels need not be painted again, unless something
@@ -221,6 +156,9 @@ impl Viewer {
         if let Some(found) = news.found
             && let Some(pointed) = &mut self.state.pointed
         {
+            let place = found.place.as_ref().filter(|_| self.seen.shows(&pointed.camera));
+            // Who has clicked waits a moment for what the device knows.
+            pointed.cluster = place.and_then(|place| clusters::at(&self.seen.clusters().ok()?, place.p));
             pointed.found = Some(found);
         }
         if let Some(failed) = news.failed {
@@ -230,6 +168,7 @@ impl Viewer {
             let size = self.seen.size();
             self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
             self.frame_ms = ms;
+            self.memory.ask_again(&self.seen);
             tracing::debug!("frame of {size}: {ms:.1} ms; {} are averaged", self.seen.averaged());
         }
         if of_first.is_some() {
@@ -251,19 +190,34 @@ impl Viewer {
 
     fn open_file(&mut self, path: &std::path::Path) {
         let opened = (self.open)(path);
-        let done = opened.and_then(|Opened { name, scene, camera }| {
+        let done = opened.and_then(|Opened { name, scene, camera, settings, moment }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
-            let clip = player::clip_of(&scene);
+            let clip = player::clip_at(&scene, moment);
             self.beside.let_go();
+            if let Some(settings) = settings {
+                self.seen.set(&settings).map_err(|error| error.to_string())?;
+                (self.state.settings, self.state.usual, self.state.written) = (settings.clone(), settings, None);
+            }
             self.seen.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
-            (self.name, self.state.controls, self.state.clip, self.moment) = (name, controls, clip, None);
-            self.state.pointed = None;
+            (self.name, self.state.controls, self.state.clip) = (name, controls, clip);
+            self.moment = moment.map(|(animation, _)| (animation, 0.0));
+            (self.state.pointed, self.memory) = (None, Memory::default());
+            (self.state.overlays.birds_eye, self.state.overlays.wants_birds_eye) = (None, false);
             // What was recorded is of the scene that was there.
             self.recorder.take().map_or(Ok(()), Recorder::end)
         });
         self.state.message = done.err().unwrap_or_default();
         self.surface.window.request_redraw();
+    }
+
+    /// Tells the next window of this one.
+    fn leave(&self) {
+        let Some(path) = &self.kept else { return };
+        let window = &self.surface.window;
+        let size = window.inner_size().to_logical::<u32>(window.scale_factor());
+        let position = window.outer_position().ok().map(|place| [place.x, place.y]);
+        Kept { size: Some([size.width, size.height]), position, shows_panels: self.state.shows_panels }.write(path);
     }
 
     /// One frame of the window; now and then one of the picture.
@@ -278,7 +232,7 @@ impl Viewer {
         self.poll();
         let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
         for (known, texture) in self.pictures.iter_mut().zip(shown) {
-            self.surface.know(&self.seen.gpu.device, known, texture);
+            self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
         }
         let (asked, output) = self.panels(seconds);
         if let Some(recorder) = &mut self.recorder {
@@ -303,6 +257,7 @@ impl Viewer {
             self.write(form);
         }
         if !self.is_busy() {
+            self.look_from_above();
             self.draw_both(seconds);
         }
         self.input.handle_platform_output(&self.surface.window, output.platform_output.clone());
@@ -312,9 +267,9 @@ impl Viewer {
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
     fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
-        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, .. } = self;
+        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, memory, .. } = self;
         let taken = input.take_egui_input(&surface.window);
-        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, _)| *id));
+        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
             name,
             scene: &seen.scene,
@@ -322,7 +277,9 @@ impl Viewer {
             adapter: &seen.gpu.description,
             size: seen.size().into(),
             averaged: seen.averaged(),
-            report: seen.report.as_ref(),
+            passes: seen.report.as_ref().map_or(&[], |report| &report.passes),
+            counters: seen.report.as_ref().map_or(&[], |report| &report.counters),
+            memory,
             frame_ms: *frame_ms,
             textures: Textures { a, b, map },
             progress_of_b: beside.progress(),
@@ -336,4 +293,13 @@ impl Viewer {
         asked.room *= output.pixels_per_point;
         (asked, output)
     }
+}
+
+/// Whether a window whose frame begins there can be taken hold of.
+fn is_on_a_screen(events: &ActiveEventLoop, [x, y]: [i32; 2]) -> bool {
+    events.available_monitors().any(|screen| {
+        let (corner, size) = (screen.position(), screen.size());
+        let is_within = |at: i32, from: i32, size: u32| (from..from.saturating_add_unsigned(size)).contains(&at);
+        is_within(x.saturating_add(40), corner.x, size.width) && is_within(y.saturating_add(10), corner.y, size.height)
+    })
 }

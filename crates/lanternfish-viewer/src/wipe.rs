@@ -13,6 +13,8 @@ pub enum Other {
     Settings,
     /// The path tracer's picture.
     PathTracer,
+    /// The scene's deep images, as points.
+    DeepImages,
 }
 
 /// The two sides. The left one, A, is the picture by the settings of the panel.
@@ -51,42 +53,62 @@ pub struct Textures {
 /// Points to either side of the line at which a hand takes hold of it.
 const GRIP: f32 = 6.0;
 
-/// Paints both sides into a place. The line is moved by [`line`], which comes after what else takes hold of the place.
-pub fn paint(ui: &Ui, place: Rect, wipe: &Wipe, textures: &Textures) {
+/// What of the two sides is painted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Painted {
+    /// A alone.
+    A,
+    /// A on the left of a line, B on its right: where it is, as a share of the place's width.
+    Both(f32),
+    /// What differs.
+    Map,
+}
+
+impl Wipe {
+    /// What is painted, of what there is.
+    pub fn painted(&self, textures: &Textures) -> Painted {
+        match (self.other, textures) {
+            (Other::Nothing, _) => Painted::A,
+            (_, Textures { map: Some(_), .. }) if self.shows_map => Painted::Map,
+            (_, Textures { b: None, .. }) => Painted::A,
+            _ => Painted::Both(self.line),
+        }
+    }
+}
+
+/// Paints both sides into a place; `whole` is where all of a picture would be, which may be more or less than the place. The line is
+/// moved by [`line`], which comes after what else takes hold of the place.
+pub fn paint(ui: &Ui, place: Rect, whole: Rect, painted: Painted, textures: &Textures) {
     let image = |texture: Option<egui::TextureId>, from: f32, to: f32| {
         let Some(texture) = texture.filter(|_| to > from) else { return };
         let x = |share: f32| egui::lerp(place.x_range(), share);
         let part = Rect::from_x_y_ranges(x(from)..=x(to), place.y_range());
-        let uv = Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0));
-        ui.painter().image(texture, part, uv, egui::Color32::WHITE);
+        let uv = Rect::from_min_max(egui::Pos2::ZERO, pos2(1.0, 1.0));
+        ui.painter().with_clip_rect(part.intersect(ui.clip_rect())).image(texture, whole, uv, egui::Color32::WHITE);
     };
-    if wipe.other == Other::Nothing {
-        return image(textures.a, 0.0, 1.0);
+    match painted {
+        Painted::A => image(textures.a, 0.0, 1.0),
+        Painted::Map => image(textures.map, 0.0, 1.0),
+        Painted::Both(line) => {
+            image(textures.a, 0.0, line);
+            image(textures.b, line, 1.0);
+        }
     }
-    if wipe.shows_map && textures.map.is_some() {
-        return image(textures.map, 0.0, 1.0);
-    }
-    let line = if textures.b.is_some() { wipe.line } else { 1.0 };
-    image(textures.a, 0.0, line);
-    image(textures.b, line, 1.0);
 }
 
-/// The line over the picture, and the hand that drags it.
-pub fn line(ui: &mut Ui, place: Rect, wipe: &mut Wipe) {
-    if wipe.other == Other::Nothing || wipe.shows_map {
-        return;
-    }
-    let x = egui::lerp(place.x_range(), wipe.line);
+/// The line over the picture, and the hand that drags it. `share`: where it is, of the place's width.
+pub fn line(ui: &mut Ui, place: Rect, share: &mut f32) {
+    let x = egui::lerp(place.x_range(), *share);
     let grip = Rect::from_x_y_ranges(x - GRIP..=x + GRIP, place.y_range());
     let response = ui.interact(grip, ui.scope_id().with("wipe"), egui::Sense::drag());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Line between A and B"));
     if let Some(hand) = response.interact_pointer_pos().filter(|_| response.dragged() && place.width() > 0.0) {
-        wipe.line = ((hand.x - place.left()) / place.width()).clamp(0.0, 1.0);
+        *share = ((hand.x - place.left()) / place.width()).clamp(0.0, 1.0);
     }
     let is_held = response.hovered() || response.dragged();
     let response = response.on_hover_and_drag_cursor(egui::CursorIcon::ResizeHorizontal);
     let color = if is_held { egui::Color32::WHITE } else { egui::Color32::from_white_alpha(160) };
-    let x = egui::lerp(place.x_range(), wipe.line);
+    let x = egui::lerp(place.x_range(), *share);
     ui.painter().vline(x, place.y_range(), egui::Stroke::new(1.5, color));
     for (letter, side, align) in [("A", -8.0, egui::Align2::RIGHT_TOP), ("B", 8.0, egui::Align2::LEFT_TOP)] {
         let font = egui::FontId::proportional(16.0);

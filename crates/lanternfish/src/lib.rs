@@ -92,6 +92,6 @@ pub mod view;
 pub use error::RenderError;
 pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;
-pub use renderer::{Change, FrameId, FrameReport, Picture, Renderer, Report};
+pub use renderer::{Change, FrameId, FrameMemory, FrameReport, Picture, Renderer, Report};
 pub use request::{SurfaceSource, Target, ViewRequest};
 pub use settings::Settings;

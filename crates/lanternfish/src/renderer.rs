@@ -89,6 +89,15 @@ pub struct Report {
     pub counters: Vec<(String, u64)>,
 }
 
+/// What frames keep on the device, so that the next one need not make it again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FrameMemory {
+    /// Bytes of buffers and textures.
+    pub bytes: u64,
+    /// Every list that was ever counted, by name, and the elements that it has room for.
+    pub lists: Vec<(&'static str, u64)>,
+}
+
 impl Renderer {
     /// Compiles the passes that these settings need.
     ///
@@ -150,6 +159,12 @@ impl Renderer {
     /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
         self.passes.light_culling.contents(&self.device, &self.queue)
+    }
+
+    /// What its frames keep on the device; scenes, deep images and means of frames are not among it.
+    pub fn memory(&self) -> FrameMemory {
+        let pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
+        FrameMemory { bytes: pool.bytes(), lists: pool.rooms() }
     }
 
     /// Renders what `camera` sees of a scene that this renderer uploaded, and waits for it.

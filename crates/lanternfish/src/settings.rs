@@ -275,6 +275,8 @@ named_enum! {
         Motion = "motion": "How far things move from frame to frame: hue is direction, brightness distance",
         /// How open a surface is to its surroundings: white where nothing occludes.
         Occlusion = "occlusion": "How open a surface is to its surroundings; needs `occlusion`",
+        /// Light from other surfaces, and from the surroundings where rays see them, on surfaces without colours; half of white is 1 nit.
+        Indirect = "indirect": "Light from other surfaces on white ones, half of white is 1 nit; needs `indirect`",
         /// Magenta where the radiance is not finite, grey elsewhere.
         Nan = "nan": "Magenta where the result is not a number",
     }

@@ -58,9 +58,9 @@ pub struct LightArgs {
     /// It is seen, and lights by --indirect sampled or --occlusion.
     #[arg(long, value_name = "r,g,b", value_parser = parse::color, allow_hyphen_values = true)]
     pub sky: Option<Vec3>,
-    /// Light made about the camera, beside the other flags'.
+    /// Light about the camera.
     ///
-    /// Surroundings that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
+    /// It is made, and is there beside the other flags'. Surroundings that the scene has, or flags say, stay. Without it: studio where nothing else lights the scene, or sun
     /// where surroundings light nothing.
     #[arg(long, value_name = "NAME", value_parser = choice::<LightRig>())]
     pub light_rig: Option<LightRig>,

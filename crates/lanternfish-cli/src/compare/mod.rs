@@ -14,6 +14,7 @@ use std::{
 use clap::{Args, ValueEnum};
 use lanternfish_metrics::{FlipToneMapper, PIXELS_PER_DEGREE};
 
+pub use self::input::failed;
 use self::{input::Inputs, measure::Measures};
 use crate::{
     error::{self, CliError},

@@ -63,7 +63,8 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         }
         progress.finish();
         let lines = planned.iter().enumerate().map(|(index, planned)| told.done(index, &planned.output));
-        return output::print(&lines.collect::<String>());
+        output::print(&lines.collect::<String>())?;
+        return open(args, &planned);
     }
 
     let (mut scene, motion) = lit_scene(args, &mut progress)?;
@@ -147,7 +148,16 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         output::write_text(path, &run.to_json())?;
     }
     let table = if args.run.timings { run.to_table() + "\n" } else { String::new() };
-    output::print(&(table + &last))
+    output::print(&(table + &last))?;
+    open(args, &planned)
+}
+
+/// Shows the last picture, where that is asked for, and a farm has not asked for it.
+fn open(args: &RenderArgs, planned: &[Planned]) -> Result<(), CliError> {
+    match planned.last().filter(|_| args.output.open && args.run.progress.is_none()) {
+        Some(last) => crate::pictures::show(args, &[&last.output.path]),
+        None => Ok(()),
+    }
 }
 
 /// The pictures and their files. Everything that can be refused without work is refused here.

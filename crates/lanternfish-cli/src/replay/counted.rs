@@ -135,8 +135,8 @@ mod tests {
     fn counts_of_all_eyes_and_grids_are_added() {
         let cluster = |index, fragments, lights| VisibleCluster { index, fragments, lights };
         let grids = [
-            GridContents { clusters: 8, visible: vec![cluster(0, 10, 3), cluster(4, 1, 0)] },
-            GridContents { clusters: 8, visible: vec![cluster(2, 4, 2)] },
+            GridContents { clusters: 8, visible: vec![cluster(0, 10, 3), cluster(4, 1, 0)], ..GridContents::default() },
+            GridContents { clusters: 8, visible: vec![cluster(2, 4, 2)], ..GridContents::default() },
         ];
         let counted = Counted::of(&[picture(1.0), picture(2.0)], &grids);
         assert_eq!((counted.counters["scene/draws"], counted.counters["rays"]), (5, 14));

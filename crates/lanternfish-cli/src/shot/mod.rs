@@ -200,7 +200,7 @@ fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> Rend
 }
 
 /// Flags that say where the camera is, when, and where results go: a recording says the first two itself.
-const OF_PICTURES: [&str; 16] = [
+const OF_PICTURES: [&str; 17] = [
     "adapter",
     "eye",
     "target",
@@ -211,6 +211,7 @@ const OF_PICTURES: [&str; 16] = [
     "frames",
     "fps",
     "output",
+    "open",
     "skip_existing",
     "accumulate",
     "timings",
@@ -220,6 +221,12 @@ const OF_PICTURES: [&str; 16] = [
 ];
 
 impl Shot {
+    /// The names of all flags that were said.
+    pub fn names(&self) -> Vec<String> {
+        let name = |key: Key| self.words.iter().any(|(id, _)| *id == key.id).then_some(key.name);
+        keys::keys().into_iter().filter_map(name).collect()
+    }
+
     /// The flags that were said of scene, light and technique, by name and value. Paths are absolute.
     pub fn said(&self) -> Result<Vec<(String, String)>, CliError> {
         let keys = keys::keys();

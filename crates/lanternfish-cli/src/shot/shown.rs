@@ -23,8 +23,9 @@ use super::{
 use crate::{camera, error::CliError, parse};
 
 /// Flags that say what a window does not show: they stay behind.
-const LEFT_BEHIND: [&str; 13] = [
+const LEFT_BEHIND: [&str; 14] = [
     "output",
+    "open",
     "quality",
     "stereo",
     "stereo-layout",

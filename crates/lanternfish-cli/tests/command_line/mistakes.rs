@@ -319,3 +319,15 @@ const TRIANGLE: &str = r#"{
   "bufferViews": [ { "buffer": 0, "byteLength": 36 } ],
   "buffers": [ { "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" } ]
 }"#;
+
+#[test]
+fn pictures_and_scenes_are_not_shown_together() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.png"), "no picture").unwrap();
+    let files = ["a.png"];
+    run(folder.path(), &["view", "demo:cornell", "a.png"]).assert_refused(&["a.png", "one scene", "hint"], &files);
+    run(folder.path(), &["view", "a.png", "b.png", "--shadows", "bvh"]).assert_refused(&["--shadows", "hint"], &files);
+    run(folder.path(), &["view", "a.png", "--record", "r.toml"]).assert_refused(&["--record", "hint"], &files);
+    run(folder.path(), &["view", "a.png"]).assert_refused(&["a.png", "hint"], &files);
+    run(folder.path(), &["view", "b.exr", "a.glb"]).assert_refused(&["b.exr", "No such file"], &files);
+}

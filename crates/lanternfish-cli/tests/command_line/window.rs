@@ -1,5 +1,8 @@
 //! The window as somebody sits before it: under a display of its own, driven by keys and a pointer.
 
+mod panels;
+mod pictures;
+
 use std::{
     fs,
     io::{BufRead, BufReader},
@@ -33,14 +36,32 @@ struct Display {
     _server: Running,
     name: String,
     folder: tempfile::TempDir,
+    /// Pixels of the window's part of the screen.
+    size: [usize; 2],
 }
 
 impl Display {
     /// None where the programs are missing that this takes.
     fn open(test: &str) -> Option<Self> {
+        Some(Self { size: SIZE, ..Self::of(test, [640, 480])? })
+    }
+
+    /// The same with so large a screen, which is the window's.
+    fn of(test: &str, size: [usize; 2]) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let mut server = Command::new("Xvfb");
-        server.args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-fbdir"]).arg(folder.path());
+        server
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                &format!("{}x{}x24", size[0], size[1]),
+                "-nolisten",
+                "tcp",
+                "-fbdir",
+            ])
+            .arg(folder.path());
         let server = server.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let driver = Command::new("xdotool").arg("version").stdout(Stdio::null()).stderr(Stdio::null()).status();
         let (Ok(server), Ok(_)) = (server, driver) else {
@@ -50,7 +71,7 @@ impl Display {
         let mut server = Running(server);
         let mut number = String::new();
         BufReader::new(server.0.stdout.take().unwrap()).read_line(&mut number).unwrap();
-        Some(Self { _server: server, name: format!(":{}", number.trim()), folder })
+        Some(Self { _server: server, name: format!(":{}", number.trim()), folder, size })
     }
 
     /// What the pointer and the keys do.
@@ -67,7 +88,8 @@ impl Display {
         let word = |index: usize| u32::from_be_bytes(file[4 * index..][..4].try_into().unwrap()) as usize;
         let (first, row) = (word(0) + 12 * word(19), word(12));
         let pixel = |x: usize, y: usize| file[first + y * row + 4 * x..][..3].try_into().unwrap();
-        (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
+        let [width, height] = self.size;
+        (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
     }
 
     /// The screen once it stays as it is for a while, and is as is wanted.
@@ -128,11 +150,18 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
 
 /// Opens a window of the Cornell box in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
 fn open(display: &Display, folder: &Path, words: &str) -> Running {
+    let words = format!("view demo:cornell --adapter cpu --indirect none {words}");
+    start(display, folder, &words)
+}
+
+/// Runs what opens a window, in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
+fn start(display: &Display, folder: &Path, words: &str) -> Running {
     let log = fs::File::create(folder.join("log")).unwrap();
     let mut view = lanternfish(folder);
-    view.args(["view", "demo:cornell", "--adapter", "cpu", "--indirect", "none"]).args(words.split(' '));
+    view.args(words.split(' '));
     view.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
-    let mut view = Running(view.stdout(Stdio::null()).stderr(log).spawn().unwrap());
+    view.env("XDG_CONFIG_HOME", folder.join("config"));
+    let mut view = Running(view.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap());
     let window = wait_for("a window", || {
         let said = || fs::read_to_string(folder.join("log")).unwrap();
         assert!(view.0.try_wait().unwrap().is_none(), "it has ended: {}", said());

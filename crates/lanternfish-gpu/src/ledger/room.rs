@@ -32,6 +32,11 @@ impl Room {
         self.capacity
     }
 
+    /// Elements that there is room for.
+    pub fn capacity(&self) -> u64 {
+        self.capacity
+    }
+
     /// Before anything is counted, where the frame will wait: what was enough before.
     pub fn before_waiting(&self, guess: u64, limit: u64) -> u64 {
         self.capacity.max(guess).min(limit)

@@ -55,6 +55,13 @@ impl Ledger {
         self.later.as_mut().filter(|_| self.growth == Growth::Later)
     }
 
+    /// Every list, by name, and the elements that it has room for.
+    pub fn rooms(&self) -> Vec<(&'static str, u64)> {
+        let mut rooms: Vec<_> = self.lists.iter().map(|(name, room)| (*name, room.capacity())).collect();
+        rooms.sort_unstable();
+        rooms
+    }
+
     pub fn whole(&self) -> Option<wgpu::Buffer> {
         self.later().map(|later| later.words.clone())
     }

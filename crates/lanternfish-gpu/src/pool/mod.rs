@@ -55,6 +55,11 @@ impl Pool {
         self.buffers.bytes() + self.textures.bytes() + self.uniforms.bytes()
     }
 
+    /// Every list that was ever counted, by name, and the elements that it has room for.
+    pub fn rooms(&self) -> Vec<(&'static str, u64)> {
+        self.ledger.rooms()
+    }
+
     /// When lists get more room from the next frame on: in the frame that needs it, unless something else is said here.
     pub fn set_growth(&mut self, device: &wgpu::Device, growth: Growth) -> Result<(), GpuError> {
         self.ledger.set_growth(device, growth)

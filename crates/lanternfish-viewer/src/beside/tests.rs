@@ -1,6 +1,6 @@
 use std::time::{Duration, Instant};
 
-use lanternfish::settings::{DebugView, Shadows, ToneMap};
+use lanternfish::settings::{DebugView, DeepImageSettings, Shadows, ToneMap};
 use lanternfish_gpu::{Gpu, read_texture, testing};
 use lanternfish_metrics::{PIXELS_PER_DEGREE, RgbImage, flip_ldr};
 use lanternfish_scene::generate::demo;
@@ -138,4 +138,31 @@ fn gpu_a_pixel_is_found_beside_the_pictures() {
     both.beside.probe(&both.first, &both.camera, [0.5, 0.97]);
     both.until(1, |both| both.found.is_some());
     assert_eq!(both.found.unwrap().place, None);
+}
+
+/// Points of deep images stand where the surfaces are, and follow the camera and the scene.
+#[test]
+fn gpu_deep_images_are_points_on_the_other_side() {
+    let images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
+    let settings = Settings { shadows: Shadows::BVH, deep_images: images, ..Settings::direct_light() };
+    let Some(mut both) = Both::new("gpu_deep_images_are_points_on_the_other_side", &settings) else { return };
+    both.wipe.other = Other::DeepImages;
+    let at_rest =
+        |both: &Both| !both.beside.has_more(&both.first, &both.wipe, &both.camera) && both.first.averaged() > 0;
+    both.until(1, at_rest);
+    let points = both.pixels_of_b();
+    let covered = points.iter().filter(|[r, g, b, _]| *r > 0 || *g > 0 || *b > 0).count();
+    assert!(2 * covered > points.len(), "{covered} of {} pixels show a point", points.len());
+    assert!(both.beside.mean().is_none(), "they are no picture of the same thing");
+    both.camera.world_from_camera.translation.x += 0.3;
+    assert!(both.beside.has_more(&both.first, &both.wipe, &both.camera));
+    both.until(1, at_rest);
+    let moved = both.pixels_of_b();
+    assert!(moved != points);
+    both.beside.let_go();
+    both.first.set_lights(Vec::new()).unwrap();
+    both.until(1, at_rest);
+    assert!(both.pixels_of_b() == moved, "lights change nothing of it");
+    both.wipe.other = Other::Nothing;
+    both.until(1, |both| both.beside.picture().is_none());
 }

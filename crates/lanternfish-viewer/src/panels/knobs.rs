@@ -17,10 +17,10 @@ struct Value {
 
 pub fn show(ui: &mut Ui, state: &mut State) {
     let usual = state.usual.clone();
-    let settings = &mut state.settings;
-    family(ui, &mut settings.indirect, &usual.indirect, &mut state.message);
-    family(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message);
-    family(ui, &mut settings.culling, &usual.culling, &mut state.message);
+    let (settings, unfold) = (&mut state.settings, state.unfold);
+    family(ui, &mut settings.indirect, &usual.indirect, &mut state.message, unfold);
+    family(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message, unfold);
+    family(ui, &mut settings.culling, &usual.culling, &mut state.message, unfold);
     for knob in Settings::KNOBS {
         let name = knob.words.name;
         let names = (knob.of)(&mut settings.clone()).names();
@@ -42,8 +42,8 @@ fn tell(message: &mut String, name: &str, done: Result<(), String>) {
     }
 }
 
-/// Which room, and its settings.
-fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message: &mut String) {
+/// Which room, and its settings, which may be unfolded or folded now.
+fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message: &mut String, unfold: Option<bool>) {
     let rooms = F::rooms();
     let words = rooms.iter().filter_map(|room| Some((room.name(), room.room()?.words())));
     let names: Vec<_> = [(F::NONE_NAME, F::NONE_WORDS)].into_iter().chain(words).collect();
@@ -59,7 +59,7 @@ fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message
     let (knobs, name) = (room.knobs(), family.name());
     // As it was where the family is that of before; else as the room is by itself.
     let plain = if usual.name() == name { *usual } else { F::named(name).unwrap_or(*family) };
-    ui.collapsing(format!("{} {name}", F::FLAG), |ui| {
+    egui::CollapsingHeader::new(format!("{} {name}", F::FLAG)).open(unfold).show(ui, |ui| {
         for (words, names) in knobs {
             let get = |family: &F| family.room().and_then(|room| room.get(words.name));
             let value = Value { now: get(family), usual: get(&plain), names };

@@ -4,7 +4,8 @@ use egui::{DragValue, Ui};
 use glam::Vec3;
 use lanternfish_scene::{Light, LightKind};
 
-use super::{Facts, State, pixel::named};
+use super::{Facts, State, pixel::named, sun};
+use crate::sun::PlaceAndHour;
 
 /// Lights that are listed, at most.
 const MOST: usize = 20;
@@ -16,6 +17,8 @@ const SUN: f32 = 3.0;
 pub struct Listing {
     /// What their names or numbers contain.
     pub search: String,
+    /// Where and when the sun stands as a light is put.
+    pub sun: PlaceAndHour,
     /// Those first that are next to the pixel that was clicked.
     pub is_by_distance: bool,
 }
@@ -71,7 +74,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> Option<Edit> {
         let light = &lights[index];
         let title = format!("{} ({})", named(index, &light.name), kind(light));
         let header = egui::CollapsingHeader::new(title).id_salt(("light", index));
-        header.show(ui, |ui| edit = one(ui, index, light).or(edit.take()));
+        header.show(ui, |ui| edit = one(ui, index, light, &mut listing.sun).or(edit.take()));
     }
     edit
 }
@@ -125,7 +128,7 @@ fn angles(direction: Vec3) -> (f32, f32) {
 }
 
 /// A light's widgets; what becomes of it.
-fn one(ui: &mut Ui, index: usize, light: &Light) -> Option<Edit> {
+fn one(ui: &mut Ui, index: usize, light: &Light, at: &mut PlaceAndHour) -> Option<Edit> {
     let mut now = light.clone();
     let mut is_other = false;
     if light.kind == LightKind::Directional {
@@ -136,6 +139,11 @@ fn one(ui: &mut Ui, index: usize, light: &Light) -> Option<Edit> {
         if turned {
             (now.direction, is_other) = (towards(azimuth.to_radians(), elevation.to_radians()), true);
         }
+        ui.collapsing("By place and hour", |ui| {
+            if let Some(direction) = sun::show(ui, at) {
+                (now.direction, is_other) = (direction, true);
+            }
+        });
     } else {
         for (name, axis) in [("x", 0), ("y", 1), ("z", 2)] {
             is_other |= number(ui, name, DragValue::new(&mut now.position[axis]).suffix(" m").speed(0.02));
@@ -164,7 +172,7 @@ fn one(ui: &mut Ui, index: usize, light: &Light) -> Option<Edit> {
 }
 
 /// A number and its name; whether it is another now.
-fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) -> bool {
+pub fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) -> bool {
     let row = ui.horizontal(|ui| {
         let label = ui.label(name);
         ui.add(value).labelled_by(label.id).changed()
@@ -201,7 +209,7 @@ mod tests {
         lights.push(at(7.2, "Lantern"));
         lights.push(Light::directional(Vec3::NEG_Y, Vec3::ONE));
         let found = |search: &str, is_by_distance: bool| {
-            let listing = Listing { search: search.to_owned(), is_by_distance };
+            let listing = Listing { search: search.to_owned(), is_by_distance, ..Listing::default() };
             listed(&lights, &listing, Some(Vec3::X * 7.3))
         };
         assert_eq!(found("", false), ((0..MOST).collect(), 52));

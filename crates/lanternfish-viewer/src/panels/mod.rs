@@ -1,27 +1,35 @@
 //! What stands about the picture: settings, passes and their times, the scene's animation, keys.
 
+mod keys;
 mod knobs;
 mod lights;
+mod memory;
 mod passes;
+mod picture;
 mod pixel;
 mod sides;
+mod sun;
 #[cfg(test)]
 mod tests;
+mod written;
 
-use egui::{Key, PointerButton, Ui};
+use egui::Ui;
 use glam::Vec2;
-use lanternfish::{FrameReport, Settings};
-use lanternfish_gpu::AdapterDescription;
+use lanternfish::Settings;
+use lanternfish_gpu::{AdapterDescription, PassTime};
 use lanternfish_scene::Scene;
 
 pub use self::{
     lights::{Edit, Listing},
+    memory::Memory,
     pixel::Pointed,
+    written::Written,
 };
 use crate::{
     Form,
-    controls::{Controls, Way},
-    wipe::{self, Other, Textures, Wipe},
+    controls::Controls,
+    overlay::{self, Overlays},
+    wipe::{Textures, Wipe},
 };
 
 /// What the panels change.
@@ -39,6 +47,10 @@ pub struct State {
     pub usual: Settings,
     /// The camera and how it moves.
     pub controls: Controls,
+    /// What is drawn over the picture.
+    pub overlays: Overlays,
+    /// The pass whose writing is shown.
+    pub written: Option<Written>,
     /// What is played.
     pub clip: Option<Clip>,
     /// A line that tells of the last thing that went wrong, or was done.
@@ -47,6 +59,10 @@ pub struct State {
     pub shows_keys: bool,
     /// Whether the panels are shown.
     pub shows_panels: bool,
+    /// Whether everything behind headings was last unfolded at once, or folded.
+    pub is_unfolded: bool,
+    /// What becomes of all headings in this frame: unfolded, or folded.
+    pub unfold: Option<bool>,
 }
 
 /// An animation of the scene, and where in it the scene is.
@@ -79,8 +95,12 @@ pub struct Facts<'a> {
     pub size: [u32; 2],
     /// Frames that it is the mean of.
     pub averaged: u32,
-    /// The last frame.
-    pub report: Option<&'a FrameReport>,
+    /// Device time of each pass of the last frame.
+    pub passes: &'a [PassTime],
+    /// Entries of its lists, by their names.
+    pub counters: &'a [(String, u64)],
+    /// What is on the device.
+    pub memory: &'a Memory,
     /// Milliseconds from frame to frame.
     pub frame_ms: f64,
     /// The pictures.
@@ -127,7 +147,7 @@ impl Asked {
 /// Draws everything, and takes what was clicked and pressed. `seconds`: since the last time.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> Asked {
     let mut asked = Asked::default();
-    keys(ui, state, &mut asked);
+    keys::take(ui, state, &mut asked);
     if state.shows_panels {
         egui::Panel::left("settings").default_size(290.0).show(ui, |ui| {
             ui.heading(if state.wipe.edits_b { "Settings of B" } else { "Settings" });
@@ -142,29 +162,33 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     }
     egui::CentralPanel::default()
         .frame(egui::Frame::NONE)
-        .show(ui, |ui| picture(ui, state, facts, seconds, &mut asked));
+        .show(ui, |ui| picture::show(ui, state, facts, seconds, &mut asked));
+    state.unfold = None;
     if state.shows_keys {
         let window = egui::Window::new("Keys").collapsible(false).vscroll(true).open(&mut state.shows_keys);
-        window.show(ui.ctx(), page_of_keys);
+        window.show(ui.ctx(), keys::page);
     }
     asked
 }
 
 /// What is behind headings on the right.
 fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, asked: &mut Asked) {
-    ui.collapsing("Two sides", |ui| sides::show(ui, state, facts));
-    ui.collapsing("Pixel", |ui| {
+    let unfold = state.unfold;
+    let heading = |name: &'static str| egui::CollapsingHeader::new(name).open(unfold);
+    heading("Two sides").show(ui, |ui| sides::show(ui, state, facts));
+    heading("Pixel").show(ui, |ui| {
         if pixel::show(ui, state, facts) {
             focus(state, asked);
         }
     });
-    ui.collapsing("Lights", |ui| {
+    heading("Lights").show(ui, |ui| {
         if let Some(edit) = lights::show(ui, state, facts) {
             asked.edit = Some(edit);
         }
     });
-    let passes = egui::CollapsingHeader::new("Passes").default_open(true);
-    passes.show(ui, |ui| passes::show(ui, facts));
+    heading("Overlays").show(ui, |ui| overlay::switches(ui, &mut state.overlays, &state.settings));
+    heading("Passes").default_open(true).show(ui, |ui| passes::show(ui, state, facts));
+    heading("Memory").show(ui, |ui| memory::show(ui, facts));
 }
 
 /// The settings of the side that the panel is of.
@@ -174,7 +198,12 @@ fn settings(ui: &mut Ui, state: &mut State) {
     if of_b {
         exchange(state);
     }
+    let shown = state.settings.debug_view;
     knobs::show(ui, state);
+    if state.settings.debug_view != shown {
+        // Another one was chosen by hand.
+        state.written = None;
+    }
     if of_b {
         exchange(state);
     }
@@ -184,115 +213,6 @@ fn settings(ui: &mut Ui, state: &mut State) {
 fn focus(state: &mut State, asked: &mut Asked) {
     if let Some(place) = state.pointed.as_ref().and_then(Pointed::place) {
         state.controls.focus(place.p);
-        asked.is_moving = true;
-    }
-}
-
-const KEYS: [(&str, &str); 16] = [
-    ("W A S D", "Fly forward, left, back, right"),
-    ("E Q", "Fly up, down"),
-    ("Shift", "Four times as fast"),
-    ("Drag, right button", "Look about"),
-    ("Drag, left button", "Go round what is in the middle"),
-    ("Wheel", "Fly faster, slower"),
-    ("Click", "What lies under the pixel (\u{201c}Pixel\u{201d} on the right)"),
-    ("F", "Look at what was clicked, and go round it"),
-    ("B", "Another picture on the right of a line, or none"),
-    ("Space", "Play and pause the animation"),
-    (", .", "A frame back, on"),
-    ("F2", "A screenshot"),
-    ("F3", "Hide and show the panels"),
-    ("F4", "A shot: a file that renders what is seen"),
-    ("F5", "A command line that renders it, to be pasted"),
-    ("F1", "This page; Escape closes it, or the window"),
-];
-
-fn page_of_keys(ui: &mut Ui) {
-    egui::Grid::new("keys").show(ui, |ui| {
-        for (key, words) in KEYS {
-            ui.strong(key);
-            ui.label(words);
-            ui.end_row();
-        }
-    });
-}
-
-/// Keys that belong to no widget.
-fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
-    if ui.ctx().egui_wants_keyboard_input() {
-        return;
-    }
-    let mut focuses = false;
-    ui.input_mut(|input| {
-        let mut pressed = |key| input.consume_key(egui::Modifiers::NONE, key);
-        state.shows_keys ^= pressed(Key::F1);
-        state.shows_panels ^= pressed(Key::F3);
-        asked.screenshot |= pressed(Key::F2);
-        if pressed(Key::F4) {
-            asked.write = Some(Form::File);
-        }
-        if pressed(Key::F5) {
-            asked.write = Some(Form::CommandLine);
-        }
-        if pressed(Key::Escape) {
-            asked.close = !state.shows_keys;
-            state.shows_keys = false;
-        }
-        if pressed(Key::B) {
-            state.wipe.other = match state.wipe.other {
-                Other::Nothing => Other::Settings,
-                _ => Other::Nothing,
-            };
-        }
-        focuses = pressed(Key::F);
-        if let Some(clip) = &mut state.clip {
-            clip.is_playing ^= pressed(Key::Space);
-            let step = f32::from(i8::from(pressed(Key::Period)) - i8::from(pressed(Key::Comma))) / 24.0;
-            clip.time = (clip.time + step).rem_euclid(clip.duration.max(1e-3));
-        }
-    });
-    if focuses {
-        focus(state, asked);
-    }
-}
-
-/// The picture, and the hand that moves the camera over it.
-fn picture(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, asked: &mut Asked) {
-    let rect = ui.available_rect_before_wrap();
-    asked.room = Vec2::new(rect.width(), rect.height());
-    let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
-    wipe::paint(ui, rect, &state.wipe, &facts.textures);
-    wipe::line(ui, rect, &mut state.wipe);
-    if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera) {
-        let at = rect.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
-        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(3.0, egui::Color32::BLACK));
-        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(1.5, egui::Color32::WHITE));
-    }
-    if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
-        let at = (at - rect.min) / rect.size();
-        asked.pixel = Some(Vec2::new(at.x, at.y));
-    }
-    let controls = &mut state.controls;
-    let dragged = response.drag_delta();
-    if response.dragged_by(PointerButton::Secondary) {
-        controls.look(dragged.x, dragged.y);
-    } else if response.dragged_by(PointerButton::Primary) {
-        controls.orbit(dragged.x, dragged.y);
-    }
-    asked.is_moving |= response.dragged() && dragged != egui::Vec2::ZERO;
-    if response.hovered() {
-        controls.accelerate(ui.input(|input| input.smooth_scroll_delta.y) / 50.0);
-    }
-    if ui.ctx().egui_wants_keyboard_input() {
-        return;
-    }
-    let (way, is_fast) = ui.input(|input| {
-        let towards = |more, less| f32::from(i8::from(input.key_down(more)) - i8::from(input.key_down(less)));
-        let way = Way { right: towards(Key::D, Key::A), up: towards(Key::E, Key::Q), forward: towards(Key::W, Key::S) };
-        (way, input.modifiers.shift)
-    });
-    if way != Way::default() {
-        controls.fly(way, if is_fast { 4.0 * seconds } else { seconds });
         asked.is_moving = true;
     }
 }

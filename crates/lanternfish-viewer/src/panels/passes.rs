@@ -1,8 +1,12 @@
 //! What a frame took, pass by pass, and what it counted.
 
 use egui::Ui;
+use lanternfish_gpu::PassTime;
 
-use super::{Asked, Facts};
+use super::{
+    Asked, Facts, State,
+    written::{Written, views_of},
+};
 use crate::Form;
 
 /// What is rendered, and how large; and what can be kept of it.
@@ -30,24 +34,61 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
     });
 }
 
-/// Device time of each pass, and counters.
-pub fn show(ui: &mut Ui, facts: &Facts<'_>) {
-    let Some(report) = facts.report else { return };
-    let total: f64 = report.passes.iter().map(|pass| pass.ms).sum();
-    ui.strong(format!("{total:.1} ms of the device"));
+/// Device time of each pass, and counters. A click on a pass shows what it has written; another one, the picture again.
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
+    let written = state.written.clone();
+    let passes = written.as_ref().map_or(facts.passes, |written| &written.passes);
+    let total: f64 = passes.iter().map(|pass| pass.ms).sum();
+    ui.strong(format!("{total:.1} ms of the device")).on_hover_text("A click on a pass shows what it has written");
     egui::Grid::new("passes").striped(true).show(ui, |ui| {
-        for pass in &report.passes {
-            ui.label(&pass.name);
+        for pass in passes {
+            let is_shown = written.as_ref().is_some_and(|written| written.pass == pass.name);
+            one(ui, state, pass, passes, is_shown);
             ui.label(format!("{:.2}", pass.ms));
             ui.end_row();
         }
     });
     ui.strong("Counted");
     egui::Grid::new("counters").striped(true).show(ui, |ui| {
-        for (name, count) in &report.counters {
+        for (name, count) in facts.counters {
             ui.label(name);
             ui.label(count.to_string());
             ui.end_row();
+        }
+    });
+}
+
+/// A pass, and below it the views of what it writes, where one of them is shown.
+fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_shown: bool) {
+    let views = views_of(&pass.name, &state.settings);
+    let Some(first) = views.first() else {
+        ui.label(&pass.name).on_hover_text("No debug view shows what this pass writes");
+        return;
+    };
+    let names: Vec<_> = views.iter().map(|view| view.name()).collect();
+    let words = match is_shown {
+        true => "A click shows the picture again".to_owned(),
+        false => format!("A click shows what it writes: debug views {}", names.join(", ")),
+    };
+    ui.vertical(|ui| {
+        ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
+        if ui.selectable_label(is_shown, &pass.name).on_hover_text(words).clicked() {
+            let before = state.written.take();
+            let shown = state.settings.debug_view;
+            if is_shown {
+                state.settings.debug_view = before.and_then(|before| before.before);
+            } else {
+                let before = before.map_or(shown, |before| before.before);
+                state.settings.debug_view = Some(*first);
+                state.written = Some(Written { pass: pass.name.clone(), before, passes: passes.to_vec() });
+            }
+        } else if is_shown && views.len() > 1 {
+            ui.horizontal(|ui| {
+                for view in views {
+                    ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
+                        .on_hover_text(view.words());
+                }
+            });
         }
     });
 }

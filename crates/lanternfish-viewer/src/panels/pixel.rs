@@ -7,7 +7,7 @@ use lanternfish_reference::Probed;
 use lanternfish_scene::{AlphaMode, Camera, Material, Scene};
 
 use super::{Facts, State};
-use crate::background::Found;
+use crate::{background::Found, clusters::ClusterAt, overlay};
 
 /// A pixel that was asked about.
 #[derive(Clone, Debug)]
@@ -18,6 +18,8 @@ pub struct Pointed {
     pub camera: Camera,
     /// What is there, once that is known.
     pub found: Option<Found>,
+    /// The cluster that it is in, where there are clusters.
+    pub cluster: Option<ClusterAt>,
     /// Whether the scene has changed since.
     pub is_of_before: bool,
 }
@@ -30,8 +32,8 @@ impl Pointed {
 }
 
 /// Whether the camera is to look there.
-pub fn show(ui: &mut Ui, state: &State, facts: &Facts<'_>) -> bool {
-    let Some(pointed) = &state.pointed else {
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
+    let Some(pointed) = state.pointed.clone() else {
         ui.label("Click on the picture.");
         return false;
     };
@@ -44,8 +46,9 @@ pub fn show(ui: &mut Ui, state: &State, facts: &Facts<'_>) -> bool {
         return false;
     };
     let is_asked = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
+    ui.checkbox(&mut state.overlays.rays, "Rays to its lights").on_hover_text(overlay::RAYS);
     egui::Grid::new("pixel").show(ui, |ui| {
-        for (name, value) in facts_of(place, pointed.at, state, facts) {
+        for (name, value) in facts_of(place, &pointed, state, facts) {
             ui.label(name);
             ui.label(value);
             ui.end_row();
@@ -58,7 +61,7 @@ pub fn show(ui: &mut Ui, state: &State, facts: &Facts<'_>) -> bool {
     is_asked
 }
 
-fn facts_of(place: &Probed, at: Vec2, state: &State, facts: &Facts<'_>) -> Vec<(&'static str, String)> {
+fn facts_of(place: &Probed, pointed: &Pointed, state: &State, facts: &Facts<'_>) -> Vec<(&'static str, String)> {
     let scene = facts.scene;
     // The scene may have become another since it was asked.
     let Some(instance) = scene.instances.get(place.instance) else { return Vec::new() };
@@ -71,9 +74,15 @@ fn facts_of(place: &Probed, at: Vec2, state: &State, facts: &Facts<'_>) -> Vec<(
         ("mesh", format!("{}, primitive {}", named(instance.mesh, mesh), place.primitive)),
     ];
     if let Culling::Tiled(tiled) = &state.settings.culling {
-        let pixel = at * Vec2::from(facts.size.map(|side| side as f32));
+        let pixel = pointed.at * Vec2::from(facts.size.map(|side| side as f32));
         let tile = (pixel / tiled.tile_size.pixels() as f32).as_uvec2();
         rows.push(("tile", format!("{}, {}", tile.x, tile.y)));
+    }
+    if let Some(cluster) = &pointed.cluster {
+        let place = cluster.place;
+        rows.push(("cluster", format!("{}, {}, {}", place.x, place.y, place.z)));
+        let lists = |lights| format!("{lights} lights, for {} fragments", cluster.fragments);
+        rows.push(("which lists", cluster.lights.map_or("nothing: no fragment is in it".to_owned(), lists)));
     }
     if let Some(material) = scene.materials.get(place.material) {
         rows.push(("material", named(place.material, &material.name)));

@@ -7,11 +7,16 @@ use crate::wipe::Other;
 
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     let wipe = &mut state.wipe;
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label("B:");
         for (other, name, words) in [
             (Other::Nothing, "nothing", "One picture: A"),
             (Other::Settings, "other settings", "The same scene by settings of its own"),
+            (
+                Other::DeepImages,
+                "deep images",
+                "What the scene's deep images hold, as points: red faces ±x, green ±y, blue ±z",
+            ),
             (Other::PathTracer, "path tracer", "All light there is, by the processor, while the camera rests"),
         ] {
             ui.selectable_value(&mut wipe.other, other, name).on_hover_text(words);
@@ -33,6 +38,11 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
             ui.selectable_value(&mut wipe.edits_b, false, "A");
             ui.selectable_value(&mut wipe.edits_b, true, "B");
         });
+    }
+    if wipe.other == Other::DeepImages {
+        wipe.shows_map = false;
+        ui.add(egui::Slider::new(&mut wipe.line, 0.0..=1.0).show_value(false).text("line"));
+        return;
     }
     let of_b = match wipe.other {
         Other::PathTracer => format!("B: {} samples a pixel", facts.progress_of_b),

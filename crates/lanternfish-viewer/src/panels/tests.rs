@@ -1,5 +1,6 @@
 //! The panels without a window: every widget is found, changed, and reaches the settings.
 
+use egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
 use lanternfish::{
     Settings,
@@ -11,7 +12,7 @@ use lanternfish_reference::{Settings as Transport, Tracer};
 use lanternfish_scene::{LightKind, generate::demo};
 
 use super::*;
-use crate::background::Found;
+use crate::{background::Found, wipe::Other};
 
 struct Shown {
     scene: Scene,
@@ -19,6 +20,8 @@ struct Shown {
     pixel: Option<Vec2>,
     /// The last form that was asked for.
     write: Option<Form>,
+    passes: Vec<PassTime>,
+    memory: Memory,
     state: State,
     asked: Asked,
 }
@@ -42,12 +45,16 @@ fn shown<'a>() -> Harness<'a, Shown> {
         wipe: Wipe::new(&Settings::default()),
         pointed: None,
         listing: Listing::default(),
+        written: None,
+        overlays: Overlays::default(),
         usual: Settings::default(),
         controls: Controls::new(scene.cameras[0].clone(), 2.0),
         clip: None,
         message: String::new(),
         shows_keys: false,
         shows_panels: true,
+        is_unfolded: false,
+        unfold: None,
     };
     let draw = |ui: &mut Ui, shown: &mut Shown| {
         let adapter = adapter();
@@ -58,7 +65,9 @@ fn shown<'a>() -> Harness<'a, Shown> {
             adapter: &adapter,
             size: [640, 480],
             averaged: 3,
-            report: None,
+            passes: &shown.passes,
+            counters: &[],
+            memory: &shown.memory,
             frame_ms: 12.0,
             textures: Textures::default(),
             progress_of_b: 17,
@@ -72,7 +81,18 @@ fn shown<'a>() -> Harness<'a, Shown> {
         }
     };
     let builder = Harness::builder().with_size(egui::vec2(1200.0, 1400.0));
-    builder.build_ui_state(draw, Shown { scene, pixel: None, write: None, state, asked: Asked::default() })
+    builder.build_ui_state(
+        draw,
+        Shown {
+            scene,
+            pixel: None,
+            write: None,
+            passes: Vec::new(),
+            memory: Memory::default(),
+            state,
+            asked: Asked::default(),
+        },
+    )
 }
 
 /// Opens a list and takes one of its entries.
@@ -211,7 +231,7 @@ fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
     let place = tracer.probe(&camera, [320.0, 465.0], [640, 480]).unwrap();
     let (lights, light_count) = tracer.lights_at(&place, 64);
     let found = Found { place: Some(place), lights, light_count };
-    Pointed { at: Vec2::new(0.5, 465.0 / 480.0), camera, found: Some(found), is_of_before: false }
+    Pointed { at: Vec2::new(0.5, 465.0 / 480.0), camera, found: Some(found), cluster: None, is_of_before: false }
 }
 
 #[test]
@@ -316,4 +336,99 @@ fn type_into(harness: &mut Harness<'_, Shown>, name: &str, text: &str) {
     harness.step();
     harness.key_press(Key::Enter);
     harness.run();
+}
+
+#[test]
+fn a_click_on_a_pass_shows_what_it_writes_and_another_the_picture() {
+    let mut harness = shown();
+    let pass = |name: &str| PassTime { name: name.to_owned(), ms: 1.5 };
+    let passes = ["prepass", "deep_images/build", "indirect/sampled/trace"].map(pass).to_vec();
+    harness.state_mut().passes = passes.clone();
+    harness.state_mut().memory.frames.lists = vec![("a list", 77)];
+    harness.run();
+    let view = |harness: &Harness<'_, Shown>| harness.state().state.settings.debug_view;
+    harness.get_by_label("prepass").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Depth));
+    // Under a debug view there are fewer passes: those that were there can still be clicked.
+    harness.state_mut().passes.truncate(1);
+    harness.get_by_label("roughness").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Roughness));
+    harness.get_by_label("indirect/sampled/trace").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Indirect));
+    harness.get_by_label("deep_images/build").click();
+    harness.run();
+    assert_eq!(view(&harness), Some(DebugView::Indirect), "there is no view of it");
+    harness.get_by_label("indirect/sampled/trace").click();
+    harness.run();
+    assert!(view(&harness).is_none() && harness.state().state.written.is_none());
+    // What is chosen by hand is not gone back from.
+    harness.state_mut().passes = passes;
+    harness.run();
+    harness.get_by_label("prepass").click();
+    harness.run();
+    choose(&mut harness, "debug-view", "normal-naive");
+    assert!(harness.state().state.written.is_none() && view(&harness) == Some(DebugView::NormalNaive));
+    unfold(&mut harness, "Memory");
+    assert!(harness.query_by_label("a list").is_some() && harness.query_by_label("77").is_some());
+}
+
+#[test]
+fn overlays_are_switched_and_the_view_from_above_is_asked_for() {
+    let mut harness = shown();
+    harness.key_press(Key::V);
+    harness.run();
+    assert!(harness.state().state.overlays.wants_birds_eye);
+    unfold(&mut harness, "Overlays");
+    harness.get_by_label("Bird\u{2019}s-eye view (V)").click();
+    harness.run();
+    assert!(!harness.state().state.overlays.wants_birds_eye, "asked for twice is not asked for");
+    harness.get_by_label("Ranges of lights").click();
+    harness.get_by_label("Tiles or clusters on the picture").click();
+    harness.run();
+    let pointed = pointed(&harness);
+    let state = &mut harness.state_mut().state;
+    assert!(state.overlays.ranges && state.overlays.grid);
+    let view = overlay::BirdsEye::new(&state.controls, 1.5, &[]);
+    state.controls.camera = view.camera(&demo("cornell").unwrap().bounds());
+    state.overlays.birds_eye = Some(view);
+    state.pointed = Some(pointed);
+    harness.run();
+    assert!(harness.query_by_label("Back to the camera (V)").is_some());
+}
+
+#[test]
+fn a_sun_stands_where_place_and_hour_say() {
+    let mut harness = shown();
+    unfold(&mut harness, "Lights");
+    harness.get_by_label("Add a sun").click();
+    harness.run();
+    let sun = harness.state().scene.lights.len() - 1;
+    harness.get_by_label(&format!("#{sun} (sun)")).click();
+    harness.run();
+    unfold(&mut harness, "By place and hour");
+    harness.get_by_label("Put the sun there").click();
+    harness.run();
+    let direction = |harness: &Harness<'_, Shown>| harness.state().scene.lights[sun].direction;
+    // From the south, as high as the pole's height and the ecliptic's tilt have it: 90° − 51.48° + 23.44°.
+    let noon = direction(&harness);
+    assert!((noon.y + 61.96f32.to_radians().sin()).abs() < 1e-3 && noon.z < 0.0, "{noon}");
+    type_into(&mut harness, "hour", "6");
+    assert!(direction(&harness).x < -0.8, "from the east: {}", direction(&harness));
+}
+
+#[test]
+fn everything_is_unfolded_and_folded_at_once() {
+    let mut harness = shown();
+    let behind = ["Click on the picture.", "B := A now", "Add a sun", "Ranges of lights", "indirect-resolution"];
+    let told = |harness: &Harness<'_, Shown>| behind.map(|words| harness.query_by_label(words).is_some());
+    assert_eq!(told(&harness), [false; 5]);
+    harness.key_press(Key::F6);
+    harness.run();
+    assert_eq!(told(&harness), [true; 5]);
+    harness.key_press(Key::F6);
+    harness.run();
+    assert_eq!(told(&harness), [false; 5]);
 }

@@ -135,3 +135,29 @@ fn gpu_a_picture_follows_sizes_settings_and_scenes() {
     draw(&mut seen, &elsewhere, 2);
     assert!(seen.pixels().unwrap() != first);
 }
+
+/// The visible clusters of a picture are where its surfaces are: what a pixel shows is in one of them, and each is in the frustum.
+#[test]
+fn gpu_visible_clusters_hold_what_pixels_show() {
+    let Some(gpu) = testing::gpu("gpu_visible_clusters_hold_what_pixels_show") else { return };
+    let mut seen = cornell(gpu, &Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
+    let camera = seen.scene.default_camera(1.5);
+    assert!(!seen.shows(&camera));
+    draw(&mut seen, &camera, 1);
+    assert!(seen.shows(&camera));
+    let grids = seen.clusters().unwrap();
+    let tracer = lanternfish_reference::Tracer::new(&seen.scene, lanternfish_reference::Settings::default()).unwrap();
+    let (mut found, mut all) = (0, 0);
+    for (x, y) in (0..48).step_by(5).flat_map(|x| (0..32).step_by(5).map(move |y| (x, y))) {
+        let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
+        let cluster = crate::clusters::at(&grids, place.p).expect("the grid holds all that is seen");
+        all += 1;
+        found += u32::from(cluster.lights.is_some());
+        assert!(cluster.lights.unwrap_or(0) <= seen.scene.lights.len() as u32);
+    }
+    // At a cluster's side rounding may choose its neighbour.
+    assert!(all > 30 && found + 2 >= all, "{found} of {all}");
+    let view = crate::overlay::BirdsEye::new(&crate::controls::Controls::new(camera.clone(), 2.0), 1.5, &grids);
+    let all: usize = grids.iter().map(|grid| grid.visible.len()).sum();
+    assert!(view.all == all && view.clusters.len() == all && all > 1 && view.outlines.len() == 1, "{all}");
+}

@@ -9,6 +9,7 @@ use super::Viewer;
 use crate::{
     Form, Shown,
     background::Found,
+    overlay::BirdsEye,
     panels::{Edit, Pointed, State},
     player,
     seen::at_rest,
@@ -23,6 +24,7 @@ impl Viewer {
             self.state.message = error.to_string();
             // What was asked for cannot be: what is shown can.
             self.state.settings = self.seen.settings().clone();
+            self.state.written = None;
         }
     }
 
@@ -62,6 +64,38 @@ impl Viewer {
         }
     }
 
+    /// Goes over to the view from above, once the first camera's picture is whole, or back from it.
+    pub(super) fn look_from_above(&mut self) {
+        let rests = self.seen.size() == self.room && !self.moves();
+        let State { overlays, controls, message, clip, .. } = &mut self.state;
+        if !overlays.wants_birds_eye {
+            return;
+        }
+        if self.recorder.is_some() {
+            (overlays.wants_birds_eye, *message) = (false, "While a flight is recorded there is one camera".to_owned());
+            return;
+        }
+        // What is looked at stands still.
+        clip.iter_mut().for_each(|clip| clip.is_playing = false);
+        if let Some(view) = overlays.birds_eye.take() {
+            controls.camera = view.first.camera.clone();
+            (controls.speed, controls.reach) = (view.first.speed, view.first.reach);
+        } else if rests && self.seen.shows(&controls.camera) {
+            match self.seen.clusters() {
+                Ok(grids) => {
+                    let view = BirdsEye::new(controls, self.room.x as f32 / self.room.y as f32, &grids);
+                    controls.camera = view.camera(&self.seen.scene.bounds());
+                    overlays.birds_eye = Some(view);
+                }
+                Err(error) => *message = error.to_string(),
+            }
+        } else {
+            return;
+        }
+        overlays.wants_birds_eye = false;
+        self.moved = Some(Instant::now());
+    }
+
     /// Asks what lies under a pixel.
     pub(super) fn point(&mut self, at: glam::Vec2) {
         self.probe(at, self.state.controls.camera.clone(), None);
@@ -69,7 +103,7 @@ impl Viewer {
 
     fn probe(&mut self, at: glam::Vec2, camera: Camera, found: Option<Found>) {
         self.beside.probe(&self.seen, &camera, at.to_array());
-        self.state.pointed = Some(Pointed { at, camera, found, is_of_before: false });
+        self.state.pointed = Some(Pointed { at, camera, found, cluster: None, is_of_before: false });
     }
 
     /// Changes a light.

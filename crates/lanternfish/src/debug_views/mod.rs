@@ -11,11 +11,12 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     frame::Shaded,
+    indirect::{INDIRECT, IndirectSums},
     light_culling::LightCulling,
     occlusion::{self, Openness},
     output::{DISPLAY_FORMAT, show},
     prepass::MOTION,
-    settings::{Culling, DebugView, Occlusion, Settings},
+    settings::{Culling, DebugView, Indirect, Occlusion, Settings},
     shaders::{Root, SHADERS, Shaders},
     shadows::VisibilityPlan,
     texture::frame_target,
@@ -70,6 +71,7 @@ fn quantity(view: DebugView) -> Option<u32> {
         DebugView::ClusterFragments => 13,
         DebugView::Occlusion => 14,
         DebugView::Motion => 15,
+        DebugView::Indirect => 16,
         DebugView::BaseColor => return None,
     })
 }
@@ -98,9 +100,9 @@ fn check_clusters(view: DebugView, culling: Culling) -> Result<(), RenderError> 
 
 /// Features with which the shader of the debug view is linked.
 pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
-    let motion = (settings.debug_view == Some(DebugView::Motion)).then_some(MOTION);
+    let of = |view: DebugView, feature: Feature| (settings.debug_view == Some(view)).then_some(feature);
     let rooms = [LightCulling::feature(settings.culling)].into_iter().chain(occlusion::feature(settings.occlusion));
-    rooms.chain(motion).collect()
+    rooms.chain(of(DebugView::Motion, MOTION)).chain(of(DebugView::Indirect, INDIRECT)).collect()
 }
 
 impl DebugViews {
@@ -113,6 +115,12 @@ impl DebugViews {
             return Err(RenderError::Together {
                 setting: "`debug-view occlusion`",
                 needed: "a way to find `occlusion`",
+            });
+        }
+        if view == DebugView::Indirect && settings.indirect == Indirect::None {
+            return Err(RenderError::Together {
+                setting: "`debug-view indirect`",
+                needed: "a way to find `indirect` light",
             });
         }
         let shader = SHADERS.link("debug_views/debug", &features(settings))?;
@@ -128,7 +136,7 @@ impl DebugViews {
         &self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, middle, .. }: &ViewContext<'_>,
-        Shaded { radiance, visibility, openness, lights, .. }: &Shaded,
+        Shaded { radiance, visibility, openness, indirect, lights, .. }: &Shaded,
         display: &wgpu::TextureView,
     ) {
         // Shadow rays of each pixel, where shadows were traced.
@@ -149,7 +157,9 @@ impl DebugViews {
         let scene_bindings = scene.bindings();
         let shared = buffer.bindings().with(&scene_bindings);
         let openness = openness.as_ref().map(Openness::bindings).unwrap_or_default();
-        let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&openness).with(&own);
+        let indirect = indirect.as_ref().map(IndirectSums::bindings).unwrap_or_default();
+        let found = openness.with(&indirect);
+        let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&found).with(&own);
         show(frame, (&self.pipeline, "debug_views"), &bindings, display);
     }
 }

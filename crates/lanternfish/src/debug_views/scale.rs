@@ -56,6 +56,7 @@ impl Scale {
             | DebugView::NormalImproved
             | DebugView::BaseColor
             | DebugView::ClusterIndex
+            | DebugView::Indirect
             | DebugView::Nan => return None,
         };
         Some(Self { what, law, colors })

@@ -71,9 +71,12 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
             (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
         settings.occlusion = Occlusion::None;
     }
-    if settings.debug_view.is_some_and(|view| view != DebugView::Nan) {
-        // What is shown is not what arrives, and is of the surface at each pixel's middle.
-        (settings.indirect, settings.samples) = (Indirect::None, Samples::One);
+    if let Some(view) = settings.debug_view.filter(|view| *view != DebugView::Nan) {
+        // What is shown is of the surface at each pixel's middle, and is not what arrives, unless that is asked for.
+        settings.samples = Samples::One;
+        if view != DebugView::Indirect {
+            settings.indirect = Indirect::None;
+        }
     }
     let tracer = tracer(device, settings.shadows)?;
     check_samples(device, &settings)?;

@@ -47,7 +47,9 @@ fn all_settings() -> Vec<Settings> {
     let all = with(&all, &[Occlusion::None, Occlusion::deep(None)], |s, v| s.occlusion = v);
     let all = with(&all, DeepDepth::ALL, |s, v| s.deep_images.depth = v);
     let all = with(&all, DeepSearch::ALL, |s, v| s.deep_images.search = v);
-    with(&all, &[None, Some(DebugView::RayCount), Some(DebugView::Motion)], |s, v| s.debug_view = v)
+    with(&all, &[None, Some(DebugView::RayCount), Some(DebugView::Motion), Some(DebugView::Indirect)], |s, v| {
+        s.debug_view = v
+    })
 }
 
 /// Features by module, of rooms that say which they are; what they refuse is no variant.

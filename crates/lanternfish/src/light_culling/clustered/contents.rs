@@ -2,12 +2,14 @@
 
 use lanternfish_gpu::read_back;
 
-use super::ClusteredCulling;
+use super::{ClusteredCulling, grid::GridGeometry};
 use crate::error::RenderError;
 
 /// A grid of the last frame.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct GridContents {
+    /// Where its clusters lie.
+    pub geometry: GridGeometry,
     /// Clusters of the grid, those that no view sees among them.
     pub clusters: u32,
     /// Those with visible fragments, in the order of their indices.
@@ -46,9 +48,11 @@ impl ClusteredCulling {
         queue: &wgpu::Queue,
     ) -> Result<Vec<GridContents>, RenderError> {
         let mut grids = Vec::new();
+        let mut geometries = self.geometries.iter();
         for lists in &self.lists {
             // What views share is the first one's.
             let (Some(counts), Some(fragments)) = (&lists.clusters, &lists.fragments) else { continue };
+            let geometry = geometries.next().copied().unwrap_or_default();
             let count = counts.clusters as usize;
             let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;
             let fragments = read_back::<u32>(device, queue, fragments, count)?;
@@ -58,7 +62,7 @@ impl ClusteredCulling {
                 lights: starts[index + 1].wrapping_sub(starts[index]),
             };
             let visible = fragments.into_iter().enumerate().filter(|(_, fragments)| *fragments > 0);
-            grids.push(GridContents { clusters: count as u32, visible: visible.map(cluster).collect() });
+            grids.push(GridContents { geometry, clusters: count as u32, visible: visible.map(cluster).collect() });
         }
         Ok(grids)
     }

@@ -92,7 +92,9 @@ impl Setting for ClusterShape {
 /// Cluster space has the clustering camera at the origin looking down −z, m. Through the eye, x and y over distance are
 /// divided evenly, and so is the logarithm of the distance; parallel, x, y and the distance are
 /// [VanGelderen2020, §3.1, §4.2].
-#[derive(Clone, Copy, Debug, PartialEq)]
+///
+/// Its default has no clusters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GridGeometry {
     /// Cluster space to world, rotation and translation only.
     pub world_from_cluster: Affine3A,
@@ -179,6 +181,34 @@ impl GridGeometry {
                 (grid, _) => return Ok((grid?, (pixels != asked).then_some(pixels))),
             }
         }
+    }
+
+    /// Corners of a cluster's whole extent, world space, m: x first, then y, then z, farther ones last. `index` is its place in the grid: x
+    /// fastest, then y, then z.
+    pub fn corners(&self, index: u32) -> [Vec3; 8] {
+        let UVec3 { x, y, .. } = self.dimensions.max(UVec3::ONE);
+        self.corners_between(UVec3::new(index % x, index / x % y, index / x / y), UVec3::ONE)
+    }
+
+    /// Corners of all clusters together, likewise.
+    pub fn outline(&self) -> [Vec3; 8] {
+        self.corners_between(UVec3::ZERO, self.dimensions)
+    }
+
+    fn corners_between(&self, first: UVec3, count: UVec3) -> [Vec3; 8] {
+        std::array::from_fn(|corner| {
+            let step = UVec3::new(corner as u32 & 1, corner as u32 >> 1 & 1, corner as u32 >> 2) * count;
+            let place = (first + step).as_dvec3() * self.cell.as_dvec3();
+            let low = self.low.as_dvec3();
+            let (across, distance) = match self.parallel {
+                true => (low.truncate() + place.truncate(), low.z + place.z),
+                false => {
+                    let distance = low.z * place.z.exp();
+                    ((low.truncate() + place.truncate()) * distance, distance)
+                }
+            };
+            self.world_from_cluster.as_daffine3().transform_point3(across.extend(-distance)).as_vec3()
+        })
     }
 
     /// Clusters of the grid, those that no view sees among them.

@@ -106,6 +106,8 @@ pub struct ClusteredCulling {
     tree: TreeBuilder,
     /// Lists of the last call, which hold blended fragments too.
     lists: Vec<LightLists>,
+    /// Where the clusters of its groups lie.
+    geometries: Vec<GridGeometry>,
 }
 
 impl ClusteredCulling {
@@ -141,6 +143,7 @@ impl ClusteredCulling {
             scan: Scan::new(device, "light_culling/clustered")?,
             tree: TreeBuilder::new(device, settings.assignment)?,
             lists: Vec::new(),
+            geometries: Vec::new(),
         })
     }
 }
@@ -162,10 +165,13 @@ impl LightCullingPasses for ClusteredCulling {
             Grouping::Individual => views.chunks(1).collect(),
             Grouping::Enclosed => vec![views],
         };
-        let mut lists = Vec::new();
+        let (mut lists, mut geometries) = (Vec::new(), Vec::new());
         for group in groups {
-            lists.extend(self.record_group(frame, group, set)?);
+            let (geometry, of_group) = self.record_group(frame, group, set)?;
+            lists.extend(of_group);
+            geometries.push(geometry);
         }
+        self.geometries = geometries;
         self.lists.clone_from(&lists);
         Ok(lists)
     }
@@ -176,6 +182,7 @@ impl LightCullingPasses for ClusteredCulling {
 
     fn forget(&mut self) {
         self.lists.clear();
+        self.geometries.clear();
     }
 }
 
@@ -185,7 +192,7 @@ impl ClusteredCulling {
         frame: &mut Frame<'_>,
         views: &[ViewContext<'_>],
         set: &LightSet,
-    ) -> Result<Vec<LightLists>, RenderError> {
+    ) -> Result<(GridGeometry, Vec<LightLists>), RenderError> {
         let limit = super::most_indices(frame.device);
         let scene = views[0].scene;
         let least = self.settings.depth as f32;
@@ -276,7 +283,7 @@ impl ClusteredCulling {
             clusters: (i == 0).then(|| counts.clone()),
             fragments: Some(fragments.clone()),
         };
-        Ok(uploaded.into_iter().enumerate().map(lists).collect())
+        Ok((geometry, uploaded.into_iter().enumerate().map(lists).collect()))
     }
 
     fn grid(&self, geometry: &GridGeometry, world_from_view: &Affine3A) -> ClusterGrid {

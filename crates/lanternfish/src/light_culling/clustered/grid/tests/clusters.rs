@@ -212,3 +212,26 @@ fn extreme_views_have_finite_grids() {
         }
     }
 }
+
+/// A cluster's corners are where the twin of the shader has its sides, and all clusters together are the frustum.
+#[test]
+fn corners_of_clusters_tile_the_frustum() {
+    for shape in [ClusterShape::Perspective { pixels: 60 }, ClusterShape::Orthographic { side: 7.0 }] {
+        let [eye, _] = vive().eyes();
+        let grid = GridGeometry::new(&[eye], shape).unwrap();
+        let outline = grid.outline();
+        let near = |a: Vec3, b: Vec3| a.distance(b) < 1e-4 * eye.far;
+        let count = grid.cluster_count() as u32;
+        assert!(near(grid.corners(0)[0], outline[0]) && near(grid.corners(count - 1)[7], outline[7]));
+        // Each begins where the one before it ends.
+        let UVec3 { x, y, .. } = grid.dimensions;
+        for (step, axis) in [(1, 1), (x, 2), (x * y, 4)] {
+            let (first, second) = (grid.corners(0), grid.corners(step));
+            assert!((0..8).filter(|corner| corner & axis == 0).all(|i| near(first[i | axis], second[i])), "{shape}");
+        }
+        if let ClusterShape::Perspective { .. } = shape {
+            // Rows of whole clusters may end below the picture.
+            assert!(near(outline[6], eye.corners()[6]), "{outline:?} {:?}", eye.corners());
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! `lanternfish view a.exr b.exr`, and `render --open`: pictures of files in a window.
+
+use std::path::{Path, PathBuf};
+
+use lanternfish_metrics::{exr_layers, read_exr_layer, read_png};
+use lanternfish_viewer::{PictureOfFile, Pictures};
+
+use crate::{
+    args::{OnlyWindowArgs, RenderArgs},
+    compare::failed,
+    error::CliError,
+    output::has_ending,
+    scene::SceneName,
+    shot::Shot,
+    window,
+};
+
+/// Flags that mean something where pictures are shown.
+const KNOWN: [&str; 5] = ["size", "exposure", "tone-map", "adapter", "quiet"];
+
+/// Whether what is named is a picture, and no scene.
+pub fn is_picture(name: &SceneName) -> bool {
+    name.demo().is_none() && is_of_picture(name.path())
+}
+
+fn is_of_picture(path: &Path) -> bool {
+    has_ending(path, "exr") || has_ending(path, "png")
+}
+
+/// Shows what the command line names.
+pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
+    let own = [("record", window.record.is_some()), ("shaders", window.shaders.is_some())];
+    let own = own.into_iter().filter_map(|(name, is_said)| is_said.then_some(name.to_owned()));
+    if let Some(flag) = shot.names().into_iter().chain(own).find(|name| !KNOWN.contains(&name.as_str())) {
+        let what = format_args!("--{flag}: {} is a picture, and is shown as it is", shot.args.scene);
+        return Err(CliError::new(what, format!("leave the flag out; pictures take --{}", KNOWN.join(", --"))));
+    }
+    let paths: Vec<_> =
+        [shot.args.scene.path()].into_iter().chain(window.pictures.iter().map(PathBuf::as_path)).collect();
+    show(&shot.args, &paths)
+}
+
+/// Opens a window on pictures, and returns when it is closed.
+pub fn show(args: &RenderArgs, paths: &[&Path]) -> Result<(), CliError> {
+    let pictures = paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    open(Pictures {
+        pictures: pictures.concat(),
+        exposure: args.look.exposure,
+        tone_map: args.look.tone_map,
+        size: [args.output.size.width, args.output.size.height],
+        adapter: args.run.adapter.clone().unwrap_or_default(),
+        read: Box::new(|path| read(path).map_err(|error| error.to_string())),
+    })
+}
+
+fn open(pictures: Pictures) -> Result<(), CliError> {
+    lanternfish_viewer::compare(pictures).map_err(window::failed)
+}
+
+/// The picture of a file, or all its layers where it has no other.
+fn read(path: &Path) -> Result<Vec<PictureOfFile>, CliError> {
+    let name = path.file_name().unwrap_or(path.as_os_str()).display();
+    if has_ending(path, "png") {
+        let image = read_png(path).map_err(failed)?;
+        return Ok(vec![PictureOfFile { name: name.to_string(), image, is_radiance: false }]);
+    }
+    if !has_ending(path, "exr") {
+        let what = format_args!("{}: the ending names no picture that is shown", path.display());
+        return Err(CliError::new(what, "name .exr files (linear radiance) or .png files"));
+    }
+    let layers = exr_layers(path).map_err(failed)?;
+    let of = |layer: &str, name: String| {
+        Ok(PictureOfFile { name, image: read_exr_layer(path, layer).map_err(failed)?, is_radiance: true })
+    };
+    match layers.iter().any(String::is_empty) || layers.is_empty() {
+        true => Ok(vec![of("", name.to_string())?]),
+        false => layers.iter().map(|layer| of(layer, format!("{name}, {layer}"))).collect(),
+    }
+}

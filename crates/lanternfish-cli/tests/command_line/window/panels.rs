@@ -1,0 +1,54 @@
+//! Everything that is behind headings, the view from above, and what a window leaves for the next one.
+
+use super::*;
+
+/// All headings are unfolded, and scrolled through; the first camera is looked at from above, and gone back to; and the next window is as
+/// large as this one was.
+#[test]
+fn gpu_every_panel_is_opened() {
+    let Some(display) = Display::of("gpu_every_panel_is_opened", [1280, 960]) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut view = open(&display, folder.path(), "--size 1240x900");
+    let mut is_there = || view.0.try_wait().unwrap().is_none();
+    let first = display.settled("the panels beside the picture", is_picture);
+    display.act("key F6");
+    display.act("mousemove 1120 700");
+    let unfolded = display.settled("everything unfolded", |screen| !are_alike(screen, &first));
+    for _ in 0..40 {
+        display.act("click 5");
+    }
+    display.settled("the end of what is on the right", |screen| !are_alike(screen, &unfolded));
+    display.act("mousemove 150 500");
+    for _ in 0..40 {
+        display.act("click 5");
+    }
+    display.settled("the end of the settings", |screen| !are_alike(screen, &unfolded));
+    for at in ["150 500", "1120 700"] {
+        display.act(&format!("mousemove {at}"));
+        for _ in 0..60 {
+            display.act("click 4");
+        }
+    }
+    display.act("key F6");
+    display.act("mousemove 1260 940");
+    // The passes, which were open at first, are folded too, and the panel may be wider.
+    let folded = display.settled("everything folded", |screen| !are_alike(screen, &unfolded));
+    display.act("key v");
+    display.settled("the view from above", |screen| !are_alike(screen, &folded) && is_picture(screen));
+    assert!(is_there());
+    display.act("key v");
+    display.settled("the first camera again", |screen| are_alike(screen, &folded));
+    display.act("key Escape");
+    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+
+    let kept = fs::read_to_string(folder.path().join("config/lanternfish/window.toml")).unwrap();
+    assert!(kept.contains("size = [1240, 900]") && kept.contains("panels = true"), "{kept}");
+    fs::write(folder.path().join("config/lanternfish/window.toml"), "size = [500, 320]\npanels = false\n").unwrap();
+    let mut view = open(&display, folder.path(), "--shadows none");
+    let window = display.act("search --name Lanternfish");
+    let geometry = display.act(&format!("getwindowgeometry {}", window.lines().next().unwrap()));
+    assert!(geometry.contains("500x320"), "{geometry}");
+    display.settled("the picture", is_picture);
+    display.act("key Escape");
+    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+}

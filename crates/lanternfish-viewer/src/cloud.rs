@@ -1,0 +1,80 @@
+//! The scene's deep images as points, seen by the camera [Archer2019, fig. 6].
+
+use std::sync::Arc;
+
+use glam::UVec2;
+use lanternfish::{
+    GpuScene, RenderError, Renderer, Settings,
+    deep_images::{
+        DeepImageBuilder, DeepImages,
+        view::{PointCloud, PointSize},
+    },
+    settings::{DeepImageSettings, DeepStore, Shadows},
+    view::View,
+};
+use lanternfish_gpu::{Frame, Profiler};
+use lanternfish_scene::{Camera, Scene};
+
+use crate::seen::Seen;
+
+/// Deep images of a scene, and the last picture of them.
+#[derive(Debug)]
+pub struct Cloud {
+    scene: Arc<Scene>,
+    settings: DeepImageSettings,
+    uploaded: GpuScene,
+    images: DeepImages,
+    points: PointCloud,
+    profiler: Profiler,
+    picture: Option<(wgpu::TextureView, Camera, UVec2)>,
+}
+
+impl Cloud {
+    /// Builds the images that the first rendering's settings say, of its scene as it is now, without waiting for them to be asked for.
+    pub fn new(first: &Seen) -> Result<Self, RenderError> {
+        let gpu = &first.gpu;
+        // The builders draw the BVH's triangles.
+        let with_bvh = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+        let uploaded = Renderer::with_engine(first.engine(), with_bvh)?.upload(&first.scene)?;
+        let settings = first.settings().deep_images;
+        let shown = DeepImageSettings { store: DeepStore::LinearArray, payload: true, ..settings };
+        let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+        let (images, points) = first.engine().within(|| {
+            let mut builder = DeepImageBuilder::new(&gpu.device, shown)?;
+            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+            let images = builder.record(&mut frame, &uploaded)?;
+            frame.submit();
+            Ok::<_, RenderError>((images, PointCloud::new(&gpu.device, &shown)?))
+        })?;
+        Ok(Self { scene: Arc::clone(&first.scene), settings, uploaded, images, points, profiler, picture: None })
+    }
+
+    /// Whether these are the images of what the first rendering shows now.
+    pub fn is_of(&self, first: &Seen) -> bool {
+        Arc::ptr_eq(&self.scene, &first.scene) && self.settings == first.settings().deep_images
+    }
+
+    /// Whether the picture is what this camera sees.
+    pub fn is_drawn(&self, camera: &Camera, size: UVec2) -> bool {
+        self.picture.as_ref().is_some_and(|(_, of, at)| of == camera && *at == size)
+    }
+
+    /// Draws what a camera sees.
+    pub fn draw(&mut self, first: &Seen, camera: &Camera) -> Result<(), RenderError> {
+        let (gpu, size) = (&first.gpu, first.size());
+        let view = View::new(camera, size, glam::Vec3::ZERO, &self.scene.bounds());
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
+        let point = PointSize::for_images(self.images.directions.len());
+        let drawn = self.points.record(&mut frame, &self.uploaded, &self.images, None, &view, point)?;
+        frame.submit();
+        // Nobody reads what they took.
+        let _ = self.profiler.finished();
+        self.picture = Some((drawn.display, camera.clone(), size));
+        Ok(())
+    }
+
+    /// The last picture.
+    pub fn picture(&self) -> Option<&wgpu::TextureView> {
+        self.picture.as_ref().map(|(picture, ..)| picture)
+    }
+}

@@ -1,0 +1,63 @@
+//! The picture, what is drawn over it, and the hand on it.
+
+use egui::{Key, PointerButton, Ui};
+use glam::Vec2;
+
+use super::{Asked, Facts, State};
+use crate::{
+    controls::Way,
+    overlay::{self, Drawn},
+    wipe::{self, Other},
+};
+
+/// The picture, and the hand that moves the camera over it.
+pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, asked: &mut Asked) {
+    let rect = ui.available_rect_before_wrap();
+    asked.room = Vec2::new(rect.width(), rect.height());
+    let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
+    wipe::paint(ui, rect, rect, state.wipe.painted(&facts.textures), &facts.textures);
+    if state.wipe.other != Other::Nothing && !state.wipe.shows_map {
+        wipe::line(ui, rect, &mut state.wipe.line);
+    }
+    let found = state.pointed.as_ref().filter(|pointed| !pointed.is_of_before).and_then(|at| at.found.as_ref());
+    let drawn = Drawn {
+        scene: facts.scene,
+        settings: &state.settings,
+        camera: &state.controls.camera,
+        found,
+        size: facts.size,
+    };
+    overlay::paint(ui, rect, &state.overlays, &drawn);
+    if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera) {
+        let at = rect.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
+        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(3.0, egui::Color32::BLACK));
+        ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(1.5, egui::Color32::WHITE));
+    }
+    if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+        let at = (at - rect.min) / rect.size();
+        asked.pixel = Some(Vec2::new(at.x, at.y));
+    }
+    let controls = &mut state.controls;
+    let dragged = response.drag_delta();
+    if response.dragged_by(PointerButton::Secondary) {
+        controls.look(dragged.x, dragged.y);
+    } else if response.dragged_by(PointerButton::Primary) {
+        controls.orbit(dragged.x, dragged.y);
+    }
+    asked.is_moving |= response.dragged() && dragged != egui::Vec2::ZERO;
+    if response.hovered() {
+        controls.accelerate(ui.input(|input| input.smooth_scroll_delta.y) / 50.0);
+    }
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let (way, is_fast) = ui.input(|input| {
+        let towards = |more, less| f32::from(i8::from(input.key_down(more)) - i8::from(input.key_down(less)));
+        let way = Way { right: towards(Key::D, Key::A), up: towards(Key::E, Key::Q), forward: towards(Key::W, Key::S) };
+        (way, input.modifiers.shift)
+    });
+    if way != Way::default() {
+        controls.fly(way, if is_fast { 4.0 * seconds } else { seconds });
+        asked.is_moving = true;
+    }
+}

@@ -1,0 +1,36 @@
+//! The sun by place and hour.
+
+use egui::{DragValue, Ui};
+use glam::Vec3;
+
+use super::lights::number;
+use crate::sun::PlaceAndHour;
+
+/// Somewhere to begin with: Greenwich, at noon of a midsummer's day.
+impl Default for PlaceAndHour {
+    fn default() -> Self {
+        let (latitude, longitude) = (51.48, 0.0);
+        Self { latitude, longitude, year: 2025, month: 6, day: 21, hour: 12.0, ahead_of_utc: 0.0 }
+    }
+}
+
+/// The way the sun's light goes, where something was changed.
+pub fn show(ui: &mut Ui, at: &mut PlaceAndHour) -> Option<Vec3> {
+    let degrees = |value, most: f64| DragValue::new(value).range(-most..=most).suffix("°").speed(0.1);
+    let mut is_other = number(ui, "latitude, north", degrees(&mut at.latitude, 90.0));
+    is_other |= number(ui, "longitude, east", degrees(&mut at.longitude, 180.0));
+    is_other |= number(ui, "year", DragValue::new(&mut at.year).range(1900..=2100).speed(0.05));
+    is_other |= number(ui, "month", DragValue::new(&mut at.month).range(1..=12).speed(0.05));
+    is_other |= number(ui, "day", DragValue::new(&mut at.day).range(1..=31).speed(0.1));
+    is_other |= number(ui, "hour", DragValue::new(&mut at.hour).range(0.0..=24.0).suffix(" h").speed(0.02));
+    let ahead = DragValue::new(&mut at.ahead_of_utc).range(-12.0..=14.0).suffix(" h").speed(0.05);
+    is_other |= number(ui, "clock ahead of UTC", ahead);
+    let sun = at.sun();
+    let (azimuth, elevation) = (sun.azimuth.to_degrees(), sun.elevation.to_degrees());
+    ui.weak(match elevation < 0.0 {
+        true => "It is night there: the sun is below the horizon.".to_owned(),
+        false => format!("{azimuth:.1}° from north by east, {elevation:.1}° high; north is −z"),
+    });
+    is_other |= ui.button("Put the sun there").clicked();
+    is_other.then(|| sun.direction())
+}

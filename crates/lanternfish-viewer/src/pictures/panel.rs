@@ -1,0 +1,243 @@
+//! What stands beside pictures of files, and the hand on them.
+
+use egui::{Key, Rect, Ui, Vec2};
+use lanternfish::{
+    output::metered_exposure,
+    settings::{Exposure, ToneMap},
+};
+
+use super::{PictureOfFile, place::Place, shown::Look};
+use crate::wipe::{self, Painted, Textures};
+
+/// What the panel changes.
+#[derive(Debug)]
+pub struct State {
+    /// All pictures there are; one at least.
+    pub pictures: Vec<PictureOfFile>,
+    /// Which of them is on the left.
+    pub a: usize,
+    /// Which of them is on the right; none: the left one alone is shown.
+    pub b: Option<usize>,
+    /// How radiance is shown.
+    pub look: Look,
+    /// Where the line is: a share of the window's width.
+    pub line: f32,
+    /// Whether the map of what differs is shown in the place of both.
+    pub shows_map: bool,
+    /// Zoom and pan.
+    pub place: Place,
+    /// Whether the panel is shown.
+    pub shows_panel: bool,
+    /// What went wrong last.
+    pub message: String,
+}
+
+/// What is known of the difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Difference {
+    /// There are no two pictures.
+    OfOne,
+    /// They have other sizes.
+    Sizes,
+    /// It is on its way.
+    Pending,
+    /// The mean of the map.
+    Mean(f32),
+}
+
+/// What is asked of the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// To be closed.
+    pub close: bool,
+}
+
+impl State {
+    /// The first two pictures; radiance as bright as is said, or as shows the first of it well.
+    pub fn new(pictures: Vec<PictureOfFile>, exposure: Exposure, tone_map: ToneMap) -> Self {
+        let ev = match exposure {
+            Exposure::Ev(ev) => ev,
+            Exposure::Auto => {
+                let of = |picture: &PictureOfFile| {
+                    metered_exposure(picture.image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]))
+                };
+                pictures.iter().find(|picture| picture.is_radiance).map_or(0.0, of)
+            }
+        };
+        Self {
+            b: (pictures.len() > 1).then_some(1),
+            pictures,
+            a: 0,
+            look: Look { ev, tone_map },
+            line: 0.5,
+            shows_map: false,
+            place: Place::default(),
+            shows_panel: true,
+            message: String::new(),
+        }
+    }
+
+    /// Takes more pictures; the first of them is compared with A.
+    pub fn add(&mut self, pictures: Vec<PictureOfFile>) {
+        if !pictures.is_empty() {
+            self.b = Some(self.pictures.len());
+        }
+        self.pictures.extend(pictures);
+    }
+
+    fn size(&self) -> Vec2 {
+        let size = self.pictures[self.a].size().as_vec2();
+        Vec2::new(size.x, size.y)
+    }
+
+    fn painted(&self, textures: &Textures) -> Painted {
+        match textures {
+            Textures { map: Some(_), .. } if self.shows_map => Painted::Map,
+            Textures { b: Some(_), .. } => Painted::Both(self.line),
+            _ => Painted::A,
+        }
+    }
+}
+
+/// Draws everything, and takes what was clicked and pressed.
+pub fn show(ui: &mut Ui, state: &mut State, textures: &Textures, difference: Difference) -> Asked {
+    let mut asked = Asked::default();
+    keys(ui, state, &mut asked);
+    if state.shows_panel {
+        egui::Panel::left("pictures").default_size(300.0).show(ui, |ui| {
+            ui.heading("Pictures");
+            egui::ScrollArea::vertical().show(ui, |ui| beside(ui, state, difference));
+        });
+    }
+    egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| picture(ui, state, textures));
+    asked
+}
+
+fn keys(ui: &Ui, state: &mut State, asked: &mut Asked) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let size = state.size();
+    let scale = ui.ctx().pixels_per_point();
+    ui.input_mut(|input| {
+        let mut pressed = |key| input.consume_key(egui::Modifiers::NONE, key);
+        asked.close = pressed(Key::Escape);
+        state.shows_panel ^= pressed(Key::F3);
+        state.shows_map ^= pressed(Key::M);
+        if pressed(Key::F) {
+            state.place.fit();
+        }
+        if pressed(Key::Num1) {
+            state.place.enlarge_to(size, 1.0 / scale);
+        }
+        if let Some(b) = state.b.filter(|_| pressed(Key::Space)) {
+            (state.a, state.b) = (b, Some(state.a));
+        }
+    });
+}
+
+fn beside(ui: &mut Ui, state: &mut State, difference: Difference) {
+    which(ui, state);
+    ui.separator();
+    if state.pictures.iter().any(|picture| picture.is_radiance) {
+        ui.horizontal(|ui| {
+            let label = ui.label("exposure").on_hover_text("Stops: 1 doubles, of pictures of radiance (EXR)");
+            ui.add(egui::DragValue::new(&mut state.look.ev).speed(0.02).suffix(" EV")).labelled_by(label.id);
+        });
+        ui.horizontal(|ui| {
+            let label = ui.label("tone-map").on_hover_text("From radiance to what a display shows");
+            let list = egui::ComboBox::from_id_salt("tone-map").selected_text(state.look.tone_map.name());
+            let shown = list.show_ui(ui, |ui| {
+                for curve in ToneMap::ALL {
+                    ui.selectable_value(&mut state.look.tone_map, *curve, curve.name());
+                }
+            });
+            shown.response.labelled_by(label.id);
+        });
+        ui.separator();
+    }
+    match difference {
+        Difference::OfOne => {
+            ui.label("Drop another picture on the window to compare the two.");
+        }
+        difference => {
+            ui.add(egui::Slider::new(&mut state.line, 0.0..=1.0).show_value(false).text("line"));
+            ui.checkbox(&mut state.shows_map, "Map of what differs (M)").on_hover_text(
+                "FLIP: black where nobody could tell the two from each other, pale yellow where they could not differ more",
+            );
+            ui.label(match difference {
+                Difference::Sizes => "The two have other sizes: B is stretched, and they are not compared.".to_owned(),
+                Difference::Mean(mean) => format!("Mean difference (FLIP): {mean:.4}"),
+                _ => "Mean difference (FLIP): …".to_owned(),
+            });
+        }
+    }
+    ui.separator();
+    ui.horizontal(|ui| {
+        if ui.button("All of it (F)").clicked() {
+            state.place.fit();
+        }
+        if ui.button("Pixel by pixel (1)").clicked() {
+            let size = state.size();
+            state.place.enlarge_to(size, 1.0 / ui.ctx().pixels_per_point());
+        }
+    });
+    ui.weak("Wheel: zoom. Drag: move. Space: exchange A and B. F3: hide this. Escape: close.");
+    ui.label(&state.message);
+}
+
+/// A row a picture: its name, and which side it is on.
+fn which(ui: &mut Ui, state: &mut State) {
+    let State { pictures, a, b, .. } = state;
+    egui::Grid::new("which").striped(true).show(ui, |ui| {
+        for (i, picture) in pictures.iter().enumerate() {
+            ui.selectable_value(a, i, "A");
+            if ui.selectable_label(*b == Some(i), "B").on_hover_text("A second click: A alone").clicked() {
+                *b = (*b != Some(i)).then_some(i);
+            }
+            let size = picture.size();
+            ui.label(&picture.name).on_hover_text(format!("{} × {} pixels", size.x, size.y));
+            ui.end_row();
+        }
+    });
+}
+
+/// The pictures, and the hand that enlarges and moves them.
+fn picture(ui: &mut Ui, state: &mut State, textures: &Textures) {
+    let room = ui.available_rect_before_wrap();
+    let response = ui.interact(room, ui.scope_id().with("pictures"), egui::Sense::click_and_drag());
+    let size = state.size();
+    let painted = state.painted(textures);
+    wipe::paint(ui, room, state.place.whole(room, size), painted, textures);
+    if let Painted::Both(_) = painted {
+        wipe::line(ui, room, &mut state.line);
+    }
+    if response.dragged() {
+        state.place.pan(room, size, response.drag_delta());
+    }
+    let Some(at) = response.hover_pos() else { return };
+    let notches = ui.input(|input| input.smooth_scroll_delta.y) / 50.0;
+    if notches != 0.0 {
+        state.place.enlarge(room, size, at, 1.25f32.powf(notches));
+    }
+    told(ui, state, room, at);
+}
+
+/// The values of the pixel under the pointer, in the corner.
+fn told(ui: &Ui, state: &State, room: Rect, at: egui::Pos2) {
+    let pixel = state.place.pixel(room, state.size(), at);
+    let [x, y] = [pixel.x, pixel.y].map(|place| place.floor() as i64);
+    let value = |name: &str, index: usize| {
+        let [r, g, b] = state.pictures[index].value([x, y])?;
+        Some(format!("{name} {r:.4}  {g:.4}  {b:.4}"))
+    };
+    let Some(of_a) = value("A", state.a) else { return };
+    let lines: Vec<_> =
+        [Some(format!("{x}, {y}")), Some(of_a), state.b.and_then(|b| value("B", b))].into_iter().flatten().collect();
+    let font = egui::FontId::monospace(12.0);
+    let galley = ui.painter().layout_no_wrap(lines.join("\n"), font, egui::Color32::WHITE);
+    let corner = room.left_bottom() + Vec2::new(6.0, -6.0 - galley.size().y);
+    let back = Rect::from_min_size(corner, galley.size()).expand(4.0);
+    ui.painter().rect_filled(back, 3.0, egui::Color32::from_black_alpha(170));
+    ui.painter().galley(corner, galley, egui::Color32::WHITE);
+}

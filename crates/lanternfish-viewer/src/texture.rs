@@ -1,0 +1,33 @@
+//! Textures that pictures of a window are kept in.
+
+use glam::UVec2;
+
+/// Format of pictures: the picture is encoded for a display, not the texture.
+pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// A texture that pictures of the window are kept in, of so many pixels.
+pub fn texture(device: &wgpu::Device, size: UVec2) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
+        | wgpu::TextureUsages::TEXTURE_BINDING
+        | wgpu::TextureUsages::COPY_SRC
+        | wgpu::TextureUsages::COPY_DST;
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("viewer/picture"),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage,
+        view_formats: &[],
+    });
+    texture.create_view(&Default::default())
+}
+
+/// Puts bytes into a texture of theirs: RGBA, rows from the top.
+pub fn write(queue: &wgpu::Queue, texture: &wgpu::TextureView, bytes: &[u8]) {
+    let texture = texture.texture();
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * texture.width()), rows_per_image: None };
+    queue.write_texture(texture.as_image_copy(), bytes, layout, texture.size());
+}
