@@ -71,8 +71,9 @@ fn gpu_every_speed_has_its_error() {
         let [shaded, one, all] = [0, 1, 2].map(|row| figure(row, "warmed_energy"));
         assert_eq!(figure(0, "cells"), 0.0);
         assert!(figure(1, "cells") > 100.0 && figure(2, "cells") >= figure(1, "cells"), "{of_tracer:?}");
-        // What is blurred over cells is little beside what every bounce adds.
-        assert!((one / shaded - 1.0).abs() < 0.1 && all > 1.3 * one, "{of_tracer:?}");
+        // Cells lose no light beside hits that are shaded, of which the clamp takes more, and bring none that is not there; every bounce
+        // brings more.
+        assert!(one > 0.95 * shaded && one < 1.05 && all > 1.3 * one, "{of_tracer:?}");
     }
     let through_bvh = |filter: u64, accumulate: u64| {
         let is = |row: &&Value| {
