@@ -11,6 +11,7 @@ mod controls;
 mod difference;
 mod error;
 mod pace;
+mod paints;
 mod panels;
 mod player;
 mod record;

@@ -1,5 +1,6 @@
 //! The window: events of the system, and the order of a frame.
 
+mod frame;
 mod pictures;
 
 use std::{
@@ -22,19 +23,21 @@ use crate::{
     beside::Beside,
     controls::Controls,
     pace::Pace,
-    panels::{self, Asked, Facts, Listing, State},
+    paints::Paints,
+    panels::{Listing, State},
     player,
     record::Recorder,
     seen::Seen,
     source_tree::{self, SourceTree},
     surface::{Known, Surface},
-    wipe::{Textures, Wipe},
+    wipe::Wipe,
 };
 
 /// How long the camera rests before the picture is drawn whole.
 const REST: Duration = Duration::from_millis(250);
-/// How often it is asked whether the device is done, where nothing else happens.
-const LOOK_AGAIN: Duration = Duration::from_millis(8);
+/// How often it is asked whether the device is done, where nothing else happens: at most and at least, and of how many times in a frame.
+const LOOK_AGAIN: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(8)];
+const LOOKS_IN_A_FRAME: f64 = 200.0;
 
 pub fn run(start: Start) -> Result<(), ViewerError> {
     let events = EventLoop::new().map_err(|error| ViewerError::Display(error.to_string()))?;
@@ -67,7 +70,13 @@ struct Viewer {
     /// The moment of the animation that is on the device.
     moment: Option<(usize, f32)>,
     last: Instant,
+    opened: Instant,
     frame_ms: f64,
+    paints: Paints,
+    /// When the window was last painted, and which mean of frames that showed.
+    painted: (Instant, Option<u64>),
+    /// When the panels want to be painted again though nothing happens: a hint opens, a cursor blinks.
+    repaint_at: Option<Instant>,
     moved: Option<Instant>,
     wants_screenshot: bool,
     open: Opener,
@@ -92,7 +101,8 @@ impl ApplicationHandler for App {
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(viewer) = &mut self.open else { return };
         let response = viewer.input.on_window_event(&viewer.surface.window, &event);
-        if response.repaint {
+        // That it is to be painted is no reason to paint it again.
+        if response.repaint && event != WindowEvent::RedrawRequested {
             viewer.surface.window.request_redraw();
         }
         match event {
@@ -108,16 +118,20 @@ impl ApplicationHandler for App {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &mut self.open else { return };
-        if viewer.read_shaders() | viewer.poll() || viewer.has_more() {
+        let is_news = viewer.read_shaders() | viewer.poll();
+        let only_gets_better = viewer.only_gets_better();
+        let is_asked_for = viewer.repaint_at.take_if(|at| *at <= Instant::now()).is_some();
+        if is_news || is_asked_for || viewer.has_more() && !only_gets_better {
             viewer.surface.window.request_redraw();
+        } else if only_gets_better {
+            viewer.draw_both(0.0);
         }
-        if viewer.has_more() || viewer.is_busy() || viewer.beside.is_working() {
-            events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
-        } else if viewer.shaders.is_some() {
-            events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + source_tree::PERIOD));
-        } else {
-            events.set_control_flow(ControlFlow::Wait);
-        }
+        let works = viewer.has_more() || viewer.is_busy() || viewer.beside.is_working();
+        let looks =
+            if works { Some(viewer.look_again()) } else { viewer.shaders.as_ref().map(|_| source_tree::PERIOD) };
+        let looks_at = looks.map(|period| Instant::now() + period);
+        let next = looks_at.into_iter().chain(viewer.repaint_at).min();
+        events.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
@@ -179,7 +193,11 @@ impl Viewer {
             room,
             moment: None,
             last,
+            opened: last,
             frame_ms: 0.0,
+            paints: Paints::default(),
+            painted: (last, None),
+            repaint_at: None,
             // The first picture is a small one: how long a frame takes is not known.
             moved: Some(last),
             wants_screenshot: false,
@@ -203,6 +221,19 @@ impl Viewer {
         self.moves() || !(self.is_busy() || is_whole)
     }
 
+    /// Whether the next frame changes nothing but means, which were painted a short while ago: it is drawn, and not painted.
+    fn only_gets_better(&self) -> bool {
+        let (at, mean) = self.painted;
+        let is_painted = mean.is_some() && mean == self.seen.mean() && self.seen.size() == self.room;
+        is_painted && !self.moves() && self.has_more() && !self.paints.is_due(1e3 * at.elapsed().as_secs_f64())
+    }
+
+    /// How long it is until it is asked again whether the device is done.
+    fn look_again(&self) -> Duration {
+        let [least, most] = LOOK_AGAIN;
+        Duration::from_secs_f64(1e-3 * self.frame_ms / LOOKS_IN_A_FRAME).clamp(least, most)
+    }
+
     /// Whether the device has not yet done what it was told of one of the pictures.
     fn is_busy(&self) -> bool {
         self.seen.is_busy() || self.beside.is_busy()
@@ -214,7 +245,7 @@ impl Viewer {
         plays || self.recorder.is_some() || self.moved.is_some()
     }
 
-    /// Asks what has become of the last frame of the pictures: whether anything is there that was not.
+    /// Asks what has become of the last frame of the pictures: whether anything is there that was not, and nothing better comes at once.
     fn poll(&mut self) -> bool {
         let of_first = self.seen.poll();
         let news = self.beside.poll(&self.seen);
@@ -230,12 +261,18 @@ impl Viewer {
             let size = self.seen.size();
             self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
             self.frame_ms = ms;
-            tracing::debug!("frame of {size}: {ms:.1} ms; {} are averaged", self.seen.averaged());
+            let now = 1e3 * self.opened.elapsed().as_secs_f64();
+            let period = self.paints.ended(now, !self.moves() && self.has_more());
+            tracing::debug!(
+                "frame of {size}: {ms:.1} ms; {} are averaged; {period:.1?} since the one before; a paint takes {:.1?} ms",
+                self.seen.averaged(),
+                self.paints.ms()
+            );
         }
         if of_first.is_some() {
             self.keep_picture();
         }
-        of_first.is_some() || news.is_new
+        news.is_new || of_first.is_some() && !self.has_more()
     }
 
     /// Takes the shaders of the source tree that were saved since the last time: whether there are any.
@@ -264,76 +301,5 @@ impl Viewer {
         });
         self.state.message = done.err().unwrap_or_default();
         self.surface.window.request_redraw();
-    }
-
-    /// One frame of the window; now and then one of the picture.
-    fn frame(&mut self) -> Asked {
-        if let Some(recorder) = &self.recorder {
-            // A step takes no less than it lasts, however fast the display is.
-            std::thread::sleep(Duration::from_secs_f32(recorder.step()).saturating_sub(self.last.elapsed()));
-        }
-        let passed = self.last.elapsed().as_secs_f32().min(0.25);
-        let seconds = self.recorder.as_ref().map_or(passed, Recorder::step);
-        self.last = Instant::now();
-        self.poll();
-        let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
-        for (known, texture) in self.pictures.iter_mut().zip(shown) {
-            self.surface.know(&self.seen.gpu.device, known, texture);
-        }
-        let (asked, output) = self.panels(seconds);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.note(&mut self.state.controls);
-        }
-        self.room = UVec2::new(asked.room.x as u32, asked.room.y as u32).max(UVec2::ONE);
-        if asked.is_moving {
-            self.moved = Some(Instant::now());
-        }
-        self.moved = self.moved.filter(|since| since.elapsed() < REST);
-        self.wants_screenshot |= asked.screenshot;
-        if !self.seen.is_busy() {
-            self.keep_picture();
-        }
-        if let Some(at) = asked.pixel {
-            self.point(at);
-        }
-        if let Some(edit) = asked.edit.clone() {
-            self.edit(edit);
-        }
-        if let Some(form) = asked.write {
-            self.write(form);
-        }
-        if !self.is_busy() {
-            self.draw_both(seconds);
-        }
-        self.input.handle_platform_output(&self.surface.window, output.platform_output.clone());
-        self.surface.paint(&self.seen.gpu, self.input.egui_ctx(), output);
-        asked
-    }
-
-    /// What egui makes of the panels; the room that is left for the picture is in pixels.
-    fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
-        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, .. } = self;
-        let taken = input.take_egui_input(&surface.window);
-        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, _)| *id));
-        let facts = Facts {
-            name,
-            scene: &seen.scene,
-            triangle_count: seen.scene.triangle_counts().1,
-            adapter: &seen.gpu.description,
-            size: seen.size().into(),
-            averaged: seen.averaged(),
-            report: seen.report.as_ref(),
-            frame_ms: *frame_ms,
-            textures: Textures { a, b, map },
-            progress_of_b: beside.progress(),
-            mean_difference: beside.mean(),
-        };
-        let mut asked = Asked::default();
-        let context = input.egui_ctx().clone();
-        let output = context.run_ui(taken, |ui| {
-            asked = std::mem::take(&mut asked).and(panels::show(ui, state, &facts, seconds));
-        });
-        asked.room *= output.pixels_per_point;
-        (asked, output)
     }
 }

@@ -81,8 +81,10 @@ pub struct Facts<'a> {
     pub averaged: u32,
     /// The last frame.
     pub report: Option<&'a FrameReport>,
-    /// Milliseconds from frame to frame.
+    /// Milliseconds from when a frame is begun to when the device is done with it.
     pub frame_ms: f64,
+    /// Milliseconds that panels and painting take, once that is known.
+    pub window_ms: Option<f64>,
     /// The pictures.
     pub textures: Textures,
     /// Frames that the other side's picture is the mean of, or samples of each of its pixels.
