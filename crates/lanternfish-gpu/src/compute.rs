@@ -2,7 +2,7 @@
 
 use crate::{
     Bindings, LinkedShader,
-    engine::{self, PipelineKey},
+    engine::{self, Clones, Handed, PipelineKey},
     made,
     pool::BindGroups,
     reflect::{Layouts, layouts},
@@ -23,6 +23,13 @@ pub struct ComputeKernel {
     pipeline: wgpu::ComputePipeline,
     layouts: Layouts,
     workgroup_size: [u32; 3],
+    clones: Clones,
+}
+
+impl Handed for ComputeKernel {
+    fn clones(&self) -> &Clones {
+        &self.clones
+    }
 }
 
 impl ComputeKernel {
@@ -44,7 +51,8 @@ impl ComputeKernel {
             compilation_options: Default::default(),
             cache: None,
         });
-        Self { label: label.to_owned(), pipeline, layouts, workgroup_size: shader.workgroup_size(entry) }
+        let workgroup_size = shader.workgroup_size(entry);
+        Self { label: label.to_owned(), pipeline, layouts, workgroup_size, clones: Clones::default() }
     }
 
     /// The name of the pass.

@@ -1,18 +1,32 @@
 //! What has been compiled for a device, so that it is compiled once.
 
+mod kept;
+#[cfg(all(test, feature = "testing"))]
+mod tests;
+
 use std::{
     cell::RefCell,
-    collections::{BTreeSet, HashMap},
+    collections::{BTreeSet, HashMap, HashSet},
     hash::{DefaultHasher, Hash, Hasher},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
+use self::kept::Kept;
 use crate::{ComputeKernel, GpuError, LinkedShader, RasterPipeline, ShaderLibrary, ShaderTexts};
 
-/// A device, its queue, and every shader and pipeline that has been compiled for them. Clones share it.
+pub(crate) use self::kept::{Clones, Handed};
+
+/// Pipelines of compute that an engine keeps though nobody uses them any more. More: more settings are gone back to at once, and more
+/// memory waits, on Mesa's software adapter 0.9 MiB a pipeline. A way to find indirect light takes some 20 to 30.
+const SPARE_KERNELS: usize = 64;
+/// The same of drawing, 2.5 MiB each there. Other settings take some 5 to 10.
+const SPARE_RASTERS: usize = 24;
+
+/// A device, its queue, and the shaders and pipelines that have been compiled for them. Clones share it.
 ///
-/// What is linked and compiled within [`Self::within`] is looked up here first, and kept. It is kept until the last clone is dropped: a
-/// program that goes through all settings holds the pipelines of all of them.
+/// What is linked and compiled within [`Self::within`] is looked up here first, and kept: pipelines as long as they are in use, and of
+/// those that are not, the 64 of compute and the 24 of drawing that were in use last; shaders as long as a pipeline of theirs. Who goes
+/// back and forth between a few settings compiles nothing, and who goes through all of them does not hold the pipelines of all.
 #[derive(Clone, Debug)]
 pub struct Engine {
     /// The device.
@@ -31,14 +45,37 @@ pub struct Compilations {
     pub pipelines: u64,
 }
 
-#[derive(Debug, Default)]
+/// How much an engine keeps now.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct KeptCompiled {
+    /// Linked shaders.
+    pub shaders: usize,
+    /// Pipelines of compute.
+    pub kernels: usize,
+    /// Pipelines of drawing.
+    pub rasters: usize,
+}
+
+#[derive(Debug)]
 struct Compiled {
     shaders: HashMap<ShaderKey, Arc<LinkedShader>>,
-    kernels: HashMap<PipelineKey, ComputeKernel>,
-    rasters: HashMap<PipelineKey, RasterPipeline>,
+    kernels: Kept<ComputeKernel>,
+    rasters: Kept<RasterPipeline>,
     /// Texts in the place of those of a library.
     edited: HashMap<usize, Arc<ShaderTexts>>,
     count: Compilations,
+}
+
+impl Default for Compiled {
+    fn default() -> Self {
+        Self {
+            shaders: HashMap::new(),
+            kernels: Kept::new(SPARE_KERNELS),
+            rasters: Kept::new(SPARE_RASTERS),
+            edited: HashMap::new(),
+            count: Compilations::default(),
+        }
+    }
 }
 
 /// Where the sources of a library lie, which are static; a module and its features.
@@ -101,6 +138,13 @@ impl Engine {
     /// How much it has compiled so far.
     pub fn compilations(&self) -> Compilations {
         self.compiled().count
+    }
+
+    /// How much it keeps now.
+    pub fn kept(&self) -> KeptCompiled {
+        let compiled = self.compiled();
+        let Compiled { shaders, kernels, rasters, .. } = &*compiled;
+        KeptCompiled { shaders: shaders.len(), kernels: kernels.len(), rasters: rasters.len() }
     }
 
     /// Drops everything: after an error, something that the device refused to compile may be among it. What is in use stays.
@@ -170,9 +214,9 @@ pub(crate) fn raster(
     of_engine(device, |compiled| &mut compiled.rasters, key, compile)
 }
 
-fn of_engine<P: Clone>(
+fn of_engine<P: Handed>(
     device: &wgpu::Device,
-    kept: impl Fn(&mut Compiled) -> &mut HashMap<PipelineKey, P>,
+    kept: impl Fn(&mut Compiled) -> &mut Kept<P>,
     key: impl FnOnce() -> PipelineKey,
     compile: impl FnOnce() -> P,
 ) -> P {
@@ -184,39 +228,19 @@ fn of_engine<P: Clone>(
         }
     });
     if let Some(known) = kept(&mut engine.compiled()).get(&key) {
-        return known.clone();
+        return known;
     }
     let pipeline = compile();
     let mut compiled = engine.compiled();
     compiled.count.pipelines += 1;
-    kept(&mut compiled).insert(key, pipeline.clone());
-    pipeline
-}
-
-#[cfg(all(test, feature = "testing"))]
-mod tests {
-    use super::*;
-    use crate::{primitives::Scan, testing};
-
-    #[test]
-    fn gpu_an_engine_compiles_a_thing_once() {
-        let Some(gpu) = testing::gpu("gpu_an_engine_compiles_a_thing_once") else { return };
-        let engine = Engine::new(&gpu.device, &gpu.queue);
-        let scan = |label| Scan::new(&gpu.device, label).unwrap();
-        let (_, asked) = engine.asked_within(|| scan("test"));
-        let once = engine.compilations();
-        assert_eq!(once, Compilations { shaders: 1, pipelines: 2 });
-        let (_, again) = engine.clone().asked_within(|| scan("test"));
-        assert_eq!((engine.compilations(), &again), (once, &asked));
-        // Outside of it nothing is looked up and nothing kept.
-        scan("test");
-        assert_eq!(engine.compilations(), once);
-        // Another label is another pass in reports, of the same shader.
-        let (_, other) = engine.asked_within(|| scan("other"));
-        assert_eq!(engine.compilations(), Compilations { shaders: 1, pipelines: 4 });
-        assert!(other != asked);
-        engine.forget();
-        engine.within(|| scan("test"));
-        assert_eq!(engine.compilations(), Compilations { shaders: 2, pipelines: 6 });
+    let dropped = kept(&mut compiled).insert(key, pipeline.clone());
+    if !dropped.is_empty() {
+        // A shader goes with the last pipeline that is made of it.
+        let Compiled { shaders, kernels, rasters, .. } = &mut *compiled;
+        let (of_kernels, of_rasters) = (kernels.shaders(), rasters.shaders());
+        let gone: HashSet<_> = dropped.iter().map(|key| key.shader.as_str()).collect();
+        let is_gone = |label: &str| gone.contains(label) && !of_kernels.contains(label) && !of_rasters.contains(label);
+        shaders.retain(|(_, label), _| !is_gone(label));
     }
+    pipeline
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     BindGroups, Bindings, LinkedShader,
-    engine::{self, PipelineKey},
+    engine::{self, Clones, Handed, PipelineKey},
     made,
     reflect::{Layouts, layouts},
 };
@@ -30,6 +30,13 @@ pub struct RasterPipeline {
     label: String,
     pipeline: wgpu::RenderPipeline,
     layouts: Layouts,
+    clones: Clones,
+}
+
+impl Handed for RasterPipeline {
+    fn clones(&self) -> &Clones {
+        &self.clones
+    }
 }
 
 impl RasterPipeline {
@@ -80,7 +87,7 @@ impl RasterPipeline {
             multiview_mask: None,
             cache: None,
         });
-        Self { label: label.to_owned(), pipeline, layouts }
+        Self { label: label.to_owned(), pipeline, layouts, clones: Clones::default() }
     }
 
     /// Makes it the pass's pipeline, without binding anything.

@@ -5,8 +5,9 @@ use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use wesl::{
     CompileOptions, Feature as Switch, Mangler, ModulePath, VirtualResolver, Wesl,
-    syntax::{Attribute, Expression, GlobalDeclaration, LiteralExpression, PathOrigin, TranslationUnit},
+    syntax::{Attribute, Expression, GlobalDeclaration, LiteralExpression, PathOrigin, Spanned, TranslationUnit},
 };
+use wgsl_parse::SyntaxNode;
 
 use crate::{
     GpuError,
@@ -93,6 +94,7 @@ impl ShaderLibrary {
         linker.set_custom_mangler(ItemFirst).use_sourcemap(true).set_missing_feature_behavior(Switch::Disable);
         linker.set_features(features.iter().map(|feature| (feature.0.to_owned(), true)));
         let mut linked = linker.compile(&module_path(module)).map_err(|e| fail(e.to_string()))?;
+        put_in_order(&mut linked.syntax);
         number_bindings(&mut linked.syntax).map_err(fail)?;
         let source = linked.to_string();
 
@@ -151,6 +153,18 @@ impl LinkedShader {
             source: wgpu::ShaderSource::Naga(Cow::Owned(self.module.clone())),
         })
     }
+}
+
+/// Orders declarations by the files that they are of, and within a file as they stand there; the root's own come first. The linker takes
+/// the files of a root with several entry points in an order that is another one each time: the same shader would be another to whoever
+/// knows it by its text, the driver's cache among them.
+fn put_in_order(linked: &mut TranslationUnit) {
+    let file = |declaration: &Spanned<GlobalDeclaration>| {
+        let name = declaration.ident().map(|ident| ident.to_string()).unwrap_or_default();
+        name.split_once("__").map_or(String::new(), |(_, file)| file.to_owned())
+    };
+    linked.global_declarations.sort_by_cached_key(file);
+    linked.global_directives.sort_by_cached_key(ToString::to_string);
 }
 
 /// Gives every variable that has a group its `@binding`: from 0 up in each group, in the order of the linked declarations. An error
@@ -224,6 +238,15 @@ mod tests {
             "@group(2) @binding(0) var<storage, read_write> out: array<u32>;\n\
              @compute @workgroup_size(1) fn main() { out[0] = 1u; }",
         ),
+        ("tools/hand", "fn by_hand() -> f32 { return 1.0; }"),
+        ("tools/other", "fn other() -> f32 { return 2.0; }"),
+        (
+            "room/both",
+            "import package::tools::hand::by_hand;\nimport package::tools::other::other;\n\
+             @group(2) var<storage, read_write> out: array<f32>;\n\
+             @compute @workgroup_size(1) fn one() { out[0] = by_hand(); }\n\
+             @compute @workgroup_size(1) fn two() { out[0] = other(); }",
+        ),
         ("room/broken", "@compute @workgroup_size(1) fn main() { let x: u32 = 1.0; }"),
     ]);
 
@@ -244,6 +267,14 @@ mod tests {
         numbers.sort_by_key(|b| (b.group, b.binding));
         let numbers: Vec<_> = numbers.iter().map(|b| (b.group, b.binding)).collect();
         assert_eq!(numbers, [(1, 0), (2, 0), (2, 1)], "{}", linked.source);
+    }
+
+    #[test]
+    fn a_shader_is_the_same_text_each_time() {
+        let link = || LIBRARY.link("room/both", &[]).unwrap().source.clone();
+        let first = link();
+        assert!(first.find("fn by_hand").unwrap() < first.find("fn other").unwrap(), "{first}");
+        assert!((0..32).all(|_| link() == first), "another order");
     }
 
     #[test]

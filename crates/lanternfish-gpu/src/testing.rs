@@ -1,8 +1,11 @@
 //! For tests: the software adapter, and a record of what had to be left out.
 
-use std::{io::Write, sync::OnceLock};
+use std::{
+    io::Write,
+    sync::{Mutex, OnceLock, PoisonError},
+};
 
-use crate::{AdapterChoice, Gpu, GpuError};
+use crate::{AdapterChoice, Engine, Gpu, GpuError};
 
 /// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto` is the best there
 /// is). `None` when there is no adapter; the test is then left out and says so.
@@ -26,6 +29,19 @@ pub fn gpu(test: &str) -> Option<&'static Gpu> {
         left_out(test, "no software adapter; LANTERNFISH_TEST_ADAPTER=auto takes any other");
     }
     gpu.as_ref()
+}
+
+/// What tests of this process have compiled for a device: on a software adapter they spend most of their time compiling, and those that render
+/// with several renderers would compile the same for each. Not for those that count what is compiled.
+pub fn engine(gpu: &Gpu) -> Engine {
+    static ENGINES: Mutex<Vec<Engine>> = Mutex::new(Vec::new());
+    let mut engines = ENGINES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = engines.iter().find(|engine| engine.device == gpu.device) {
+        return known.clone();
+    }
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    engines.push(engine.clone());
+    engine
 }
 
 /// Says that a test is left out, on stderr and in the file that `LANTERNFISH_LEFT_OUT` names.

@@ -17,6 +17,7 @@ mod error;
 mod kept;
 mod overlay;
 mod pace;
+mod paints;
 mod panels;
 mod pictures;
 mod player;

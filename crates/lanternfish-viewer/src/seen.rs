@@ -224,6 +224,11 @@ impl Seen {
         self.averaged.0
     }
 
+    /// Which mean of frames the picture is: each has a number of its own. None while it is none.
+    pub fn mean(&self) -> Option<u64> {
+        (self.averaged.0 > 0).then(|| self.drawn - u64::from(self.averaged.0))
+    }
+
     /// How many frames were ever drawn: a picture that is another has another number.
     pub fn drawn(&self) -> u64 {
         self.drawn
@@ -241,6 +246,7 @@ impl Seen {
 
     /// Hands the next frame to the device. One at a time: what the window shows comes between.
     pub fn draw(&mut self, camera: &Camera) -> Result<(), RenderError> {
+        let begun = Instant::now();
         let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let request = ViewRequest::of_camera(0, camera, self.size.into(), Target::Display(&self.picture, FORMAT));
         let frame = self.renderer.record(&mut commands, &self.uploaded, &[request])?;
@@ -249,11 +255,11 @@ impl Seen {
         let goes_on = self.averaged.1.as_ref() == Some(camera);
         self.averaged = (if goes_on { self.averaged.0 + 1 } else { 1 }, Some(camera.clone()));
         self.drawn += 1;
-        self.on_their_way = Some((frame, Instant::now()));
+        self.on_their_way = Some((frame, begun));
         Ok(())
     }
 
-    /// What has become of frames. Of one that has ended: milliseconds since it was handed over.
+    /// What has become of frames. Of one that has ended: milliseconds since it was begun to be recorded.
     pub fn poll(&mut self) -> Option<f64> {
         let mut took = None;
         while let Some(report) = self.renderer.poll() {
@@ -290,5 +296,7 @@ fn shown(settings: &Settings) -> Settings {
 
 #[cfg(test)]
 mod soak;
+#[cfg(test)]
+mod steady;
 #[cfg(test)]
 mod tests;

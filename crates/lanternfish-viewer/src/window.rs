@@ -1,6 +1,7 @@
 //! The window: what it shows, and the order of a frame.
 
 mod app;
+mod frame;
 mod pictures;
 
 use std::{
@@ -24,19 +25,21 @@ use crate::{
     kept::Kept,
     overlay::Overlays,
     pace::Pace,
-    panels::{self, Asked, Facts, Listing, Memory, State},
+    paints::Paints,
+    panels::{Listing, Memory, State},
     player,
     record::Recorder,
     seen::Seen,
     source_tree::SourceTree,
     surface::{self, Known, Surface},
-    wipe::{Textures, Wipe},
+    wipe::Wipe,
 };
 
 /// How long the camera rests before the picture is drawn whole.
 const REST: Duration = Duration::from_millis(250);
-/// How often it is asked whether the device is done, where nothing else happens.
-const LOOK_AGAIN: Duration = Duration::from_millis(8);
+/// How often it is asked whether the device is done, where nothing else happens: at most and at least, and of how many times in a frame.
+const LOOK_AGAIN: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(8)];
+const LOOKS_IN_A_FRAME: f64 = 200.0;
 
 /// An open window.
 struct Viewer {
@@ -54,8 +57,14 @@ struct Viewer {
     /// The moment of the animation that is on the device.
     moment: Option<(usize, f32)>,
     last: Instant,
+    opened: Instant,
     frame_ms: f64,
     memory: Memory,
+    paints: Paints,
+    /// When the window was last painted, and which mean of frames that showed.
+    painted: (Instant, Option<u64>),
+    /// When the panels want to be painted again though nothing happens: a hint opens, a cursor blinks.
+    repaint_at: Option<Instant>,
     moved: Option<Instant>,
     wants_screenshot: bool,
     open: Opener,
@@ -115,8 +124,12 @@ impl Viewer {
             // The scene is as it is at the start of what it plays.
             moment: moment.map(|(animation, _)| (animation, 0.0)),
             last,
+            opened: last,
             frame_ms: 0.0,
             memory: Memory::default(),
+            paints: Paints::default(),
+            painted: (last, None),
+            repaint_at: None,
             // The first picture is a small one: how long a frame takes is not known.
             moved: Some(last),
             wants_screenshot: false,
@@ -138,6 +151,19 @@ impl Viewer {
         self.moves() || !(self.is_busy() || is_whole)
     }
 
+    /// Whether the next frame changes nothing but means, which were painted a short while ago: it is drawn, and not painted.
+    fn only_gets_better(&self) -> bool {
+        let (at, mean) = self.painted;
+        let is_painted = mean.is_some() && mean == self.seen.mean() && self.seen.size() == self.room;
+        is_painted && !self.moves() && self.has_more() && !self.paints.is_due(1e3 * at.elapsed().as_secs_f64())
+    }
+
+    /// How long it is until it is asked again whether the device is done.
+    fn look_again(&self) -> Duration {
+        let [least, most] = LOOK_AGAIN;
+        Duration::from_secs_f64(1e-3 * self.frame_ms / LOOKS_IN_A_FRAME).clamp(least, most)
+    }
+
     /// Whether the device has not yet done what it was told of one of the pictures.
     fn is_busy(&self) -> bool {
         self.seen.is_busy() || self.beside.is_busy()
@@ -149,7 +175,7 @@ impl Viewer {
         plays || self.recorder.is_some() || self.moved.is_some()
     }
 
-    /// Asks what has become of the last frame of the pictures: whether anything is there that was not.
+    /// Asks what has become of the last frame of the pictures: whether anything is there that was not, and nothing better comes at once.
     fn poll(&mut self) -> bool {
         let of_first = self.seen.poll();
         let news = self.beside.poll(&self.seen);
@@ -169,12 +195,18 @@ impl Viewer {
             self.pace.took(u64::from(size.x) * u64::from(size.y), ms);
             self.frame_ms = ms;
             self.memory.ask_again(&self.seen);
-            tracing::debug!("frame of {size}: {ms:.1} ms; {} are averaged", self.seen.averaged());
+            let now = 1e3 * self.opened.elapsed().as_secs_f64();
+            let period = self.paints.ended(now, !self.moves() && self.has_more());
+            tracing::debug!(
+                "frame of {size}: {ms:.1} ms; {} are averaged; {period:.1?} since the one before; a paint takes {:.1?} ms",
+                self.seen.averaged(),
+                self.paints.ms()
+            );
         }
         if of_first.is_some() {
             self.keep_picture();
         }
-        of_first.is_some() || news.is_new
+        news.is_new || of_first.is_some() && !self.has_more()
     }
 
     /// Takes the shaders of the source tree that were saved since the last time: whether there are any.
@@ -218,80 +250,6 @@ impl Viewer {
         let size = window.inner_size().to_logical::<u32>(window.scale_factor());
         let position = window.outer_position().ok().map(|place| [place.x, place.y]);
         Kept { size: Some([size.width, size.height]), position, shows_panels: self.state.shows_panels }.write(path);
-    }
-
-    /// One frame of the window; now and then one of the picture.
-    fn frame(&mut self) -> Asked {
-        if let Some(recorder) = &self.recorder {
-            // A step takes no less than it lasts, however fast the display is.
-            std::thread::sleep(Duration::from_secs_f32(recorder.step()).saturating_sub(self.last.elapsed()));
-        }
-        let passed = self.last.elapsed().as_secs_f32().min(0.25);
-        let seconds = self.recorder.as_ref().map_or(passed, Recorder::step);
-        self.last = Instant::now();
-        self.poll();
-        let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
-        for (known, texture) in self.pictures.iter_mut().zip(shown) {
-            self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
-        }
-        let (asked, output) = self.panels(seconds);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.note(&mut self.state.controls);
-        }
-        self.room = UVec2::new(asked.room.x as u32, asked.room.y as u32).max(UVec2::ONE);
-        if asked.is_moving {
-            self.moved = Some(Instant::now());
-        }
-        self.moved = self.moved.filter(|since| since.elapsed() < REST);
-        self.wants_screenshot |= asked.screenshot;
-        if !self.seen.is_busy() {
-            self.keep_picture();
-        }
-        if let Some(at) = asked.pixel {
-            self.point(at);
-        }
-        if let Some(edit) = asked.edit.clone() {
-            self.edit(edit);
-        }
-        if let Some(form) = asked.write {
-            self.write(form);
-        }
-        if !self.is_busy() {
-            self.look_from_above();
-            self.draw_both(seconds);
-        }
-        self.input.handle_platform_output(&self.surface.window, output.platform_output.clone());
-        self.surface.paint(&self.seen.gpu, self.input.egui_ctx(), output);
-        asked
-    }
-
-    /// What egui makes of the panels; the room that is left for the picture is in pixels.
-    fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
-        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, memory, .. } = self;
-        let taken = input.take_egui_input(&surface.window);
-        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
-        let facts = Facts {
-            name,
-            scene: &seen.scene,
-            triangle_count: seen.scene.triangle_counts().1,
-            adapter: &seen.gpu.description,
-            size: seen.size().into(),
-            averaged: seen.averaged(),
-            passes: seen.report.as_ref().map_or(&[], |report| &report.passes),
-            counters: seen.report.as_ref().map_or(&[], |report| &report.counters),
-            memory,
-            frame_ms: *frame_ms,
-            textures: Textures { a, b, map },
-            progress_of_b: beside.progress(),
-            mean_difference: beside.mean(),
-        };
-        let mut asked = Asked::default();
-        let context = input.egui_ctx().clone();
-        let output = context.run_ui(taken, |ui| {
-            asked = std::mem::take(&mut asked).and(panels::show(ui, state, &facts, seconds));
-        });
-        asked.room *= output.pixels_per_point;
-        (asked, output)
     }
 }
 

@@ -101,8 +101,10 @@ pub struct Facts<'a> {
     pub counters: &'a [(String, u64)],
     /// What is on the device.
     pub memory: &'a Memory,
-    /// Milliseconds from frame to frame.
+    /// Milliseconds from when a frame is begun to when the device is done with it.
     pub frame_ms: f64,
+    /// Milliseconds that panels and painting take, once that is known.
+    pub window_ms: Option<f64>,
     /// The pictures.
     pub textures: Textures,
     /// Frames that the other side's picture is the mean of, or samples of each of its pixels.

@@ -16,7 +16,8 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
     ui.label(format!("{}, {}", facts.adapter.name, facts.adapter.driver));
     let [width, height] = facts.size;
     ui.label(format!("{width} × {height} pixels, the mean of {} frames", facts.averaged));
-    ui.label(format!("{:.1} ms from frame to frame", facts.frame_ms));
+    let window = facts.window_ms.map_or(String::new(), |ms| format!("; the window {ms:.1} ms"));
+    ui.label(format!("A frame {:.1} ms{window}", facts.frame_ms));
     ui.horizontal_wrapped(|ui| {
         asked.screenshot |= ui.button("Screenshot (F2)").on_hover_text("A PNG of A in the current folder").clicked();
         for (form, name, words) in [

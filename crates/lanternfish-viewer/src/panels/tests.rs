@@ -69,6 +69,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
             counters: &[],
             memory: &shown.memory,
             frame_ms: 12.0,
+            window_ms: Some(3.0),
             textures: Textures::default(),
             progress_of_b: 17,
             mean_difference: Some(0.125),

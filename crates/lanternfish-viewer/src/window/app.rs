@@ -9,7 +9,7 @@ use winit::{
     window::WindowId,
 };
 
-use super::{LOOK_AGAIN, Viewer};
+use super::Viewer;
 use crate::{Start, ViewerError, record::Recorder, source_tree};
 
 /// Opens the window, and returns when it is closed.
@@ -43,7 +43,8 @@ impl ApplicationHandler for App {
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(viewer) = &mut self.open else { return };
         let response = viewer.input.on_window_event(&viewer.surface.window, &event);
-        if response.repaint {
+        // That it is to be painted is no reason to paint it again.
+        if response.repaint && event != WindowEvent::RedrawRequested {
             viewer.surface.window.request_redraw();
         }
         match event {
@@ -59,16 +60,21 @@ impl ApplicationHandler for App {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &mut self.open else { return };
-        if viewer.read_shaders() | viewer.poll() || viewer.has_more() {
+        let is_news = viewer.read_shaders() | viewer.poll();
+        let only_gets_better = viewer.only_gets_better();
+        let is_asked_for = viewer.repaint_at.take_if(|at| *at <= Instant::now()).is_some();
+        if is_news || is_asked_for || viewer.has_more() && !only_gets_better {
             viewer.surface.window.request_redraw();
+        } else if only_gets_better {
+            viewer.look_from_above();
+            viewer.draw_both(0.0);
         }
-        if viewer.has_more() || viewer.is_busy() || viewer.beside.is_working() {
-            events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
-        } else if viewer.shaders.is_some() {
-            events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + source_tree::PERIOD));
-        } else {
-            events.set_control_flow(ControlFlow::Wait);
-        }
+        let works = viewer.has_more() || viewer.is_busy() || viewer.beside.is_working();
+        let looks =
+            if works { Some(viewer.look_again()) } else { viewer.shaders.as_ref().map(|_| source_tree::PERIOD) };
+        let looks_at = looks.map(|period| Instant::now() + period);
+        let next = looks_at.into_iter().chain(viewer.repaint_at).min();
+        events.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {

@@ -64,7 +64,7 @@ fn gpu_colours_are_those_of_the_scale() {
     let mut check = |view: DebugView, scene: &Scene, camera: &Camera, value: f32| {
         let scale = Scale::of(view).expect("a scale");
         let settings = Settings { debug_view: Some(view), shadows: Shadows::BVH, ..Settings::default() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
         let picture = renderer.render(&uploaded, camera, 16, 12).unwrap();
         let [red, green, blue, _] = picture.display[16 * 6 + 8];
@@ -137,7 +137,7 @@ impl<'g> Harness<'g> {
         let settings = Settings { culling, debug_view, shadows: Shadows::None, ..Settings::direct_light() };
         Self {
             gpu,
-            renderer: Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap(),
+            renderer: Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(true, 1),
             culling: LightCulling::new(&gpu.device, culling, Samples::One).unwrap(),

@@ -37,7 +37,7 @@ fn scene() -> Scene {
 fn everything(gpu: &Gpu) -> Renderer {
     let directions = DirectionSet::Cube { k: 1 };
     let deep_images = DeepImageSettings { directions, resolution: 8, ..DeepImageSettings::default() };
-    Renderer::new(&gpu.device, &gpu.queue, Settings { deep_images, ..Settings::default() }).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), Settings { deep_images, ..Settings::default() }).unwrap()
 }
 
 type Change = fn(&mut Scene);

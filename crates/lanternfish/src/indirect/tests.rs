@@ -39,7 +39,7 @@ fn settings(sampled: Sampled) -> Settings {
 }
 
 fn picture(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let picture = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap();
     picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
@@ -279,7 +279,7 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
     let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
     for tracer in tracers(gpu) {
         let settings = Settings { deep_images, ..settings(sampled(*tracer)) };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut render = |uploaded: &_| {
             let picture = renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap();
@@ -288,7 +288,7 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
         let before = render(&uploaded);
         let at = scene.instances[1].world_from_object;
         scene.instances[1].world_from_object.translation.y += 2.0;
-        let other = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let other = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         other.update(&mut uploaded, &scene).unwrap();
         let after = render(&uploaded);
         assert!(mean(&after) < 0.4 * mean(&before), "{tracer}: {} to {}", mean(&before), mean(&after));
@@ -375,7 +375,7 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
 #[test]
 fn gpu_what_does_not_go_together_is_refused() {
     let Some(gpu) = testing::gpu("gpu_what_does_not_go_together_is_refused") else { return };
-    let refused = |settings| match Renderer::new(&gpu.device, &gpu.queue, settings) {
+    let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
         Err(RenderError::Together { needed, .. }) => needed,
         other => panic!("{other:?}"),
     };
@@ -386,5 +386,5 @@ fn gpu_what_does_not_go_together_is_refused() {
     let within = settings(Sampled { tracer: Tracer::WithinTexel, ..Sampled::default() });
     assert!(refused(Settings { deep_images, ..within }).contains("triangles"));
     // Rays of indirect light do not need any of shadows.
-    Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::None, ..default }).unwrap();
+    Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::None, ..default }).unwrap();
 }

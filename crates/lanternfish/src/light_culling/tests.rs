@@ -78,7 +78,7 @@ impl<'g> Bench<'g> {
         let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
         Self {
             gpu,
-            renderer: Renderer::new(&gpu.device, &gpu.queue, settings).unwrap(),
+            renderer: Renderer::with_engine(&testing::engine(gpu), settings).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(true, 1),
             rooms,

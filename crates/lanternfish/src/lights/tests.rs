@@ -135,7 +135,7 @@ fn gpu_a_lambert_quad_shines_as_the_functions_say() {
     for attenuation in Attenuation::ALL.iter().copied() {
         let settings =
             Settings { attenuation, materials: Materials::Lambert, shadows: Shadows::None, ..Settings::direct_light() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         // The middle of an odd image looks at the quad's centre, straight below the light.
         let picture = renderer.render(&uploaded, &camera, 5, 5).unwrap();

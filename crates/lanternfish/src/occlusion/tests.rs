@@ -26,7 +26,7 @@ fn settings(occlusion: Occlusion) -> Settings {
 }
 
 fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
-    Renderer::new(&gpu.device, &gpu.queue, settings).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
 }
 
 /// How open each pixel is; rows from the top.
@@ -296,7 +296,7 @@ fn gpu_frames_of_one_mean_look_in_other_directions() {
 #[test]
 fn gpu_what_cannot_be_is_refused_with_a_remedy() {
     let Some(gpu) = testing::gpu("gpu_what_cannot_be_is_refused_with_a_remedy") else { return };
-    let refused = |settings| Renderer::new(&gpu.device, &gpu.queue, settings).unwrap_err();
+    let refused = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap_err();
     for distance in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         for occlusion in [Occlusion::deep(Some(distance)), Occlusion::hbao(distance)] {
             let error = refused(settings(occlusion));

@@ -142,8 +142,9 @@ fn gpu_the_meter_is_its_twin() {
 fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
     let Some(gpu) = testing::gpu("gpu_views_share_what_is_found_and_means_go_on_at_another_exposure") else { return };
     let scene = generate::demo("cornell").unwrap();
-    let new =
-        |exposure| Renderer::new(&gpu.device, &gpu.queue, Settings { exposure, ..Settings::direct_light() }).unwrap();
+    let new = |exposure| {
+        Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() }).unwrap()
+    };
     let mut auto = new(Exposure::Auto);
     let uploaded = auto.upload(&scene).unwrap();
     // The box, and its lamp from near by.
@@ -180,7 +181,8 @@ fn gpu_views_share_what_is_found_and_means_go_on_at_another_exposure() {
 #[test]
 fn gpu_an_exposure_that_is_no_number_is_refused() {
     let Some(gpu) = testing::gpu("gpu_an_exposure_that_is_no_number_is_refused") else { return };
-    let new = |exposure| Renderer::new(&gpu.device, &gpu.queue, Settings { exposure, ..Settings::direct_light() });
+    let new =
+        |exposure| Renderer::with_engine(&testing::engine(gpu), Settings { exposure, ..Settings::direct_light() });
     let mut renderer = new(Exposure::Ev(1.0)).unwrap();
     for (ev, got) in [(f32::NAN, "NaN"), (f32::INFINITY, "inf"), (f32::NEG_INFINITY, "-inf")] {
         let message = format!("`exposure` {got}: expected a finite number of stops, or auto");

@@ -68,7 +68,7 @@ impl<'g> Harness<'g> {
         let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
         Self {
             gpu,
-            renderer: Renderer::new(&gpu.device, &gpu.queue, settings).unwrap(),
+            renderer: Renderer::with_engine(&testing::engine(gpu), settings).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::of_moving(),
             shown: ShownViews::default(),

@@ -22,7 +22,7 @@ fn cornell() -> Scene {
 }
 
 fn renderer(gpu: &Gpu, accumulate: u32) -> Renderer {
-    Renderer::new(&gpu.device, &gpu.queue, Settings { accumulate, ..Settings::direct_light() }).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), Settings { accumulate, ..Settings::direct_light() }).unwrap()
 }
 
 fn view(camera: &Camera) -> [(&Camera, u32, u32); 1] {
@@ -186,7 +186,7 @@ fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
     let sampled = Sampled { tracer: Tracer::WithinTexel, ..Sampled::default() };
     let indirect = Indirect::Sampled(sampled);
     let settings = Settings { accumulate: 10, deep_images, indirect, ..Settings::default() };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let builds = |renderer: &Renderer| renderer.passes.deep_images.as_ref().unwrap().builds();
     let after: Vec<u64> = (0..10)
@@ -252,7 +252,7 @@ fn gpu_views_and_samples_are_averaged_each_by_itself() {
     let eyes = StereoRig::parallel(&scene.cameras[0], 1.0, 0.1).unwrap().cameras(&scene.cameras[0], 0.05);
     for samples in [Samples::One, Samples::Four] {
         let settings = Settings { accumulate: 3, samples, ..Settings::direct_light() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let views = [(&eyes[0], SIZE.0, SIZE.1), (&eyes[1], SIZE.1, SIZE.0)];
         let both = renderer.render_views(&uploaded, &views).unwrap();
@@ -268,13 +268,13 @@ fn gpu_what_has_no_mean_is_refused() {
     let Some(gpu) = testing::gpu("gpu_what_has_no_mean_is_refused") else { return };
     let refused = |accumulate, debug_view| {
         let settings = Settings { accumulate, debug_view, ..Settings::direct_light() };
-        Renderer::new(&gpu.device, &gpu.queue, settings).map(|_| ()).map_err(|error| error.to_string())
+        Renderer::with_engine(&testing::engine(gpu), settings).map(|_| ()).map_err(|error| error.to_string())
     };
     assert_eq!(refused(0, None).unwrap_err(), "`accumulate 0`: a picture is the mean of 1 frame or more");
     assert_eq!(refused(2, Some(DebugView::Depth)).unwrap_err(), "`debug-view` needs `accumulate 1`");
     assert_eq!((refused(1, Some(DebugView::Depth)), refused(2, Some(DebugView::BaseColor))), (Ok(()), Ok(())));
     let settings = Settings { debug_view: Some(DebugView::Depth), ..Settings::direct_light() };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let scene = cornell();
     let uploaded = renderer.upload(&scene).unwrap();
     let error = renderer.refine(&uploaded, &view(&scene.cameras[0])).unwrap_err();

@@ -20,7 +20,7 @@ fn gpu_a_frame_has_few_compute_passes() {
     let Some(gpu) = testing::gpu(test) else { return };
     let scene = demo("cornell").unwrap();
     let settings = Settings { shadows: Shadows::BVH, ..Settings::default() };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let mut passes_of_frame = || {
         let before = renderer.profiler.compute_passes();
@@ -45,7 +45,7 @@ fn gpu_settings_come_back_as_they_were_given() {
     let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };
     for view in [DebugView::BaseColor, DebugView::Normal] {
         let given = Settings { debug_view: Some(view), occlusion: Occlusion::hbao(2.0), ..Settings::default() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, given.clone()).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), given.clone()).unwrap();
         assert_eq!(*renderer.settings(), given);
         renderer.set_exposure(Exposure::Ev(-1.0)).unwrap();
         assert_eq!(*renderer.settings(), Settings { exposure: Exposure::Ev(-1.0), ..given });

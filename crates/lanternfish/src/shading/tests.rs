@@ -147,7 +147,7 @@ fn gpu_textures_of_layers_weigh_their_factors() {
         scene
     };
     let rendered = |material: &Material| {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light()).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
         let uploaded = renderer.upload(&scene(material)).unwrap();
         Vec4::from(renderer.render(&uploaded, &camera, 9, 9).unwrap().radiance[40]).truncate()
     };

@@ -23,7 +23,7 @@ fn gpu_one_band_or_many_give_the_same_picture() {
         let mut scene = scene.clone();
         scene.lights.truncate(scene.lights.len() - seed as usize);
         let settings = Settings { shadows: Shadows::BVH, samples, ..Settings::direct_light() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         if let Some(limit) = word_limit {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
         }

@@ -224,7 +224,7 @@ fn gpu_points_and_areas_are_the_same_under_every_culling() {
     // Lights come and go: the scene that has areas no more is as if it never had.
     let mut points = scene.clone();
     points.lights.retain(|light| light.area().is_none());
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     for (scene, expected) in [(&scene, &all), (&points, &picture(&points, Culling::All)), (&scene, &all)] {
         renderer.update(&mut uploaded, scene).unwrap();

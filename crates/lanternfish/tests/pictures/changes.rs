@@ -114,7 +114,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
     let Some(gpu) = testing::gpu("gpu_frames_of_random_changes_end_as_a_fresh_upload") else { return };
     let (all, mut random, mut scene) = (settings(), Random(7), scene());
     let camera = scene.cameras[0].clone();
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, all[0].clone()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), all[0].clone()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     let mut size = (24, 16);
     let (mut refused, mut compared, mut changed) = (0, 0, 0);
@@ -177,7 +177,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
         }
         if frame % 200 == 199 || frame + 1 == FRAMES {
             let fresh = renderer.upload(&scene).unwrap();
-            let mut another = Renderer::new(&gpu.device, &gpu.queue, renderer.settings().clone()).unwrap();
+            let mut another = Renderer::with_engine(&testing::engine(gpu), renderer.settings().clone()).unwrap();
             assert_eq!(differing(&found, &shown(&mut renderer, &fresh)), 0, "frame {frame}");
             let fresh = another.upload(&scene).unwrap();
             assert_eq!(differing(&found, &shown(&mut another, &fresh)), 0, "frame {frame}, another renderer");

@@ -27,7 +27,7 @@ fn gpu_conformance_files_render() {
     let Some(gpu) = testing::gpu(test) else { return };
     let Some(table) = testing::shared(test, "assets/conformance/VALIDATOR.tsv") else { return };
     let folder = table.parent().expect("it lies in the suite's folder");
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
     let (mut rendered, mut refused, mut seen) = (0, 0, 0);
     for (file, accepted) in verdicts(&table) {
         let path = folder.join(&file);

@@ -111,7 +111,7 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
 #[test]
 fn gpu_sizes_out_of_reach_are_errors() {
     let Some(gpu) = testing::gpu("gpu_sizes_out_of_reach_are_errors") else { return };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, Settings::direct_light()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
     let scene = generate::demo("cornell").unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     for (width, height) in [(0, 5), (5, 0), (100_000, 5)] {

@@ -103,7 +103,7 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
     let cameras = views(&head);
     let pictures = |cameras: &[Camera], culling, samples| {
         let settings = Settings { culling, samples, ..Settings::direct_light() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let scene = renderer.upload(&scene).unwrap();
         let views: Vec<_> = cameras.iter().map(|camera| (camera, SIZE.0, SIZE.1)).collect();
         renderer.render_views(&scene, &views)
@@ -193,7 +193,7 @@ fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
     assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
 
     // A renderer that has made other pictures keeps lists and targets; none of it may show.
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings()).unwrap();
     let other = cornell_in_rain(4);
     let (scene, other_scene) = (renderer.upload(scene).unwrap(), renderer.upload(&other.0).unwrap());
     let other = renderer.render(&other_scene, &other.1, SIZE.0 + 13, SIZE.1 - 20).unwrap();

@@ -7,7 +7,7 @@ use lanternfish::{
     light_culling::clustered::GridContents,
     settings::{Assignment, ClusterShape},
 };
-use lanternfish_gpu::Gpu;
+use lanternfish_gpu::Engine;
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
@@ -70,7 +70,8 @@ pub struct LeftOut {
 
 /// What every configuration shares.
 pub struct Bench<'a> {
-    pub gpu: &'a Gpu,
+    /// They have much in common: it is compiled once.
+    pub engine: &'a Engine,
     pub runs: u32,
     /// How far from the eye clusters reach at least, m.
     pub depth: u32,
@@ -101,7 +102,7 @@ impl Bench<'_> {
                 (Views::Mono, Assignment::BruteForce),
             ] {
                 let settings = settings(*shape, views.grouping(), assignment, self.depth);
-                let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
+                let mut renderer = Renderer::with_engine(self.engine, settings)?;
                 if lit.is_empty() {
                     lit = scenes.iter().map(|scene| upload(&renderer, scene)).collect::<Result<_, _>>()?;
                 }

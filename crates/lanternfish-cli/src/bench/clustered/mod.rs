@@ -13,7 +13,7 @@ mod steps;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use lanternfish_gpu::AdapterChoice;
+use lanternfish_gpu::{AdapterChoice, Engine};
 use lanternfish_scene::{
     Camera, Light, Scene, StereoRig,
     generate::{light_rain, random_lights},
@@ -155,9 +155,10 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     make_folder(&args.output)?;
     let gpu = open(args.adapter.as_ref())?;
 
+    let engine = Engine::new(&gpu.device, &gpu.queue);
     let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
     let bench = Bench {
-        gpu: &gpu,
+        engine: &engine,
         runs: args.runs,
         depth: args.depth,
         mono: [(&camera, width, height)],
@@ -165,7 +166,7 @@ pub fn run(args: &ClusteredArgs) -> Result<(), CliError> {
     };
     let shapes = if args.schemes { Vec::new() } else { shapes(height, args.quick) };
     let lit: Vec<Scene> = counts.iter().map(|count| lit(&scene, args.lights, *count, args.seed)).collect();
-    let (schemes, schemes_left_out) = schemes::measure(&gpu, args.runs, (&camera, width, height), &lit, args.quick)?;
+    let (schemes, schemes_left_out) = schemes::measure(&engine, args.runs, (&camera, width, height), &lit, args.quick)?;
     let (rows, left_out) = bench.measure(&shapes, &lit)?;
     let results = Results {
         version: env!("CARGO_PKG_VERSION"),

@@ -5,7 +5,7 @@ use lanternfish::{
     rooms::Family,
     settings::{Clustered, Culling, RasterGrid, Settings, Shadows, TileSize, Tiled},
 };
-use lanternfish_gpu::{Gpu, PassTime};
+use lanternfish_gpu::{Engine, PassTime};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
@@ -83,7 +83,7 @@ fn tiles(size: TileSize, width: u32, height: u32) -> u64 {
 
 /// Rows of every scheme and number of lights, in one view.
 pub fn measure(
-    gpu: &Gpu,
+    engine: &Engine,
     runs: u32,
     view: (&Camera, u32, u32),
     scenes: &[Scene],
@@ -96,7 +96,7 @@ pub fn measure(
         let scheme = name(&culling);
         eprintln!("  {scheme}");
         let settings = Settings { culling, shadows: Shadows::None, ..Settings::direct_light() };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings)?;
+        let mut renderer = Renderer::with_engine(engine, settings)?;
         for (scene, first) in scenes.iter().zip(&mut firsts) {
             let lights = scene.lights.len();
             let mut leave_out = |reason| left_out.push(SchemeLeftOut { scheme: scheme.clone(), lights, reason });

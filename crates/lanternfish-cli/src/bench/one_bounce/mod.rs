@@ -10,7 +10,7 @@ use lanternfish::{
     Picture, Renderer,
     settings::{Indirect, Settings},
 };
-use lanternfish_gpu::{AdapterChoice, Gpu, PassTime};
+use lanternfish_gpu::{AdapterChoice, Engine, PassTime};
 use lanternfish_metrics::{ColorType, HdrFlip, Pair, RgbImage, write_png};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
@@ -121,7 +121,8 @@ pub struct Heading {
 
 /// What every configuration shares.
 pub struct Bench {
-    pub gpu: Gpu,
+    /// Configurations have much in common: it is compiled once.
+    engine: Engine,
     pub folder: PathBuf,
     /// The scene, without light but that of its lights.
     pub scene: Scene,
@@ -190,7 +191,7 @@ impl Bench {
         };
         let (size, truth) = (args.size, one_bounce.mean);
         let mut bench = Self {
-            gpu,
+            engine: Engine::new(&gpu.device, &gpu.queue),
             folder,
             scene,
             cameras,
@@ -230,7 +231,7 @@ impl Bench {
 
     /// The same of another scene.
     pub fn render_scene(&self, scene: &Scene, settings: &Settings, size: Size) -> Result<Run, CliError> {
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings.clone())?;
+        let mut renderer = Renderer::with_engine(&self.engine, settings.clone())?;
         let uploaded = renderer.upload(scene)?;
         let mut frame = || renderer.render(&uploaded, self.camera(), size.width, size.height);
         // Deep images are built in the first frame alone.
@@ -289,7 +290,7 @@ impl Bench {
     /// The mean of so many frames.
     pub fn mean(&self, settings: &Settings, frames: u32) -> Result<Picture, CliError> {
         let settings = Settings { accumulate: frames, ..settings.clone() };
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
+        let mut renderer = Renderer::with_engine(&self.engine, settings)?;
         let uploaded = renderer.upload(&self.scene)?;
         Ok(renderer.render(&uploaded, self.camera(), self.size.width, self.size.height)?)
     }
@@ -309,7 +310,7 @@ impl Bench {
             return Ok(Vec::new());
         }
         let scene = grey(&self.scene);
-        let walk = Walk::new(&self.gpu, &scene, &self.cameras, self.size, &self.without())?;
+        let walk = Walk::new(&self.engine, &scene, &self.cameras, self.size, &self.without())?;
         let of = |c: &Configuration| {
             progress.step("walk", &format!("Walking: {}", c.name), || walk.flicker(&c.name, &c.settings))
         };

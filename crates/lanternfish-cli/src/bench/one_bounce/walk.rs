@@ -8,7 +8,7 @@ use lanternfish::{
     RenderError, Renderer,
     settings::{Materials, Settings},
 };
-use lanternfish_gpu::Gpu;
+use lanternfish_gpu::Engine;
 use lanternfish_reference::{Settings as TracerSettings, Tracer};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
@@ -51,7 +51,7 @@ pub fn grey(scene: &Scene) -> Scene {
 
 /// A walk through a scene.
 pub struct Walk<'a> {
-    gpu: &'a Gpu,
+    engine: &'a Engine,
     scene: &'a Scene,
     cameras: &'a [Camera],
     size: Size,
@@ -64,7 +64,7 @@ pub struct Walk<'a> {
 impl<'a> Walk<'a> {
     /// `scene`: in grey; `look`: direct light.
     pub fn new(
-        gpu: &'a Gpu,
+        engine: &'a Engine,
         scene: &'a Scene,
         cameras: &'a [Camera],
         size: Size,
@@ -89,7 +89,7 @@ impl<'a> Walk<'a> {
             ((distance / (p - origin).length() - 1.0).abs() < 2e-3).then_some(at)
         };
         let seen = places.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
-        let mut walk = Self { gpu, scene, cameras, size, seen, direct: Vec::new() };
+        let mut walk = Self { engine, scene, cameras, size, seen, direct: Vec::new() };
         walk.direct = walk.pictures(look)?;
         Ok(walk)
     }
@@ -109,7 +109,7 @@ impl<'a> Walk<'a> {
     /// Luminances of each frame.
     fn pictures(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
         let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
+        let mut renderer = Renderer::with_engine(self.engine, settings)?;
         let uploaded = renderer.upload(self.scene)?;
         let mut of_view = |camera| {
             let picture = renderer.render(&uploaded, camera, self.size.width, self.size.height)?;

@@ -10,7 +10,7 @@ use lanternfish::{
     output::display,
     settings::{Exposure, ToneMap},
 };
-use lanternfish_gpu::Gpu;
+use lanternfish_gpu::Engine;
 use lanternfish_metrics::{ColorType, HdrFlip, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
@@ -66,7 +66,8 @@ pub struct Errors {
 
 /// What a shot's rows share.
 pub struct Bench<'b> {
-    pub gpu: &'b Gpu,
+    /// Rows have much in common: it is compiled once.
+    pub engine: &'b Engine,
     pub shot: &'b Shot,
     pub camera: &'b Camera,
     pub runs: u32,
@@ -124,7 +125,7 @@ impl Bench<'_> {
 
     /// The picture, and the median of the frames after it.
     fn render(&self, technique: &Technique, scene: &Scene) -> Result<(Picture, f64), RenderError> {
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, technique.settings.clone())?;
+        let mut renderer = Renderer::with_engine(self.engine, technique.settings.clone())?;
         let uploaded = renderer.upload(scene)?;
         let Shot { size, factor, .. } = self.shot;
         let mut frame = || renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height);

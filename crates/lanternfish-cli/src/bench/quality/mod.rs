@@ -19,7 +19,7 @@ use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use lanternfish_gpu::{AdapterChoice, Gpu};
+use lanternfish_gpu::{AdapterChoice, Engine};
 use lanternfish_scene::Environment;
 
 pub(super) use self::measure::shown;
@@ -85,6 +85,7 @@ fn truth() -> impl TypedValueParser<Value = Truth> {
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
     make_folder(&args.output.join("pictures"))?;
     let gpu = open(args.adapter.as_ref())?;
+    let engine = Engine::new(&gpu.device, &gpu.queue);
     let mut report = Report::new(args, &gpu);
     let assets = args.assets();
     let surroundings = shots::surroundings(&assets)?;
@@ -97,15 +98,20 @@ pub fn run(args: &QualityArgs) -> Result<(), CliError> {
         }
         let mut shot = *shot;
         shot.size = args.size.unwrap_or(shot.size);
-        report.shots.push(run_shot(args, &gpu, &shot, &surroundings)?);
+        report.shots.push(run_shot(args, &engine, &shot, &surroundings)?);
     }
     report.write(&args.output)
 }
 
-fn run_shot(args: &QualityArgs, gpu: &Gpu, shot: &Shot, surroundings: &Environment) -> Result<ShotReport, CliError> {
+fn run_shot(
+    args: &QualityArgs,
+    engine: &Engine,
+    shot: &Shot,
+    surroundings: &Environment,
+) -> Result<ShotReport, CliError> {
     let (whole, camera) = shot.load(&args.assets())?;
     let settings = shot.settings();
-    let bench = Bench { gpu, shot, camera: &camera, runs: args.runs, folder: &args.output };
+    let bench = Bench { engine, shot, camera: &camera, runs: args.runs, folder: &args.output };
     let mut result = ShotReport::new(shot, &whole);
     let techniques = techniques(&settings, whole.bounds().size().length());
     let mut first = None;

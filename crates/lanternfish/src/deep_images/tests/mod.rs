@@ -25,7 +25,7 @@ use crate::{
 /// Uploads for the BVH, whose triangles the builders draw.
 pub(super) fn upload(gpu: &Gpu, scene: &Scene) -> GpuScene {
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(scene).unwrap()
+    Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap().upload(scene).unwrap()
 }
 
 pub(super) fn build(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> DeepImages {

@@ -25,7 +25,7 @@ fn settings(occlusion: Occlusion) -> Settings {
 }
 
 fn picture(gpu: &Gpu, settings: &Settings, scene: &Scene, camera: &Camera) -> Vec<Vec3> {
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     pixels(&renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().radiance)
 }
@@ -166,14 +166,14 @@ fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.3, 0.0]);
     for occlusion in [DEEP, HBAO] {
         let settings = settings(occlusion);
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance);
         let before = render(&uploaded);
         assert!(before == render(&uploaded), "{occlusion:?}: differs from frame to frame");
         let mut moved = scene.clone();
         moved.instances[1].world_from_object.translation.x -= 1.0;
-        let other = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let other = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         other.update(&mut uploaded, &moved).unwrap();
         let after = render(&uploaded);
         let changed = before.iter().zip(&after).filter(|(a, b)| (**a - **b).abs().max_element() > 0.02).count();

@@ -254,7 +254,7 @@ fn gpu_what_the_device_bends_is_where_the_host_bends_it() {
     let test = "gpu_what_the_device_bends_is_where_the_host_bends_it";
     let Some(gpu) = testing::gpu(test) else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     compare(gpu, &renderer, "generated", &scene());
     for sample in [
         "AnimatedCube/AnimatedCube.gltf",
@@ -291,7 +291,7 @@ fn gpu_what_cannot_be_animated_is_named() {
         ("nothing in trees moves", dark, &lit, None),
         ("what shines moves", shining, &lit, Some("instance 1 shines")),
     ] {
-        let renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let result = renderer.animate(&mut uploaded, &scene, Some((0, 1.0)));
         match (&result, refused) {
@@ -327,7 +327,7 @@ fn gpu_motion_sees_what_the_device_bends() {
     let scene = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
     let shown = |by_device: bool| {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
         let mut pictures = Vec::new();
@@ -356,7 +356,7 @@ fn gpu_motion_ends_where_an_instance_is_mirrored() {
     let scene = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), ..Settings::direct_light() };
     let camera = Camera::look_at(Vec3::new(0.3, 1.2, 3.0), 0.5 * Vec3::Y, scene.default_camera(1.5).projection);
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     let mut moving = |place: Affine3A| {
         renderer.render(&uploaded, &camera, 60, 40).unwrap();

@@ -73,7 +73,7 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
 }
 
 fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
-    Renderer::new(&gpu.device, &gpu.queue, settings).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
 }
 
 #[test]

@@ -35,7 +35,7 @@ fn scene() -> Scene {
 }
 
 fn renderer(gpu: &Gpu, shadows: Shadows) -> Renderer {
-    Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::direct_light() }).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), Settings { shadows, ..Settings::direct_light() }).unwrap()
 }
 
 fn shown(renderer: &mut Renderer, uploaded: &GpuScene, scene: &Scene) -> Picture {
@@ -115,7 +115,7 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
             testing::left_out(test, "this adapter has no ray query");
             continue;
         }
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let (mut by_device, mut by_host) = (renderer.upload(&before).unwrap(), renderer.upload(&before).unwrap());
         let mut last = before.clone();
         for seed in [2, 5, 9] {
@@ -226,7 +226,7 @@ fn gpu_factors_of_materials_follow() {
     let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh, ..Sampled::default() };
     let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
     for settings in [direct, indirect] {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&before).unwrap();
         let (generation, mut scene) = (uploaded.generation(), before.clone());
         let small = |renderer: &mut Renderer, uploaded: &GpuScene| {

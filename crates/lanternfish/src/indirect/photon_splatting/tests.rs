@@ -33,7 +33,7 @@ fn settings(indirect: Indirect) -> Settings {
 }
 
 fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: UVec2) -> Picture {
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     renderer.render(&uploaded, camera, size.x, size.y).unwrap()
 }

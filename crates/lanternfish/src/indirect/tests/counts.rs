@@ -8,7 +8,7 @@ fn gpu_rays_are_counted() {
     let Some(gpu) = testing::gpu("gpu_rays_are_counted") else { return };
     let rays = Sampled { diffuse_rays: 3, glossy_rays: 0, ..sampled(Tracer::Bvh) };
     let counted = |scene: &Scene, camera: &Camera| {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(rays)).unwrap();
+        let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(rays)).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
         let report = renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap().report;
         let count = |name: &str| report.counters.iter().find(|(known, _)| known == name).expect(name).1;
@@ -53,7 +53,8 @@ fn gpu_rays_are_counted() {
 #[test]
 fn gpu_rays_left_out_change_no_mean() {
     let Some(gpu) = testing::gpu("gpu_rays_left_out_change_no_mean") else { return };
-    let renderer = Renderer::new(&gpu.device, &gpu.queue, settings(sampled(Tracer::Bvh))).unwrap();
+    let renderer =
+        Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(sampled(Tracer::Bvh))).unwrap();
     let uploaded = renderer.upload(&floor(matt(0.5))).unwrap();
     let mut random = Random::new(8);
     let mut queries = Vec::new();

@@ -31,7 +31,7 @@ fn settings(indirect: Indirect) -> Settings {
 }
 
 fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Picture {
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     renderer.render(&uploaded, camera, SIZE.x, SIZE.y).unwrap()
 }
@@ -296,7 +296,7 @@ fn gpu_views_share_virtual_lights_and_an_update_moves_them() {
     let room = VirtualLights { count: 200, ..VirtualLights::default() };
     let settings = settings(Indirect::VirtualLights(room));
     let alone = [&camera, &other].map(|camera| render(gpu, settings.clone(), &scene, camera).radiance);
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     let views = [(&camera, SIZE.x, SIZE.y), (&other, SIZE.x, SIZE.y)];
     let together = renderer.render_views(&uploaded, &views).unwrap();

@@ -54,7 +54,7 @@ fn gpu_a_light_is_tested_against_the_tiles_of_its_outline() {
     let scene = lanternfish_scene::generate::demo("cornell").unwrap();
     let culling = Culling::RasterGrid(RasterGrid::default());
     let settings = Settings { culling, shadows: Shadows::None, ..Settings::direct_light() };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let target = scene.bounds().center();
     let light = |offset: Vec3, range| Light { range: Some(range), ..Light::point(target + offset, Vec3::ONE) };
     let projections = [

@@ -98,7 +98,7 @@ fn shown(device: &wgpu::Device, sent: &Sent, [width, height]: [u32; 2]) -> Shown
 /// Walks the path with frames that do not wait and with frames that do. Every frame must show what the one that waits shows, or what
 /// was shown last.
 fn walk(gpu: &Gpu, settings: &Settings, path: &Path<'_>) -> Outcome {
-    let renderer = || Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
+    let renderer = || Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let (mut later, mut waiting) = (renderer(), renderer());
     later.set_growth(Growth::Later).unwrap();
     let mut scene = path.scene.clone();
@@ -196,7 +196,7 @@ fn gpu_a_mean_is_of_whole_frames_alone() {
     let mut scene = demo("cornell").unwrap();
     scene.lights.extend(light_rain(&scene.bounds(), 3000, Some(2.0), 1, 0.0));
     let mean_after = |growth: Growth, frames: u32| {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(Culling::default())).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(Culling::default())).unwrap();
         renderer.set_growth(growth).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let refine = |renderer: &mut Renderer| {
@@ -275,7 +275,7 @@ fn gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_d
         DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
     ] {
         let settings = Settings { occlusion: Occlusion::deep(None), deep_images, ..settings(Culling::default()) };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         assert!(matches!(renderer.set_growth(Growth::Later), Err(RenderError::Together { .. })));
         renderer.set_growth(Growth::Wait).unwrap();
     }

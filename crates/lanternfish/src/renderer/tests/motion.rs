@@ -52,7 +52,7 @@ fn render(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera) -> [u8; 3]
 #[test]
 fn gpu_colours_of_motion_are_those_of_the_frame_before() {
     let Some(gpu) = testing::gpu("gpu_colours_of_motion_are_those_of_the_frame_before") else { return };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(Some(DebugView::Motion))).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(Some(DebugView::Motion))).unwrap();
     let mut uploaded = renderer.upload(&wall()).unwrap();
     let still = camera(0.0, 0.0);
     assert_eq!(render(&mut renderer, &uploaded, &still), [0; 3], "the first frame");
@@ -94,7 +94,7 @@ fn shown(gpu: &Gpu, renderer: &mut Renderer, scene: &GpuScene, views: &[(u64, Ca
 #[test]
 fn gpu_views_and_renderers_have_frames_before_of_their_own() {
     let Some(gpu) = testing::gpu("gpu_views_and_renderers_have_frames_before_of_their_own") else { return };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(Some(DebugView::Motion))).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(Some(DebugView::Motion))).unwrap();
     let mut uploaded = renderer.upload(&wall()).unwrap();
     let at = |right| camera(right, 0.0);
     let (black, cyan) = ([0; 3], [0.0, 127.5, 127.5]);
@@ -125,7 +125,7 @@ fn gpu_views_and_renderers_have_frames_before_of_their_own() {
 fn gpu_nothing_is_kept_for_those_who_do_not_ask() {
     let Some(gpu) = testing::gpu("gpu_nothing_is_kept_for_those_who_do_not_ask") else { return };
     for (debug_view, kept) in [(None, 0), (Some(DebugView::Normal), 0), (Some(DebugView::Motion), 2)] {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings(debug_view)).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(debug_view)).unwrap();
         let mut scene = wall();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut frame = |i: usize| {

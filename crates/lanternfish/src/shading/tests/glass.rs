@@ -25,7 +25,7 @@ fn occlusion(occlusion: Occlusion) -> Settings {
 /// The middle of a picture from 3 m in front of the origin.
 fn middle(gpu: &Gpu, settings: Settings, scene: &Scene) -> Vec3 {
     let camera = Camera::look_at(3.0 * Vec3::Z, Vec3::ZERO, Projection::Perspective { fov_y: 0.1, near: 0.02 });
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
     Vec4::from(picture.radiance[(SIZE.x * (SIZE.y / 2) + SIZE.x / 2) as usize]).truncate()
@@ -122,7 +122,7 @@ fn gpu_glass_may_be_in_a_later_view_alone() {
         Camera::look_at(target + 3.0 * Vec3::Z, target, projection)
     });
     for settings in [sampled(), occlusion(Occlusion::hbao(1.0))] {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let [towards, away] = [(&towards, SIZE.x, SIZE.y), (&away, SIZE.y, SIZE.x)];
         let pictures = renderer.render_views(&uploaded, &[away, towards, away, towards]).unwrap();

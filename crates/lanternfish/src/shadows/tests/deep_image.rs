@@ -25,7 +25,7 @@ fn bvh() -> Settings {
 }
 
 fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
     picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate().element_sum()).collect()
@@ -93,7 +93,7 @@ fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
     let of = |change: &dyn Fn(&mut Settings)| {
         let mut settings = Settings { light_radius: 0.1, shadow_rays: 3, ..deep(64) };
         change(&mut settings);
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.0, SIZE.1).unwrap();
         let counter = |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map(|(_, count)| *count);
@@ -117,14 +117,14 @@ fn gpu_a_shadow_moves_with_what_casts_it() {
     let shift = Affine3A::from_translation(Vec3::new(0.2, 0.0, 0.15));
     let last = after.instances.last_mut().expect("several");
     last.world_from_object = shift * last.world_from_object;
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, deep(64)).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
     let mut uploaded = renderer.upload(&before).unwrap();
     let mut frame = |uploaded: &_| renderer.render(uploaded, &before.cameras[0], SIZE.0, SIZE.1).unwrap().radiance;
     let still = frame(&uploaded);
     assert!(still == frame(&uploaded));
-    Renderer::new(&gpu.device, &gpu.queue, deep(64)).unwrap().update(&mut uploaded, &after).unwrap();
+    Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap().update(&mut uploaded, &after).unwrap();
     let moved = frame(&uploaded);
-    let fresh = Renderer::new(&gpu.device, &gpu.queue, deep(64)).unwrap();
+    let fresh = Renderer::with_engine(&testing::engine(gpu), deep(64)).unwrap();
     let fresh = fresh.upload(&after).unwrap();
     assert!(moved != still, "nothing moved");
     assert!(moved == frame(&fresh), "not what a new upload shows");
@@ -163,7 +163,7 @@ fn gpu_scenes_without_lights_are_dark() {
 #[test]
 fn gpu_what_deep_images_cannot_do_is_refused() {
     let Some(gpu) = testing::gpu("gpu_what_deep_images_cannot_do_is_refused") else { return };
-    let refused = |settings| match Renderer::new(&gpu.device, &gpu.queue, settings) {
+    let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
         Err(RenderError::Together { needed, .. }) => needed,
         other => panic!("{other:?}"),
     };

@@ -18,7 +18,7 @@ const HALF_WIDTH: f32 = 0.3;
 const RADIUS: f32 = 0.2;
 
 fn luminance(gpu: &Gpu, scene: &Scene, camera: &Camera, settings: Settings, size: (u32, u32)) -> Vec<f64> {
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let picture = renderer.render(&uploaded, camera, size.0, size.1).unwrap();
     picture.radiance.iter().map(|pixel| f64::from(Vec4::from(*pixel).truncate().element_sum())).collect()
@@ -103,7 +103,7 @@ fn gpu_soft_shadows_are_the_same_again_and_in_bands() {
     let camera = scene.cameras[0].clone();
     scene.lights.extend(generate::light_rain(&scene.bounds(), 30, Some(1.0), 1, 0.0));
     let picture = |word_limit: Option<u64>, settings| {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         if let Some(limit) = word_limit {
             renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
         }
@@ -144,7 +144,7 @@ fn gpu_sixteen_rays_are_close_to_many() {
 #[test]
 fn gpu_numbers_that_make_no_sense_are_refused() {
     let Some(gpu) = testing::gpu("gpu_numbers_that_make_no_sense_are_refused") else { return };
-    let refused = |settings| match Renderer::new(&gpu.device, &gpu.queue, settings) {
+    let refused = |settings| match Renderer::with_engine(&testing::engine(gpu), settings) {
         Err(RenderError::Together { setting, .. }) => setting,
         other => panic!("{other:?}"),
     };

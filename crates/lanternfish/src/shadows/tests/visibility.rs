@@ -182,7 +182,8 @@ fn answer(faces: &[Face<'_>], p: Vec3, q: Vec3) -> Answer {
 /// Which of the segments a tracer finds open.
 fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Vec<bool> {
     let shadows = Shadows::Traced(tracer);
-    let renderer = Renderer::new(&gpu.device, &gpu.queue, Settings { shadows, ..Settings::direct_light() }).unwrap();
+    let renderer =
+        Renderer::with_engine(&testing::engine(gpu), Settings { shadows, ..Settings::direct_light() }).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
     let features = tracer.features(&DeepImageSettings::default());
     let kernel = probe(gpu, "testing/segments", &features, "segments");

@@ -93,7 +93,7 @@ fn gpu_a_tree_that_was_built_in_the_background_shows_what_a_fresh_upload_shows()
         }
         // The adapter's own structure has triangles in another order: at edges either of two may be met.
         let allowed = if settings.shadows == Shadows::RAY_QUERY { 96 * 96 / 500 } else { 0 };
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&before).unwrap();
         let now = elsewhere(&before, 2);
         let sources = uploaded.placed.sources().to_vec();
@@ -122,7 +122,7 @@ fn gpu_a_tree_that_is_not_costly_stays_and_its_cost_is_the_hosts() {
     let Some(gpu) = testing::gpu("gpu_a_tree_that_is_not_costly_stays_and_its_cost_is_the_hosts") else { return };
     let before = scene();
     let renderer =
-        Renderer::new(&gpu.device, &gpu.queue, Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
+        Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::BVH, ..Settings::direct_light() });
     let renderer = renderer.unwrap();
     let mut uploaded = renderer.upload(&before).unwrap();
     let on_device = |uploaded: &GpuScene| -> f64 {
@@ -163,7 +163,7 @@ fn gpu_motion_goes_on_where_another_tree_is_taken() {
     let Some(gpu) = testing::gpu("gpu_motion_goes_on_where_another_tree_is_taken") else { return };
     let before = scene();
     let settings = Settings { debug_view: Some(DebugView::Motion), shadows: Shadows::BVH, ..Settings::direct_light() };
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let mut uploaded = renderer.upload(&before).unwrap();
     let now = elsewhere(&before, 2);
     renderer.move_instances(&mut uploaded, &places(&now)).unwrap();

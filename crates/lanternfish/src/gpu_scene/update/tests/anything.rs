@@ -67,7 +67,7 @@ fn gpu_anything_may_change() {
     let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut now = textured();
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&now).unwrap();
         let mut last = small(&mut renderer, &uploaded, &now);
         for (name, change) in CHANGES {
@@ -146,7 +146,7 @@ fn gpu_one_material_is_put_in_the_place_of_another() {
     let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
     for (settings, bytes) in [(direct, 368), (indirect, 432)] {
         let is_indirect = settings.indirect != Indirect::None;
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
         let mut now = textured();
         let mut uploaded = renderer.upload(&now).unwrap();
         let last = small(&mut renderer, &uploaded, &now);

@@ -1,0 +1,70 @@
+use super::*;
+use crate::{primitives::Scan, testing};
+
+#[test]
+fn gpu_an_engine_compiles_a_thing_once() {
+    let Some(gpu) = testing::gpu("gpu_an_engine_compiles_a_thing_once") else { return };
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    let scan = |label| Scan::new(&gpu.device, label).unwrap();
+    let (_, asked) = engine.asked_within(|| scan("test"));
+    let once = engine.compilations();
+    assert_eq!(once, Compilations { shaders: 1, pipelines: 2 });
+    let (_, again) = engine.clone().asked_within(|| scan("test"));
+    assert_eq!((engine.compilations(), &again), (once, &asked));
+    // Outside of it nothing is looked up and nothing kept.
+    scan("test");
+    assert_eq!(engine.compilations(), once);
+    // Another label is another pass in reports, of the same shader.
+    let (_, other) = engine.asked_within(|| scan("other"));
+    assert_eq!(engine.compilations(), Compilations { shaders: 1, pipelines: 4 });
+    assert!(other != asked);
+    engine.forget();
+    engine.within(|| scan("test"));
+    assert_eq!(engine.compilations(), Compilations { shaders: 2, pipelines: 6 });
+}
+
+/// What nobody uses is kept until enough others were used after it, and what somebody uses for as long as that.
+#[test]
+fn gpu_an_engine_drops_what_was_not_used_for_long() {
+    let Some(gpu) = testing::gpu("gpu_an_engine_drops_what_was_not_used_for_long") else { return };
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    let scan = |label: &str| engine.within(|| Scan::new(&gpu.device, label).unwrap());
+    let compiles = |label: &str| {
+        let before = engine.compilations();
+        scan(label);
+        engine.compilations() != before
+    };
+    let mut held = Some(scan("held"));
+    let spare = SPARE_KERNELS / 2;
+    for number in 0..3 * spare {
+        scan(&number.to_string());
+        // What is asked for now and then stays.
+        assert_eq!(compiles("asked for"), number == 0);
+        assert!(engine.kept().kernels <= SPARE_KERNELS + 4, "{:?}", engine.kept());
+    }
+    assert_eq!(engine.kept().shaders, 1, "what is left is made of it");
+    assert!(!compiles(&(3 * spare - 1).to_string()) && !compiles(&(2 * spare + 1).to_string()) && compiles("0"));
+    assert!(!compiles("held"), "dropped though it was in use");
+    // It was in use until now, so that others go before it.
+    held.take();
+    scan("another");
+    assert!(!compiles("held"));
+    for number in 0..spare + 2 {
+        scan(&format!("more {number}"));
+    }
+    assert!(compiles("held"), "kept though nobody has used it for long");
+}
+
+/// A shader goes with the last of its pipelines.
+#[test]
+fn gpu_an_engine_drops_shaders_that_no_pipeline_is_made_of() {
+    let Some(gpu) = testing::gpu("gpu_an_engine_drops_shaders_that_no_pipeline_is_made_of") else { return };
+    let engine = Engine::new(&gpu.device, &gpu.queue);
+    engine.within(|| crate::primitives::RadixSort::new(&gpu.device, "sort").unwrap());
+    let of_sort = engine.kept().shaders;
+    assert!(of_sort > 0);
+    for number in 0..SPARE_KERNELS {
+        engine.within(|| Scan::new(&gpu.device, &number.to_string()).unwrap());
+    }
+    assert_eq!(engine.kept().shaders, 1);
+}

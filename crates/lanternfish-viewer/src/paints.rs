@@ -1,0 +1,96 @@
+//! When the window is painted while a picture at rest gets better, and what its own work takes. No clock: it is told.
+
+/// Share of the time that painting may take while nothing but the mean of frames changes. More: each frame is seen sooner, and there are
+/// fewer of them.
+const SHARE: f64 = 0.02;
+/// Milliseconds after which it is painted whatever that takes.
+const LONGEST: f64 = 2000.0;
+
+/// What painting takes, and since when it has not been done. All times are milliseconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Paints {
+    /// Of the last paints by themselves; none before the first.
+    takes: Option<f64>,
+    /// Since the last frame of the picture ended: how often it was painted.
+    count: u32,
+    /// When the last frame ended, where the next one followed at once.
+    last_end: Option<f64>,
+}
+
+/// What lies between the ends of two frames of a picture at rest that follow each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Period {
+    /// How long it is.
+    pub ms: f64,
+    /// How often the window was painted meanwhile.
+    pub paints: u32,
+}
+
+impl Paints {
+    /// The window was painted while the device did nothing else, which took so long.
+    pub fn took(&mut self, ms: f64) {
+        // Half of what is known stays: single paints are late for reasons of their own.
+        self.takes = Some(self.takes.map_or(ms, |before| 0.5 * (before + ms)));
+    }
+
+    /// What it takes.
+    pub fn ms(&self) -> Option<f64> {
+        self.takes
+    }
+
+    /// It was painted, whatever else was done.
+    pub fn painted(&mut self) {
+        self.count += 1;
+    }
+
+    /// Whether it is to be painted again, so long after the last time, though only the mean of frames has become another.
+    pub fn is_due(&self, since: f64) -> bool {
+        since >= self.takes.map_or(0.0, |takes| (takes / SHARE).min(LONGEST))
+    }
+
+    /// A frame of the picture has ended at this time. `goes_on`: the next one follows at once. What lies behind it, where the last one did so.
+    pub fn ended(&mut self, now: f64, goes_on: bool) -> Option<Period> {
+        let before = std::mem::replace(&mut self.last_end, goes_on.then_some(now));
+        let paints = std::mem::take(&mut self.count);
+        before.map(|before| Period { ms: now - before, paints })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames of 100 ms for a minute, each painted where it may be: the share of the time that painting takes.
+    fn share(paint_ms: f64) -> f64 {
+        let (mut paints, mut now, mut last, mut own) = (Paints::default(), 0.0, f64::NEG_INFINITY, 0.0);
+        while now < 60_000.0 {
+            now += 100.0;
+            if paints.is_due(now - last) {
+                paints.took(paint_ms);
+                (now, own) = (now + paint_ms, own + paint_ms);
+                last = now;
+            }
+        }
+        own / now
+    }
+
+    #[test]
+    fn what_only_gets_better_is_painted_for_a_small_share_of_the_time() {
+        for ms in [0.5, 4.0, 20.0] {
+            let share = share(ms);
+            assert!((0.2 * SHARE..=SHARE).contains(&share), "{ms} ms: {share}");
+        }
+        // It is seen now and then, whatever that takes.
+        assert!((0.15..0.25).contains(&share(500.0)), "{}", share(500.0));
+    }
+
+    #[test]
+    fn a_period_is_told_of_frames_that_follow_each_other() {
+        let mut paints = Paints::default();
+        assert_eq!(paints.ended(10.0, true), None);
+        paints.painted();
+        assert_eq!(paints.ended(30.0, false), Some(Period { ms: 20.0, paints: 1 }));
+        assert_eq!(paints.ended(90.0, true), None);
+        assert_eq!(paints.ended(95.0, true), Some(Period { ms: 5.0, paints: 0 }));
+    }
+}

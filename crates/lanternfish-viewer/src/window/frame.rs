@@ -1,0 +1,105 @@
+//! A frame of the window: what is shown, what was asked for, and when it is painted.
+
+use std::time::{Duration, Instant};
+
+use egui::ViewportId;
+use glam::UVec2;
+
+use super::{REST, Viewer};
+use crate::{
+    panels::{self, Asked, Facts},
+    record::Recorder,
+    wipe::Textures,
+};
+
+impl Viewer {
+    /// One frame of the window; now and then one of the picture.
+    pub(super) fn frame(&mut self) -> Asked {
+        if let Some(recorder) = &self.recorder {
+            // A step takes no less than it lasts, however fast the display is.
+            std::thread::sleep(Duration::from_secs_f32(recorder.step()).saturating_sub(self.last.elapsed()));
+        }
+        let passed = self.last.elapsed().as_secs_f32().min(0.25);
+        let seconds = self.recorder.as_ref().map_or(passed, Recorder::step);
+        self.last = Instant::now();
+        let is_alone = !self.is_busy();
+        self.poll();
+        let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
+        for (known, texture) in self.pictures.iter_mut().zip(shown) {
+            self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
+        }
+        let (asked, output) = self.panels(seconds);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.note(&mut self.state.controls);
+        }
+        self.room = UVec2::new(asked.room.x as u32, asked.room.y as u32).max(UVec2::ONE);
+        if asked.is_moving {
+            self.moved = Some(Instant::now());
+        }
+        self.moved = self.moved.filter(|since| since.elapsed() < REST);
+        self.wants_screenshot |= asked.screenshot;
+        if !self.seen.is_busy() {
+            self.keep_picture();
+        }
+        if let Some(at) = asked.pixel {
+            self.point(at);
+        }
+        if let Some(edit) = asked.edit.clone() {
+            self.edit(edit);
+        }
+        if let Some(form) = asked.write {
+            self.write(form);
+        }
+        self.input.handle_platform_output(&self.surface.window, output.platform_output.clone());
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|panels| panels.repaint_delay);
+        self.repaint_at = delay.and_then(|delay| Instant::now().checked_add(delay));
+        // What moves is seen with the frame that is drawn now. At rest what was drawn is painted first: a driver may wait for the one before it
+        // paints the other.
+        let is_first = is_alone && !self.moves();
+        if !is_first && !self.is_busy() {
+            self.look_from_above();
+            self.draw_both(seconds);
+        }
+        self.surface.paint(&self.seen.gpu, self.input.egui_ctx(), output);
+        self.paints.painted();
+        self.painted = (Instant::now(), self.seen.mean());
+        if is_first {
+            self.paints.took(1e3 * self.last.elapsed().as_secs_f64());
+            if !self.is_busy() {
+                self.look_from_above();
+                self.draw_both(seconds);
+            }
+        }
+        asked
+    }
+
+    /// What egui makes of the panels; the room that is left for the picture is in pixels.
+    fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
+        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, memory, paints, .. } = self;
+        let taken = input.take_egui_input(&surface.window);
+        let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
+        let facts = Facts {
+            name,
+            scene: &seen.scene,
+            triangle_count: seen.scene.triangle_counts().1,
+            adapter: &seen.gpu.description,
+            size: seen.size().into(),
+            averaged: seen.averaged(),
+            passes: seen.report.as_ref().map_or(&[], |report| &report.passes),
+            counters: seen.report.as_ref().map_or(&[], |report| &report.counters),
+            memory,
+            frame_ms: *frame_ms,
+            window_ms: paints.ms(),
+            textures: Textures { a, b, map },
+            progress_of_b: beside.progress(),
+            mean_difference: beside.mean(),
+        };
+        let mut asked = Asked::default();
+        let context = input.egui_ctx().clone();
+        let output = context.run_ui(taken, |ui| {
+            asked = std::mem::take(&mut asked).and(panels::show(ui, state, &facts, seconds));
+        });
+        asked.room *= output.pixels_per_point;
+        (asked, output)
+    }
+}
