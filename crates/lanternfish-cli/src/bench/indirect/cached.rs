@@ -47,7 +47,7 @@ pub struct CachedRow {
 }
 
 impl Bench<'_> {
-    /// Rows of every tracer that the plan's first images are for, and of the BVH.
+    /// Rows through the BVH, and within a texel of the plan's first images.
     pub fn cached(
         &self,
         set: Option<ImageSet>,

@@ -69,14 +69,16 @@ const NEAR_EDGES: f32 = 64.0;
 const SHARE: u32 = 8;
 /// Samples that a cell gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
-/// Samples whose mean a cell is at most.
+/// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
 /// Samples that what is known counts for once something has changed: less than [`FEWEST`], so that every cell gets another.
 const REMEMBERED: f32 = 3.0;
-/// Updates that a cell is kept for which nothing asks: each frame has [`FEWEST`].
-const KEPT: u32 = 256;
+/// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
+const KEPT: u32 = 128;
+/// Slots of a table at least: those that one workgroup looks at.
+const LEAST_SLOTS: u32 = 64;
 /// What is counted: `due.wesl`.
-const COUNTERS: &[&str] = &["radiance_cache/samples", "radiance_cache/cells"];
+const COUNTERS: &[&str] = &["radiance_cache/samples", "radiance_cache/cells", "radiance_cache/lost"];
 
 /// The cells, and the passes that update them.
 #[derive(Debug)]
@@ -91,8 +93,9 @@ pub(crate) struct RadianceCache {
     kernels: Kernels,
     rehash: Rehash,
     table: Option<Table>,
-    /// Updates so far.
+    /// Updates so far, and frames: a view each.
     update: u32,
+    frame: u32,
 }
 
 #[derive(Debug)]
@@ -115,12 +118,14 @@ pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     uniform: BufferPart,
     slots: Slots,
+    /// What is counted.
+    pub counters: Counters,
 }
 
 impl CacheOfFrame {
-    /// A number that is another one in every frame.
-    pub fn update(&self) -> u32 {
-        self.parameters.update
+    /// Number of the frame, of those that the cache has seen.
+    pub fn number(&self) -> u32 {
+        self.parameters.frame
     }
 
     /// Bindings by which cells are looked up, put in, asked for and read.
@@ -154,7 +159,8 @@ impl RadianceCache {
             place: kernel("meet", &[], "place")?,
             commit: kernel("commit", &[], "commit")?,
         };
-        let slots = cache_cells.next_power_of_two();
+        // Half of them stay empty: a table that is nearly full loses cells.
+        let slots = (2 * cache_cells).next_power_of_two().max(LEAST_SLOTS);
         Ok(Self {
             bounces,
             slots,
@@ -164,6 +170,7 @@ impl RadianceCache {
             rehash: Rehash::new(device)?,
             table: None,
             update: 0,
+            frame: 0,
         })
     }
 
@@ -181,20 +188,23 @@ impl RadianceCache {
     ) -> Result<CacheOfFrame, RenderError> {
         let is_first = frame.growth() == Growth::Wait && view.frame_index == 0;
         let number = frame.number();
-        let has_ended = |table: &Table| table.order != scene.triangle_order() || (is_first && table.begun_in != number);
-        if self.table.as_ref().is_none_or(has_ended) {
-            self.table = None;
-            frame.forget_bind_groups();
-            self.update = 0;
-        }
         let table = match &mut self.table {
             Some(table) => table,
-            none => none.insert(Table::new(frame, scene, self.slots)?),
+            none => {
+                frame.forget_bind_groups();
+                (self.update, self.frame) = (0, 0);
+                none.insert(Table::new(frame, scene, self.slots)?)
+            }
         };
+        if !table.is_of(scene) || (is_first && table.begun_in != number) {
+            table.begin(frame, scene);
+            (self.update, self.frame) = (0, 0);
+        }
         let state = [scene.generation(), scene.revision()];
         let has_changed = std::mem::replace(&mut table.state, state) != state;
-        let fewest = if self.update == 0 { self.first_samples } else { FEWEST };
+        let fewest = if is_first || self.frame == 0 { self.first_samples } else { FEWEST };
         self.update += 1;
+        self.frame += 1;
         let parameters = RadianceCacheParameters {
             slot_mask: self.slots - 1,
             update: self.update,
@@ -203,27 +213,28 @@ impl RadianceCache {
             share: SHARE,
             fewest,
             most: MOST,
-            remembered: if has_changed { REMEMBERED } else { MOST },
             kept: KEPT,
             blur: super::sampled::diffuse_blur(1, MOST as u32),
+            remembered: if has_changed { REMEMBERED } else { MOST },
+            frame: self.frame,
             ..Default::default()
         };
         self.rehash.record(frame, table, &parameters)?;
-        Ok(CacheOfFrame { uniform: frame.uniform(&parameters), parameters, slots: table.slots.clone() })
+        let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
+        Ok(CacheOfFrame { uniform: frame.uniform(&parameters), parameters, slots: table.slots.clone(), counters })
     }
 
-    /// Takes more samples of cells that rays have asked for; gives what was counted. `images`: where rays between cells go through those.
+    /// Takes more samples of cells that rays have asked for. `images`: where rays between cells go through those.
     pub fn update(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, .. }: &ViewContext<'_>,
-        cache: &CacheOfFrame,
+        cache: &mut CacheOfFrame,
         images: Option<&DeepImages>,
-    ) -> Result<Counters, RenderError> {
+    ) -> Result<(), RenderError> {
         let due = frame.scratch("radiance_cache/due", 4 * (u64::from(self.slots) + 1))?;
         let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
         let sampled = frame.scratch("radiance_cache/sampled", bytes)?;
-        let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
         let workgroups_due = frame.indirect("radiance_cache/workgroups")?;
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
@@ -243,11 +254,14 @@ impl RadianceCache {
                 .clone()
                 .buffer("found_due", &due)
                 .buffer("due_dispatch", &workgroups_due)
-                .buffer("update_counters", counters.buffer());
+                .buffer("update_counters", cache.counters.buffer());
             frame.dispatch(clear, &choosing, [1; 3]);
             frame.dispatch(choose, &choosing, workgroups(self.slots));
             frame.dispatch(measure, &choosing, [1; 3]);
-            let mut sampling = bindings.buffer("due", &due).buffer("sampled_cells", &sampled);
+            let mut sampling = bindings
+                .buffer("due", &due)
+                .buffer("sampled_cells", &sampled)
+                .buffer("update_counters", cache.counters.buffer());
             if let Some(environment) = &environment {
                 sampling = sampling.with(environment);
             }
@@ -260,6 +274,8 @@ impl RadianceCache {
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
         }
-        Ok(counters)
+        // What was known counts for little once a frame.
+        cache.parameters.remembered = MOST;
+        Ok(())
     }
 }

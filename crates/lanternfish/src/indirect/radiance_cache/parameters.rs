@@ -18,16 +18,17 @@ gpu_struct! {
         share: u32,
         /// Cells with fewer samples than this get another, whatever their share.
         fewest: u32,
-        /// Samples whose mean a cell's radiance is, at most: then a new one counts as much as the last.
+        /// From this sample on each counts as much as that one.
         most: f32,
-        /// Updates after which a cell that nothing has asked for is left out.
+        /// Frames after which a cell that nothing has asked for is left out.
         kept: u32,
         /// Roughness of the surface that would see as much of the surroundings at once as one sample of a cell stands for.
         blur: f32,
         /// Samples that what a cell has kept so far counts for, at most.
         remembered: f32,
-        _pad1: u32,
-        _pad2: u32,
+        /// Frames of the cache so far.
+        frame: u32,
+        _pad: u32,
     }
 }
 

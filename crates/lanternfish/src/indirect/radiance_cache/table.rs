@@ -34,6 +34,13 @@ impl Slots {
         })
     }
 
+    /// No cells.
+    fn clear(&self, frame: &mut Frame<'_>) {
+        for buffer in [&self.keys, &self.winners, &self.light] {
+            frame.encoder().clear_buffer(buffer, 0, None);
+        }
+    }
+
     /// Bindings by which cells are looked up, put in, asked for and read.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
@@ -51,7 +58,7 @@ impl Slots {
 #[derive(Debug)]
 pub(super) struct Table {
     /// [`GpuScene::triangle_order`] of the scene.
-    pub order: u64,
+    order: u64,
     /// The picture's first frame, by its number.
     pub begun_in: u64,
     /// Numbers of where things are, and of all that an update brings, when cells were last looked up.
@@ -60,7 +67,7 @@ pub(super) struct Table {
     pub edge: f32,
     pub slots: Slots,
     other: Slots,
-    /// The update before which cells moved.
+    /// The frame before which cells moved.
     moved_at: u32,
 }
 
@@ -71,12 +78,32 @@ impl Table {
             order: scene.triangle_order(),
             begun_in: frame.number(),
             state: [scene.generation(), scene.revision()],
-            edge: (scene.bounds.size().length() / CELLS_ALONG).max(1e-6),
+            edge: edge_in(scene),
             slots: Slots::new(frame.device, slots)?,
             other: Slots::new(frame.device, slots)?,
             moved_at: 0,
         })
     }
+
+    /// Whether its cells are of this scene as it is.
+    pub fn is_of(&self, scene: &GpuScene) -> bool {
+        self.order == scene.triangle_order()
+    }
+
+    /// No cells, for a picture of this scene.
+    pub fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) {
+        self.slots.clear(frame);
+        self.begun_in = frame.number();
+        self.order = scene.triangle_order();
+        self.state = [scene.generation(), scene.revision()];
+        self.edge = edge_in(scene);
+        self.moved_at = 0;
+    }
+}
+
+/// Edge of the smallest cells, m.
+fn edge_in(scene: &GpuScene) -> f32 {
+    (scene.bounds.size().length() / CELLS_ALONG).max(1e-6)
 }
 
 /// The passes that put cells into another table.
@@ -95,24 +122,21 @@ impl Rehash {
         Ok(Self { rehash: kernel("rehash"), carry: kernel("carry") })
     }
 
-    /// Leaves out the cells for which nothing has asked, once so many updates have passed as cells are kept for.
+    /// Leaves out the cells for which nothing has asked, once so many frames have passed as cells are kept for.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         table: &mut Table,
         parameters: &RadianceCacheParameters,
     ) -> Result<(), RenderError> {
-        if parameters.update - table.moved_at < parameters.kept {
+        if parameters.frame - table.moved_at < parameters.kept {
             return Ok(());
         }
-        table.moved_at = parameters.update;
+        table.moved_at = parameters.frame;
         let count = parameters.slot_mask + 1;
         let moved_to = frame.scratch("radiance_cache/moved_to", 4 * u64::from(count))?;
         std::mem::swap(&mut table.slots, &mut table.other);
-        let Slots { keys, winners, light, .. } = &table.slots;
-        for buffer in [keys, winners, light] {
-            frame.encoder().clear_buffer(buffer, 0, None);
-        }
+        table.slots.clear(frame);
         let uniform = frame.uniform(parameters);
         let old = &table.other;
         let bindings = table

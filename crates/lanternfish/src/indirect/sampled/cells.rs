@@ -79,7 +79,7 @@ impl Cells {
             frame.indirect("indirect/cells/shadow_workgroups")?,
         ];
         let of_frame = self.cache.begin(frame, view)?;
-        let asking_round = of_frame.update() % rounds.max(1);
+        let asking_round = of_frame.number() % rounds.max(1);
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
         Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, together, rounds, asking_round, sky_is_dark })
     }
@@ -102,6 +102,11 @@ pub(super) struct FrameCells<'a> {
 }
 
 impl FrameCells<'_> {
+    /// What the cache has counted.
+    pub fn counters(&self) -> Counters {
+        self.of_frame.counters.clone()
+    }
+
     /// The parameters of a round, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
         let first_round = parameters.round / self.together * self.together;
@@ -131,7 +136,7 @@ impl FrameCells<'_> {
         [shade.clone(), shadow.clone()]
     }
 
-    /// Brings the cells up to date, and adds what they send to the pixels' sums; gives what was counted. `summing`: bindings of the round, the sums and counters.
+    /// Brings the cells up to date, and adds what they send to the pixels' sums. `summing`: bindings of the round, the sums and counters.
     pub fn gather(
         &mut self,
         frame: &mut Frame<'_>,
@@ -139,10 +144,10 @@ impl FrameCells<'_> {
         summing: &Bindings<'_>,
         samples: [u32; 3],
         images: Option<&DeepImages>,
-    ) -> Result<Counters, RenderError> {
-        let counters = self.cells.cache.update(frame, view, &self.of_frame, images)?;
+    ) -> Result<(), RenderError> {
+        self.cells.cache.update(frame, view, &mut self.of_frame, images)?;
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
-        Ok(counters)
+        Ok(())
     }
 }

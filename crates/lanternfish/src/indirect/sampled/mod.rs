@@ -13,7 +13,11 @@ use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
 pub use self::settings::{HitLight, Sampled};
-use self::{cells::Cells, targets::Targets};
+use self::{
+    cells::Cells,
+    settings::{LEAST_CELLS, MOST_CELLS, MOST_SAMPLES},
+    targets::Targets,
+};
 use super::{
     IndirectPasses, IndirectSums,
     radiance_cache::Bounces,
@@ -197,7 +201,6 @@ impl IndirectPasses for SampledLight {
             Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds)?),
             None => None,
         };
-        let mut of_cells = None;
         for round in 0..rounds {
             let parameters = SampledParameters { round, ..parameters };
             let parameters = cells.as_ref().map_or(parameters, |cells| cells.parameters(parameters));
@@ -230,12 +233,15 @@ impl IndirectPasses for SampledLight {
             if let Some(cells) = &mut cells
                 && round + 1 == parameters.end_round
             {
-                of_cells = Some(cells.gather(frame, view_context, &summing, samples, images)?);
+                cells.gather(frame, view_context, &summing, samples, images)?;
             }
         }
 
         let layers = self.smoothing.record(frame, &surfaces, &sums);
-        Ok(IndirectSums { layers, counters: [targets.counters].into_iter().chain(of_cells).collect() })
+        Ok(IndirectSums {
+            layers,
+            counters: [targets.counters].into_iter().chain(cells.map(|cells| cells.counters())).collect(),
+        })
     }
 }
 
@@ -264,6 +270,12 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     }
     if settings.filter_radius > MOST_RADIUS {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "a filter of at most 64 pixels" });
+    }
+    if !(LEAST_CELLS..=MOST_CELLS).contains(&settings.cache_cells)
+        || !(1..=MOST_SAMPLES).contains(&settings.cache_samples)
+    {
+        let needed = "`cache-cells` from 64 to 524,288, and `cache-samples` from 1 to 128";
+        return Err(RenderError::Together { setting: "`hit-light cached`", needed });
     }
     if settings.bounces == Bounces::All && settings.hit_light != HitLight::Cached {
         return Err(RenderError::Together { setting: "`bounces all`", needed: "`hit-light cached`" });

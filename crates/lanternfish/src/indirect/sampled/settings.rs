@@ -17,10 +17,15 @@ use crate::{
     shaders::Shaders,
 };
 
+/// Cells that the radiance cache may have room for, and samples of each in a picture's first frame.
+pub(super) const LEAST_CELLS: u32 = 64;
+pub(super) const MOST_CELLS: u32 = 1 << 19;
+pub(super) const MOST_SAMPLES: u32 = 128;
+
 /// How rays of indirect light are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampled {
-    /// Rays a pixel by the cosine, at least 1. More: less noise, slower.
+    /// Rays a pixel by the cosine, 1 to 128. More: less noise, slower.
     pub diffuse_rays: u32,
     /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
     pub glossy_rays: u32,
@@ -38,8 +43,8 @@ pub struct Sampled {
     pub hit_light: HitLight,
     /// How often light is reflected before it comes to the surface that is seen.
     pub bounces: Bounces,
-    /// Cells that the radiance cache has room for, rounded up to a power of two. More: fewer ends of rays are shaded because there is no room,
-    /// and 172 bytes each.
+    /// Cells that the radiance cache has room for, 64 to 524,288, rounded up to a power of two. More: fewer ends of rays are shaded because there is
+    /// no room, and 392 bytes each.
     pub cache_cells: u32,
     /// Samples that each cell of the radiance cache gets in a picture's first frame, at least 1. More: less noise in a picture of one frame,
     /// and more of the bounces, slower.
@@ -77,7 +82,7 @@ impl Quality {
             clamp: IndirectClamp::On,
             hit_light: HitLight::Shaded,
             bounces: Bounces::One,
-            cache_cells: 1 << 18,
+            cache_cells: 1 << 17,
             cache_samples: 16,
         };
         match self {
@@ -92,7 +97,7 @@ impl Quality {
 
 impl Room for Sampled {
     const NAME: &'static str = "sampled";
-    const WORDS: &'static str = "Rays from every pixel, whose ends are lit by the scene's lights: one bounce";
+    const WORDS: &'static str = "Rays from every pixel, whose ends are lit by the scene's lights";
     const KNOBS: &'static [Knob<Self>] = &[
         Knob::new(
             "indirect-rays",
@@ -131,14 +136,14 @@ impl Room for Sampled {
         Knob::new(
             "cache-cells",
             "N",
-            Range::Count(64, 1 << 20),
+            Range::Count(LEAST_CELLS, MOST_CELLS),
             "Cells that the radiance cache has room for. More: fewer ends of rays are shaded for want of room",
             |sampled| &mut sampled.cache_cells,
         ),
         Knob::new(
             "cache-samples",
             "N",
-            Range::Count(1, 1024),
+            Range::Count(1, MOST_SAMPLES),
             "Samples of each cell of the radiance cache in a picture's first frame. More: less noise, slower",
             |sampled| &mut sampled.cache_samples,
         ),
