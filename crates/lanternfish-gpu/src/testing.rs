@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, OnceLock, PoisonError},
 };
 
-use crate::{AdapterChoice, Engine, Gpu, GpuError};
+use crate::{AdapterChoice, Engine, Gpu, GpuError, is_same_device};
 
 /// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto` is the best there
 /// is). `None` when there is no adapter; the test is then left out and says so.
@@ -36,7 +36,7 @@ pub fn gpu(test: &str) -> Option<&'static Gpu> {
 pub fn engine(gpu: &Gpu) -> Engine {
     static ENGINES: Mutex<Vec<Engine>> = Mutex::new(Vec::new());
     let mut engines = ENGINES.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = engines.iter().find(|engine| engine.device == gpu.device) {
+    if let Some(known) = engines.iter().find(|engine| is_same_device(&engine.device, &gpu.device)) {
         return known.clone();
     }
     let engine = Engine::new(&gpu.device, &gpu.queue);
