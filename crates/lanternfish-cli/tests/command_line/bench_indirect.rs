@@ -73,7 +73,7 @@ fn gpu_every_speed_has_its_error() {
         assert!(figure(1, "cells") > 100.0 && figure(2, "cells") >= figure(1, "cells"), "{of_tracer:?}");
         // Cells lose no light beside hits that are shaded, of which the clamp takes more, and bring none that is not there; every bounce
         // brings more.
-        assert!(one > 0.95 * shaded && one < 1.05 && all > 1.3 * one, "{of_tracer:?}");
+        assert!(one > 0.9 * shaded && one < 1.05 && all > 1.3 * one, "{of_tracer:?}");
     }
     let through_bvh = |filter: u64, accumulate: u64| {
         let is = |row: &&Value| {

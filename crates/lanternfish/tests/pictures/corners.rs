@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish::{
     RenderError, Renderer, Settings,
-    settings::{Culling, DebugView, Occlusion, RayCulling, Samples, Shadows},
+    settings::{Culling, DebugView, Indirect, Occlusion, RayCulling, Samples, Shadows},
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Light, Scene, generate};
@@ -85,10 +85,15 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
             DebugView::Occlusion => Occlusion::deep(None),
             _ => Occlusion::None,
         };
-        let settings = Settings { debug_view: Some(view), occlusion, ..Settings::direct_light() };
-        let picture = render(gpu, &scene, &camera, (40, 30), settings);
+        // Another has nothing to show without what it shows.
+        let indirect = if view == DebugView::Indirect { Indirect::default() } else { Indirect::None };
+        let settings = Settings { debug_view: Some(view), occlusion, indirect, ..Settings::direct_light() };
+        let picture = render(gpu, &scene, &camera, (40, 30), settings.clone());
         if view == DebugView::BaseColor {
             assert_ne!(bits(&picture), bits(&plain));
+        } else if view == DebugView::Indirect {
+            let with_indirect = render(gpu, &scene, &camera, (40, 30), Settings { debug_view: None, ..settings });
+            assert_eq!(bits(&picture), bits(&with_indirect), "{view}");
         } else {
             assert_eq!(bits(&picture), bits(&plain), "{view}");
         }
