@@ -46,8 +46,10 @@ impl<'a> FrameContext<'a> {
 pub struct ViewContext<'a> {
     /// The scene.
     pub scene: &'a GpuScene,
+    /// Which view it is, from frame to frame.
+    pub(crate) key: ViewKey,
     /// The view.
-    pub view: &'a View,
+    pub view: View,
     /// The view on the device.
     pub buffer: ViewBuffer,
     /// What it may show.
@@ -65,6 +67,7 @@ impl<'a> ViewContext<'a> {
     pub fn showing(&self, surface: &Surface) -> ViewContext<'a> {
         ViewContext {
             scene: self.scene,
+            key: self.key,
             view: self.view,
             buffer: self.buffer.clone(),
             draws: VisibleDraws { solid: Vec::new(), blended: Vec::new() },

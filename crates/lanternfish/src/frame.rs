@@ -189,33 +189,35 @@ impl Passes {
         slot: usize,
     ) -> Result<ViewContext<'a>, RenderError> {
         let FrameContext { scene, views, is_averaged, requests } = *context;
-        let view = &views[slot];
+        let (key, mut view) = (context.key(slot), views[slot]);
+        let rotation = rotation_of(&view, is_averaged);
+        let is_summed = context.is_summed(slot);
+        let before = self.shown.as_mut().filter(|_| !is_summed);
+        let before = before.map(|shown| shown.follow(frame, scene, &view, key));
+        if let Some(before) = &before {
+            view.random_index = before.frames();
+        }
         let buffer = view.record(frame);
-        let draws = scene.visible_draws(view);
-        let rotation = rotation_of(view, is_averaged);
-        if context.is_summed(slot) {
+        let draws = scene.visible_draws(&view);
+        if is_summed {
             let surface = match requests[slot].surface {
-                SurfaceSource::Own => self.sums.prepass.record(frame, scene, &draws, &buffer, view.size)?,
+                SurfaceSource::Own => self.sums.prepass.record(frame, scene, &draws, &buffer, view.size, None)?,
                 SurfaceSource::Given { depth, normal_roughness } => {
                     self.sums.given.record(frame, depth, normal_roughness, view.size)?
                 }
             };
             // Blended surfaces are the caller's.
             let draws = VisibleDraws { solid: draws.solid, blended: Vec::new() };
-            return Ok(ViewContext { scene, view, buffer, draws, middle: surface.clone(), surface, rotation });
+            return Ok(ViewContext { scene, key, view, buffer, draws, middle: surface.clone(), surface, rotation });
         }
-        let surface = match &mut self.shown {
-            None => self.prepass.record(frame, scene, &draws, &buffer, view.size)?,
-            Some(shown) => {
-                let before = shown.follow(frame, scene, view, context.key(slot));
-                self.prepass.record_moving(frame, scene, &draws, &buffer, view.size, &before)?
-            }
-        };
+        let mut show =
+            |prepass: &mut Prepass| prepass.record(frame, scene, &draws, &buffer, view.size, before.as_ref());
+        let surface = show(&mut self.prepass)?;
         let middle = match &mut self.one_sample {
             None => surface.clone(),
-            Some(prepass) => prepass.record(frame, scene, &draws, &buffer, view.size)?,
+            Some(prepass) => show(prepass)?,
         };
-        Ok(ViewContext { scene, view, buffer, draws, surface, middle, rotation })
+        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation })
     }
 
     /// What arrives from other surfaces and the surroundings in every view, for the surface at each pixel's middle, as far as it is

@@ -117,7 +117,7 @@ pub use crate::{
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     },
     indirect::{
-        Indirect, IndirectClamp, IndirectResolution, Quality,
+        History, Indirect, IndirectClamp, IndirectResolution, Quality,
         radiance_cache::Bounces,
         sampled::{HitLight, Sampled},
     },

@@ -56,6 +56,7 @@ const FOLDERS: &[&[Shaders]] = &[
         crate::environment_light::DECLARED,
         crate::indirect::light_views::DECLARED,
         crate::indirect::smoothing::DECLARED,
+        crate::indirect::history::DECLARED,
         crate::occlusion::DECLARED,
         crate::shadows::DECLARED,
         crate::shading::DECLARED,

@@ -157,7 +157,7 @@ impl<'g> Harness<'g> {
         let lists = record(&mut frame, prepass, culling, scene, &View::new(marked, SIZE, Vec3::ZERO, &scene_bounds));
         let view = View::new(shown, SIZE, Vec3::ZERO, &scene_bounds);
         let buffer = view.upload(&gpu.device);
-        let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE).unwrap();
+        let surface = prepass.record(&mut frame, scene, &scene.visible_draws(&view), &buffer, SIZE, None).unwrap();
         let radiance = forward.target(&mut frame, SIZE);
         let view = context(scene, &view, &buffer, &surface);
         let shaded = Shaded::of_lights(radiance, lists);
@@ -191,7 +191,7 @@ impl<'g> Harness<'g> {
         let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
         let lists = record(&mut frame, prepass, culling, &marks, &view);
         let buffer = view.upload(&gpu.device);
-        let surface = prepass.record(&mut frame, &solid, &solid.visible_draws(&view), &buffer, SIZE).unwrap();
+        let surface = prepass.record(&mut frame, &solid, &solid.visible_draws(&view), &buffer, SIZE, None).unwrap();
         let own = Bindings::new().buffer("pixel_fragments", &fragments);
         let bindings = buffer.bindings().with(&surface.bindings()).with(&lists.bindings()).with(&own);
         frame.dispatch(unmarked, &bindings, [SIZE.x.div_ceil(8), SIZE.y.div_ceil(8), 1]);
@@ -212,7 +212,7 @@ fn record(
 ) -> LightLists {
     let buffer = view.upload(frame.device);
     let draws = scene.visible_draws(view);
-    let surface = prepass.record(frame, scene, &draws, &buffer, SIZE).unwrap();
+    let surface = prepass.record(frame, scene, &draws, &buffer, SIZE, None).unwrap();
     culling.record(frame, &[context(scene, view, &buffer, &surface)], Reach::Surface, &scene.lights).unwrap().remove(0)
 }
 

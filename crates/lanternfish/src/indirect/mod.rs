@@ -4,6 +4,7 @@
 //! [`virtual_lights`], [`photon_splatting`].
 
 mod counters;
+pub(crate) mod history;
 pub(crate) mod light_views;
 #[cfg(test)]
 mod new_room;
@@ -34,7 +35,10 @@ use crate::{
 };
 
 pub(crate) use self::counters::Counters;
-pub use self::smoothing::{IndirectClamp, IndirectResolution};
+pub use self::{
+    history::History,
+    smoothing::{IndirectClamp, IndirectResolution},
+};
 
 /// Shading adds what arrives from other surfaces.
 pub(crate) const INDIRECT: Feature = Feature("indirect");
@@ -69,6 +73,11 @@ pub(crate) trait IndirectRoom: AnyRoom {
     /// Whether it finds the light of the surroundings too: if it does not, occlusion may.
     fn sees_surroundings(&self) -> bool {
         true
+    }
+
+    /// Whether pixels keep what they saw in the frames before: motion is found then.
+    fn keeps_history(&self) -> bool {
+        false
     }
 
     /// Takes the settings of the nearest blended surfaces, which are smooth, and for which there are no deep images.
@@ -133,6 +142,11 @@ impl Indirect {
     /// Whether the chosen room finds the light of the surroundings.
     pub fn sees_surroundings(&self) -> bool {
         self.chosen().is_some_and(|room| room.sees_surroundings())
+    }
+
+    /// Whether the chosen room keeps what pixels saw in the frames before.
+    pub(crate) fn keeps_history(&self) -> bool {
+        self.chosen().is_some_and(|room| room.keeps_history())
     }
 
     /// What the chosen room reads of a scene.

@@ -1,6 +1,7 @@
 mod cached;
 mod counts;
 mod emission;
+mod history;
 mod noise;
 mod tracers;
 

@@ -112,7 +112,7 @@ impl<'g> Bench<'g> {
             };
             let depths = storage_buffer_of(&gpu.device, "depths", &free, wgpu::BufferUsages::empty()).unwrap();
             let mut frame = Frame::new(&gpu.device, &gpu.queue, profiler);
-            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
+            let surface = prepass.record(&mut frame, &uploaded, &draws, &view, SIZE, None).unwrap();
             let seen = context(&uploaded, &seen, &view, &surface);
             let lights = room.record(&mut frame, &[seen], reach, &uploaded.lights).unwrap().remove(0);
             let own = Bindings::new().buffer("pixel_depths", &depths).buffer("pixel_lists", &pixel_lists);

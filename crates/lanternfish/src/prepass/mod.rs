@@ -21,7 +21,7 @@ use self::motion::MOTION_FORMAT;
 pub use self::motion::{Motion, ViewMotion};
 pub(crate) use self::{
     given::GivenSurfaces,
-    motion::{FrameBefore, MOTION, ShownViews, ViewKey},
+    motion::{FrameBefore, KEPT_FRAMES, MOTION, ShownViews, ViewKey},
 };
 
 /// Depth of every pixel; its precision is what reverse-Z is for.
@@ -106,7 +106,7 @@ impl Prepass {
         Self { raster, writes, samples }
     }
 
-    /// A prepass that writes motion besides, one sample a pixel: for [`Self::record_moving`].
+    /// A prepass that writes motion besides, one sample a pixel: it needs the frame before.
     pub(crate) fn of_moving() -> Self {
         let raster = SceneRaster::new("prepass", "prepass/prepass", &[MOTION], true, state(Writes::Motion, 1));
         Self { raster, writes: Writes::Motion, samples: 1 }
@@ -119,32 +119,21 @@ impl Prepass {
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 
-    /// Draws everything but blended surfaces for one view of the frame.
-    pub fn record(
+    /// Draws everything but blended surfaces for one view of the frame. A prepass [`Self::of_moving`] needs to know the frame `before`;
+    /// others do without.
+    pub(crate) fn record(
         &mut self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         draws: &VisibleDraws<'_>,
         view: &ViewBuffer,
         size: UVec2,
+        before: Option<&FrameBefore<'_>>,
     ) -> Result<Surface, RenderError> {
-        let bindings = view.bindings().with(&scene.bindings());
-        self.draw(frame, scene, &draws.solid, &bindings, size, None)
-    }
-
-    /// The same, and how far everything has come since the frame before. For a prepass [`Self::of_moving`].
-    pub(crate) fn record_moving(
-        &mut self,
-        frame: &mut Frame<'_>,
-        scene: &GpuScene,
-        draws: &VisibleDraws<'_>,
-        view: &ViewBuffer,
-        size: UVec2,
-        before: &FrameBefore<'_>,
-    ) -> Result<Surface, RenderError> {
-        let (own, compared) = (scene.bindings(), before.bindings());
+        let before = before.filter(|_| self.writes == Writes::Motion);
+        let (own, compared) = (scene.bindings(), before.map(FrameBefore::bindings).unwrap_or_default());
         let bindings = view.bindings().with(&own).with(&compared);
-        self.draw(frame, scene, &draws.solid, &bindings, size, Some(before))
+        self.draw(frame, scene, &draws.solid, &bindings, size, before)
     }
 
     /// Draws a view's blended surfaces that are nearer than what is at its pixels' middles, and keeps the nearest. For a prepass

@@ -39,7 +39,7 @@ pub(crate) enum ViewKey {
 }
 
 /// Frames that a view is remembered for while no frame has it.
-const KEPT_FRAMES: u64 = 64;
+pub(crate) const KEPT_FRAMES: u64 = 64;
 
 /// What the views of a renderer's frames have shown last. The frame before is the last one that was recorded with the view, whole or not.
 #[derive(Debug, Default)]
@@ -53,7 +53,15 @@ struct Shown {
     view: View,
     /// [`GpuScene::generation`].
     generation: u64,
+    /// [`GpuScene::revision`].
+    revision: u64,
     last_frame: u64,
+    /// Which of the frames of a mean it was.
+    frame_index: u32,
+    /// Frames before it that are known of.
+    frames: u32,
+    /// Of those, the ones since the scene has changed.
+    since_change: u32,
 }
 
 /// The frame before, of one view.
@@ -61,6 +69,19 @@ struct Shown {
 pub(crate) struct FrameBefore<'s> {
     views: BufferPart,
     geometry: GeometryAt<'s>,
+    known: Option<Before>,
+    frames: u32,
+}
+
+/// What is known of the frame before of a view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Before {
+    /// Which of the frames of a mean it was.
+    pub rested: u32,
+    /// Whether the view was elsewhere.
+    pub has_moved: bool,
+    /// Frames since the scene has changed: 0 where the frame in hand is the first after a change.
+    pub since_change: u32,
 }
 
 /// The motion of what a view shows.
@@ -68,6 +89,8 @@ pub(crate) struct FrameBefore<'s> {
 pub struct Motion {
     /// Of surfaces; anything where none is: `motion_at` of `motion.wesl` knows better.
     pub target: wgpu::TextureView,
+    /// The frame before; none: the view is new, or shows another scene.
+    pub(crate) before: Option<Before>,
     views: BufferPart,
 }
 
@@ -93,18 +116,33 @@ impl ShownViews {
         view: &View,
         key: ViewKey,
     ) -> FrameBefore<'s> {
+        let frame_index = view.frame_index;
         let view = view.centered();
-        let shown = Shown { view, generation: scene.generation(), last_frame: self.frame };
-        let before = self.shown.insert(key, shown);
+        let (generation, revision) = (scene.generation(), scene.revision());
         scene.note_shown();
-        let known = before.and_then(|before| Some((before.view, scene.geometry_at(before.generation)?)));
-        let (previous, geometry) = known.unwrap_or_else(|| (view, scene.geometry_now()));
+        let before = self.shown.remove(&key);
+        let known = before.and_then(|before| Some((scene.geometry_at(before.generation)?, before)));
+        let (previous, geometry, before, frames) = match known {
+            None => (view, scene.geometry_now(), None, 0),
+            Some((geometry, shown)) => {
+                let has_changed = shown.revision != revision || shown.generation != generation;
+                let since_change = if has_changed { 0 } else { shown.since_change.saturating_add(1) };
+                // Means go on where a view is the same to the last bit.
+                let has_moved = frame_index == 0 && shown.view != view;
+                let before = Before { rested: shown.frame_index, has_moved, since_change };
+                (shown.view, geometry, Some(before), shown.frames.saturating_add(1))
+            }
+        };
+        let since_change = before.map_or(u32::MAX, |before| before.since_change);
+        let last_frame = self.frame;
+        let shown = Shown { view, generation, revision, last_frame, frame_index, frames, since_change };
+        self.shown.insert(key, shown);
         let views = ViewMotion {
             clip_from_view: view.clip_from_view,
             previous_clip_from_view: previous.clip_from_view,
             previous_view_from_world: previous.view_from_world,
         };
-        FrameBefore { views: frame.uniform(&views), geometry }
+        FrameBefore { views: frame.uniform(&views), geometry, known: before, frames }
     }
 }
 
@@ -114,6 +152,11 @@ impl FrameBefore<'_> {
         Bindings::new().part("view_motion", &self.views).buffer("previous_instances", self.geometry.instances)
     }
 
+    /// Frames of the view before the one in hand that are known of.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
     /// Where vertices were.
     pub fn positions(&self) -> &wgpu::Buffer {
         self.geometry.positions
@@ -121,7 +164,7 @@ impl FrameBefore<'_> {
 
     /// What is found by it.
     pub fn found(&self, target: wgpu::TextureView) -> Motion {
-        Motion { target, views: self.views.clone() }
+        Motion { target, before: self.known, views: self.views.clone() }
     }
 }
 

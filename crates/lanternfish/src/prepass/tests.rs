@@ -85,7 +85,7 @@ impl<'g> Harness<'g> {
         let before = shown.follow(&mut frame, scene, view, ViewKey::Slot(0));
         let buffer = view.upload(&gpu.device);
         let draws = scene.visible_draws(view);
-        let surface = prepass.record_moving(&mut frame, scene, &draws, &buffer, SIZE, &before).unwrap();
+        let surface = prepass.record(&mut frame, scene, &draws, &buffer, SIZE, Some(&before)).unwrap();
         let found = storage_buffer(&gpu.device, "pixel_motions", 16 * count as u64).unwrap();
         let bindings =
             buffer.bindings().with(&surface.bindings()).with(&Bindings::new().buffer("pixel_motions", &found));

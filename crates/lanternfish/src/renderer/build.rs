@@ -94,17 +94,19 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
     let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::None;
     let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
-    // With one sample a pixel, as debug views have it.
-    let asks_for_motion = settings.debug_view == Some(DebugView::Motion);
+    let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.indirect.keeps_history();
     // What is found for a pixel is of the surface at its middle.
     let one_sample = asks_for_normals && settings.samples != Samples::One;
     let passes = Passes {
-        prepass: match asks_for_motion {
+        prepass: match asks_for_motion && !one_sample {
             false => Prepass::new(asks_for_normals, settings.samples.count()),
             true => Prepass::of_moving(),
         },
         shown: asks_for_motion.then(ShownViews::default),
-        one_sample: one_sample.then(|| Prepass::new(true, 1)),
+        one_sample: one_sample.then(|| match asks_for_motion {
+            false => Prepass::new(true, 1),
+            true => Prepass::of_moving(),
+        }),
         light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
         occlusion: openness_passes,
         shadows: shadow_passes,

@@ -14,7 +14,7 @@ use lanternfish_scene::{Bounds, Camera, Instance, Material, Mesh, Primitive, Pro
 use crate::{
     GpuScene,
     context::ViewContext,
-    prepass::Surface,
+    prepass::{Surface, ViewKey},
     settings::{DeepImageSettings, Tracer},
     shaders::SHADERS,
     view::{View, ViewBuffer},
@@ -99,7 +99,9 @@ pub(crate) fn context<'a>(
     surface: &Surface,
 ) -> ViewContext<'a> {
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
-    ViewContext { scene, view, buffer, draws: scene.visible_draws(view), middle: surface.clone(), surface, rotation }
+    let draws = scene.visible_draws(view);
+    let (key, view, middle) = (ViewKey::Slot(0), *view, surface.clone());
+    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation }
 }
 
 /// A scene of one mesh, placed once.

@@ -33,8 +33,16 @@ gpu_struct! {
         samples: u32,
         /// Radiance of everything that no surface covers, nits.
         sky: Vec3,
-        /// Which of the frames that are averaged into one picture this is, from 0: random numbers are drawn with it.
+        /// Which of the frames that are averaged into one picture this is, from 0.
         frame_index: u32,
+        /// Which of the frames this is whose noise is to differ, from 0: random numbers are drawn with it.
+        random_index: u32,
+        /// Unused.
+        _pad0: u32,
+        /// Unused.
+        _pad1: u32,
+        /// Unused.
+        _pad2: u32,
     }
 }
 
@@ -69,20 +77,24 @@ impl View {
             samples: 1,
             sky,
             frame_index: 0,
+            random_index: 0,
+            _pad0: 0,
+            _pad1: 0,
+            _pad2: 0,
         }
     }
 
     /// The same as frame `frame_index` of those that are averaged sees it: the picture is moved by
     /// [`jitter_of_frame`], which frame 0 has none of.
     pub fn of_frame(&self, frame_index: u32) -> Self {
-        let mut view = Self { frame_index, ..*self };
+        let mut view = Self { frame_index, random_index: frame_index, ..*self };
         view.shift(jitter_of_frame(frame_index));
         view
     }
 
     /// The same through the middles of pixels: what [`Self::of_frame`] was made of, but for the last bits of the shift.
     pub(crate) fn centered(&self) -> Self {
-        let mut view = Self { frame_index: 0, ..*self };
+        let mut view = Self { frame_index: 0, random_index: 0, ..*self };
         view.shift(-jitter_of_frame(self.frame_index));
         view
     }

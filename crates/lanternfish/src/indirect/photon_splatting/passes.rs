@@ -127,7 +127,7 @@ impl PhotonPasses {
                     gather: kernel("gather", &[LightCulling::feature(settings.culling)], "gather")?,
                 },
             },
-            smoothing: Smoothing::new(device)?,
+            smoothing: Smoothing::new(device, room.history)?,
             count: uniform_buffer_of(device, "indirect/photon_splatting/count", &[0u32; 4]),
             most_slots: u64::from(room.chunk).min(limit) as u32,
         })
@@ -147,7 +147,7 @@ impl PhotonPasses {
         PhotonParameters {
             primary_count: views.texels(),
             direction_count: self.directions.len(),
-            frame_index: view.view.frame_index,
+            frame_index: view.view.random_index,
             radius: self.settings.radius * (frames as f32).powf(-SHRINKING),
             widened: u32::from(self.settings.widened),
             glossy: u32::from(self.materials == Materials::File),
@@ -165,6 +165,10 @@ impl PhotonPasses {
 const SHRINKING: f32 = 0.25;
 
 impl IndirectPasses for PhotonPasses {
+    fn forget(&mut self) {
+        self.smoothing.forget();
+    }
+
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -220,7 +224,7 @@ impl IndirectPasses for PhotonPasses {
             self.scatter(frame, &photons, &mut parameters, &primaries, next.as_ref())?;
             primaries = next.unwrap_or(primaries);
         }
-        let layers = self.smoothing.record(frame, &surfaces, &sums);
+        let layers = self.smoothing.record(frame, view, surface, &sums);
         Ok(IndirectSums { layers, counters: vec![counters] })
     }
 }

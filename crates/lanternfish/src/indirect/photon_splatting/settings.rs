@@ -8,6 +8,7 @@ use crate::{
     gpu_scene::Parts,
     indirect::{
         IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
+        history::{HISTORY, History},
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
     rays::Tracer,
@@ -52,6 +53,8 @@ pub struct PhotonSplatting {
     pub filter_radius: u32,
     /// Whether what a pixel gets is bounded by what the pixels around it do.
     pub clamp: IndirectClamp,
+    /// Whether what pixels saw in the frames before is mixed with what they see now.
+    pub history: History,
 }
 
 impl Default for PhotonSplatting {
@@ -68,6 +71,7 @@ impl Default for PhotonSplatting {
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::Off,
+            history: History::Off,
         }
     }
 }
@@ -136,6 +140,7 @@ impl Room for PhotonSplatting {
         Knob { words: RESOLUTION, of: |room| &mut room.resolution },
         Knob { words: FILTER, of: |room| &mut room.filter_radius },
         Knob { words: CLAMP, of: |room| &mut room.clamp },
+        Knob { words: HISTORY, of: |room| &mut room.history },
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -157,7 +162,12 @@ impl IndirectRoom for PhotonSplatting {
         false
     }
 
+    fn keeps_history(&self) -> bool {
+        self.history == History::On
+    }
+
     fn look_at_glass(&mut self) {
+        self.history = History::Off;
         self.tracer = self.tracer.exact();
         self.resolution = IndirectResolution::Full;
     }

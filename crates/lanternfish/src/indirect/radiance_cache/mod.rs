@@ -186,7 +186,7 @@ impl RadianceCache {
         frame: &mut Frame<'_>,
         ViewContext { scene, view, .. }: &ViewContext<'_>,
     ) -> Result<CacheOfFrame, RenderError> {
-        let is_first = frame.growth() == Growth::Wait && view.frame_index == 0;
+        let is_first = frame.growth() == Growth::Wait && view.random_index == 0;
         let number = frame.number();
         let table = match &mut self.table {
             Some(table) => table,

@@ -154,7 +154,7 @@ impl SampledLight {
                 HitLight::Shaded => None,
                 HitLight::Cached => Some(Cells::new(device, &settings, exact_tracer, &deep_images)?),
             },
-            smoothing: Smoothing::new(device)?,
+            smoothing: Smoothing::new(device, settings.history)?,
         })
     }
 }
@@ -162,6 +162,7 @@ impl SampledLight {
 impl IndirectPasses for SampledLight {
     fn forget(&mut self) {
         self.cells.iter_mut().for_each(Cells::forget);
+        self.smoothing.forget();
     }
 
     fn record(
@@ -237,7 +238,7 @@ impl IndirectPasses for SampledLight {
             }
         }
 
-        let layers = self.smoothing.record(frame, &surfaces, &sums);
+        let layers = self.smoothing.record(frame, view_context, surface, &sums);
         Ok(IndirectSums {
             layers,
             counters: [targets.counters].into_iter().chain(cells.map(|cells| cells.counters())).collect(),

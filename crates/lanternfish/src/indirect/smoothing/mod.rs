@@ -2,15 +2,21 @@
 //!
 //! 1. Resolve: sums of the pixels that were looked at become the picture's ([`IndirectResolution`]).
 //! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`bound.wesl`).
-//! 3. Filter, along x and along y (`filter.wesl`).
+//! 3. Mix with what the frames before have found, where that is kept ([`History`]).
+//! 4. Filter, along x and along y (`filter.wesl`).
 
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
-use super::layers_target;
+use super::{
+    history::{Histories, History},
+    layers_target,
+};
 use crate::{
+    context::ViewContext,
     error::RenderError,
+    prepass::Surface,
     rooms::{KnobWords, Range},
     shaders::{Root, SHADERS, Shaders},
 };
@@ -136,11 +142,12 @@ pub(super) struct Smoothing {
     bound: ComputeKernel,
     resolve: ComputeKernel,
     filter: ComputeKernel,
+    histories: Option<Histories>,
 }
 
 impl Smoothing {
     /// Compiles the passes.
-    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, history: History) -> Result<Self, RenderError> {
         let kernel = |file: &str, entry: &str, label: &str| {
             let shader = SHADERS.link(&format!("indirect/smoothing/{file}"), &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
@@ -149,27 +156,53 @@ impl Smoothing {
             bound: kernel("bound", "bound", "indirect/bound")?,
             resolve: kernel("filter", "resolve", "indirect/resolve")?,
             filter: kernel("filter", "filter_axis", "indirect/filter")?,
+            histories: match history {
+                History::Off => None,
+                History::On => Some(Histories::new(device)?),
+            },
         })
     }
 
-    /// The layers that finished sums become. `surfaces`: bindings of the view and its surface.
-    pub fn record(&self, frame: &mut Frame<'_>, surfaces: &Bindings<'_>, sums: &PixelSums) -> wgpu::TextureView {
+    /// Forgets what frames have found.
+    pub fn forget(&mut self) {
+        self.histories.iter_mut().for_each(Histories::forget);
+    }
+
+    /// The layers that the finished sums of a surface that a view shows become.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+        sums: &PixelSums,
+    ) -> wgpu::TextureView {
+        let surfaces = view.buffer.bindings().with(&surface.bindings());
         let parameters = sums.parameters;
         let layers = [(); 2].map(|()| layers_target(frame, sums.picture));
         let [width, height, _] = self.filter.workgroup_size();
         let pixels = [sums.picture.x.div_ceil(width), sums.picture.y.div_ceil(height), 1];
-        let [mut read, mut written] = [&layers[1], &layers[0]];
+        let [mut found, mut next] = [&layers[0], &layers[1]];
         let resolving = surfaces.clone().with(&sums.bindings()).buffer("finished_sums", &sums.sums);
-        frame.dispatch(&self.resolve, &resolving.texture("filtered", written), pixels);
-        let is_filtered = parameters.radius > 0;
-        let bounding = (is_filtered || parameters.clamp_frames > 0.0).then_some((&self.bound, 0));
-        let filtering = [0, 1].into_iter().filter(|_| is_filtered).map(|axis| (&self.filter, axis));
-        for (kernel, axis) in bounding.into_iter().chain(filtering) {
-            std::mem::swap(&mut read, &mut written);
+        frame.dispatch(&self.resolve, &resolving.texture("filtered", found), pixels);
+        let smooth = |frame: &mut Frame<'_>, kernel: &ComputeKernel, axis, [from, to]: [&wgpu::TextureView; 2]| {
             let uniform = frame.uniform(&SmoothingParameters { axis, ..parameters });
-            let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_sums", read);
-            frame.dispatch(kernel, &smoothing.texture("filtered", written), pixels);
+            let smoothing = surfaces.clone().part("smoothing", &uniform).texture("filtered_sums", from);
+            frame.dispatch(kernel, &smoothing.texture("filtered", to), pixels);
+        };
+        let is_filtered = parameters.radius > 0;
+        let followed = self.histories.as_mut().zip(surface.motion.as_ref());
+        if is_filtered || parameters.clamp_frames > 0.0 || followed.is_some() {
+            smooth(frame, &self.bound, 0, [found, next]);
+            std::mem::swap(&mut found, &mut next);
         }
-        written.clone()
+        if let Some((histories, motion)) = followed {
+            histories.record(frame, view, (surface, motion), [found, next]);
+            std::mem::swap(&mut found, &mut next);
+        }
+        for axis in [0, 1].into_iter().filter(|_| is_filtered) {
+            smooth(frame, &self.filter, axis, [found, next]);
+            std::mem::swap(&mut found, &mut next);
+        }
+        found.clone()
     }
 }

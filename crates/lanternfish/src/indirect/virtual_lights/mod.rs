@@ -115,12 +115,16 @@ impl VirtualLightPasses {
             culling: LightCulling::new(device, settings.culling, Samples::One)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,
-            smoothing: Smoothing::new(device)?,
+            smoothing: Smoothing::new(device, room.history)?,
         })
     }
 }
 
 impl IndirectPasses for VirtualLightPasses {
+    fn forget(&mut self) {
+        self.smoothing.forget();
+    }
+
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
@@ -165,7 +169,7 @@ impl IndirectPasses for VirtualLightPasses {
                 rays::dispatch(frame, shadow, &lit.buffer("chosen_lights", &chosen), groups, images);
             }
         }
-        let layers = self.smoothing.record(frame, &surfaces, &sums);
+        let layers = self.smoothing.record(frame, view, surface, &sums);
         Ok(IndirectSums { layers, counters: vec![found.counters.clone()] })
     }
 }

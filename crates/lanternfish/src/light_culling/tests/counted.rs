@@ -49,7 +49,7 @@ impl Bench<'_> {
         let draws = uploaded.visible_draws(&seen);
         let view: ViewBuffer = seen.upload(&self.gpu.device);
         let mut frame = Frame::new(&self.gpu.device, &self.gpu.queue, &mut self.profiler);
-        let surface = self.prepass.record(&mut frame, &uploaded, &draws, &view, SIZE).unwrap();
+        let surface = self.prepass.record(&mut frame, &uploaded, &draws, &view, SIZE, None).unwrap();
         let (settings, room) = &mut self.rooms[room];
         let lights = room.record(&mut frame, &[context(&uploaded, &seen, &view, &surface)], reach, set);
         let lights = lights.unwrap().remove(0);

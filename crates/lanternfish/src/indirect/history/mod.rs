@@ -1,0 +1,168 @@
+//! What pixels saw in the frames before: while a view moves, noise that differs from frame to frame averages out along its surfaces.
+
+use std::collections::HashMap;
+
+use glam::UVec2;
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, SharedStruct, gpu_struct, texture_of};
+use lanternfish_scene::named_enum;
+
+use super::LAYERS;
+use crate::{
+    context::ViewContext,
+    error::RenderError,
+    prepass::{KEPT_FRAMES, Motion, Surface, ViewKey},
+    rooms::{KnobWords, Range},
+    shaders::{Root, SHADERS, Shaders},
+    texture::described,
+};
+
+/// The shaders of this folder.
+pub(crate) const DECLARED: Shaders =
+    Shaders { roots: &[Root::new("indirect/history/mix")], structs: &[SharedStruct::of::<HistoryParameters>()] };
+
+gpu_struct! {
+    /// What the pass is told.
+    pub struct HistoryParameters {
+        /// Pixels of the picture before.
+        size_before: UVec2,
+        /// Whether there was one, of this scene.
+        is_known: u32,
+        /// Frames of the mean that this frame is added to.
+        mean_frames: f32,
+        /// Frames that the view has rested for before this one, beyond the first.
+        rested: f32,
+        /// Frames that a pixel knows of at most while its view moves.
+        most: f32,
+        /// 1: the view is not where it was, and what surfaces mirror is not either.
+        has_moved: u32,
+        /// 1: the scene has changed a short time ago.
+        has_changed: u32,
+    }
+}
+
+named_enum! {
+    /// Whether pixels keep what they saw in the frames before.
+    #[derive(Default)]
+    History {
+        /// Each frame is by itself.
+        #[default]
+        Off = "off": "Each frame is by itself",
+        /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since.
+        On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
+    }
+}
+
+/// The setting that rooms whose sums are smoothed have in common.
+pub(super) const HISTORY: KnobWords = KnobWords::new(
+    "history",
+    "ON|OFF",
+    Range::Names,
+    "Whether indirect light is mixed with that of the frames before, along surfaces. On: less noise while the view moves, \
+     and light that changes is followed late. A picture of one frame, and a mean, are the same with either",
+);
+
+/// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
+const MOST: f32 = 32.0;
+/// Frames for which what is known is doubted after a change of the scene.
+const DOUBTED: u32 = 8;
+const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+/// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where nothing is.
+const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+
+/// The pass, and what each view has kept.
+#[derive(Debug)]
+pub(super) struct Histories {
+    mix: ComputeKernel,
+    views: HashMap<ViewKey, Kept>,
+}
+
+/// What a view keeps: what its frame makes, and what it reads, which the next frame makes.
+#[derive(Debug)]
+struct Kept {
+    now: Sums,
+    before: Sums,
+    last_frame: u64,
+}
+
+#[derive(Debug)]
+struct Sums {
+    layers: wgpu::TextureView,
+    places: wgpu::TextureView,
+    size: UVec2,
+}
+
+impl Histories {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("indirect/history/mix", &[])?;
+        Ok(Self { mix: ComputeKernel::new(device, &shader, "mix_history", "indirect/history"), views: HashMap::new() })
+    }
+
+    /// Forgets all.
+    pub fn forget(&mut self) {
+        self.views.clear();
+    }
+
+    /// Mixes the bounded sums of a view, `found`, with those of its frames before, into `mixed`.
+    pub fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        ViewContext { view, buffer, key, .. }: &ViewContext<'_>,
+        (surface, motion): (&Surface, &Motion),
+        [found, mixed]: [&wgpu::TextureView; 2],
+    ) {
+        let number = frame.number();
+        self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
+        let size = surface.size;
+        let new = |frame: &Frame<'_>| Sums::new(frame.device, size);
+        let kept =
+            self.views.entry(*key).or_insert_with(|| Kept { now: new(frame), before: new(frame), last_frame: 0 });
+        let is_first = kept.last_frame == 0;
+        kept.last_frame = number;
+        std::mem::swap(&mut kept.now, &mut kept.before);
+        if kept.now.size != size {
+            kept.now = new(frame);
+        }
+        let before = motion.before.filter(|_| !is_first);
+        let uniform = frame.uniform(&HistoryParameters {
+            size_before: kept.before.size,
+            is_known: u32::from(before.is_some()),
+            mean_frames: view.frame_index as f32,
+            rested: before.map_or(0, |before| before.rested) as f32,
+            most: MOST,
+            has_moved: before.map_or(0, |before| u32::from(before.has_moved)),
+            has_changed: before.map_or(0, |before| u32::from(before.since_change < DOUBTED)),
+            ..Default::default()
+        });
+        let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
+        let bindings = bindings.with(&kept.bindings()).texture("filtered_sums", found).texture("filtered", mixed);
+        let [width, height, _] = self.mix.workgroup_size();
+        frame.dispatch(&self.mix, &bindings, [size.x.div_ceil(width), size.y.div_ceil(height), 1]);
+    }
+}
+
+impl Kept {
+    fn bindings(&self) -> Bindings<'_> {
+        Bindings::new()
+            .texture("kept_sums", &self.before.layers)
+            .texture("kept_places", &self.before.places)
+            .texture("sums_to_keep", &self.now.layers)
+            .texture("places_to_keep", &self.now.places)
+    }
+}
+
+impl Sums {
+    fn new(device: &wgpu::Device, size: UVec2) -> Self {
+        let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING;
+        let texture = |label, format, layers| {
+            let flat = described(label, size, format, wgpu::TextureUsages::empty(), 1);
+            let size = wgpu::Extent3d { depth_or_array_layers: layers, ..flat.size };
+            texture_of(device, &wgpu::TextureDescriptor { size, usage, ..flat })
+        };
+        Self {
+            layers: texture("history/sums", KEPT_FORMAT, LAYERS),
+            places: texture("history/places", PLACES_FORMAT, 1),
+            size,
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Light that pixels keep from the frames before.
+
+use glam::Affine3A;
+
+use crate::settings::{History, HitLight};
+
+use super::*;
+
+/// Few rays of both kinds, not filtered.
+fn few(history: History) -> Sampled {
+    Sampled { diffuse_rays: 2, glossy_rays: 1, history, ..sampled(Tracer::Bvh) }
+}
+
+const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
+
+fn pixels(picture: &crate::Picture) -> Vec<Vec3> {
+    picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
+}
+
+/// A picture of one frame, and a mean, are what they are without a history, to the bit.
+#[test]
+fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
+    let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
+    let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
+    for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
+        for hit_light in [HitLight::Shaded, HitLight::Cached] {
+            let of = |history| {
+                let rays = Sampled { filter_radius: 4, clamp: IndirectClamp::On, hit_light, ..few(history) };
+                picture(gpu, Settings { accumulate, samples, ..settings(rays) }, &scene, &camera)
+            };
+            assert_eq!(of(History::Off), of(History::On), "{accumulate} frames, {samples:?}, {hit_light}");
+        }
+    }
+}
+
+/// While the camera moves what surfaces have got before is theirs still: less noise, and as much light. Once it rests, the mean is of
+/// all that is known, and goes on to the same picture.
+#[test]
+fn gpu_a_camera_that_moves_takes_its_noise_away() {
+    let Some(gpu) = testing::gpu("gpu_a_camera_that_moves_takes_its_noise_away") else { return };
+    let scene = cornell();
+    let at = |step: u32| looking([0.02 * step as f32, 1.0, 2.6 - 0.01 * step as f32], CAMERA.1);
+    let last = 12;
+    let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few(History::Off) };
+    let truth = picture(gpu, settings(many), &scene, &at(last));
+    let direct = picture(gpu, Settings { indirect: Indirect::None, ..settings(many) }, &scene, &at(last));
+    let light = mean(&truth) - mean(&direct);
+    let walked = |history| {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(history))).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let mut pictures = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.x, SIZE.y).unwrap());
+        pixels(&pictures.by_ref().last().unwrap())
+    };
+    let [without, with] = [History::Off, History::On].map(walked);
+    let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
+    let brought = (mean(&with) - mean(&direct)) / light;
+    println!("off by {noise:.4} without, by {kept:.4} with; {brought:.4} of the light");
+    assert!(kept < 0.5 * noise && (brought - 1.0).abs() < 0.03, "{noise}, {kept}, {brought}");
+
+    let rested = |history| {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(history))).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        (0..last).for_each(|step| {
+            renderer.refine(&uploaded, &[(&at(step), SIZE.x, SIZE.y)]).unwrap();
+        });
+        let mut refine = || pixels(&renderer.refine(&uploaded, &[(&at(last), SIZE.x, SIZE.y)]).unwrap()[0]);
+        let first = refine();
+        let fourth = (0..3).map(|_| refine()).last().unwrap();
+        (first, fourth, (0..28).map(|_| refine()).last().unwrap())
+    };
+    let mean_truth =
+        picture(gpu, Settings { accumulate: 32, ..settings(Sampled { diffuse_rays: 32, ..many }) }, &scene, &at(last));
+    let [without, with] = [History::Off, History::On].map(rested);
+    let errors = [&without.1, &with.1, &without.2, &with.2].map(|picture| off(picture, &mean_truth));
+    println!(
+        "at rest, of 4 frames {:.4} without, {:.4} with; of 32 {:.4}, {:.4}",
+        errors[0], errors[1], errors[2], errors[3]
+    );
+    assert!(errors[1] < 0.7 * errors[0] && errors[3] < 1.1 * errors[2], "{errors:?}");
+    let later = (mean(&with.2) / mean(&mean_truth) - 1.0).abs();
+    assert!(later < 0.01, "{later}");
+}
+
+/// A lamp that is switched off leaves no light behind; one that changes its colour is followed.
+#[test]
+fn gpu_light_that_changes_is_followed() {
+    let Some(gpu) = testing::gpu("gpu_light_that_changes_is_followed") else { return };
+    let camera = looking(CAMERA.0, CAMERA.1);
+    let lit = cornell();
+    let with_lamp =
+        |intensity: Vec3| Scene { lights: vec![Light::point(Vec3::new(0.0, 1.2, 0.5), intensity)], ..lit.clone() };
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(History::On))).unwrap();
+    let mut uploaded = renderer.upload(&lit).unwrap();
+    let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
+        pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap())
+    };
+    (0..12).for_each(|_| {
+        render(&mut renderer, &uploaded);
+    });
+    let dim = with_lamp(Vec3::new(0.5, 0.5, 1.0));
+    renderer.update(&mut uploaded, &dim).unwrap();
+    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..few(History::Off) }), &dim, &camera);
+    let alone = off(&picture(gpu, settings(few(History::Off)), &dim, &camera), &truth);
+    let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &truth)).collect();
+    println!("off by {:.3?}; a frame by itself by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
+    assert!(frames[0] < 1.5 * alone && frames[3] < alone && frames[15] < 0.5 * alone, "{frames:?}");
+    renderer.update(&mut uploaded, &with_lamp(Vec3::ZERO)).unwrap();
+    let left = mean(&render(&mut renderer, &uploaded));
+    // But where too few pixels around are of the same surface to say so.
+    assert!(left < 1e-3 * mean(&truth), "{left} is left of {}", mean(&truth));
+}
+
+/// What a thing that moves uncovers gets nothing of what was in front of it, and the thing keeps what it knows.
+#[test]
+fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
+    let Some(gpu) = testing::gpu("gpu_what_moves_keeps_its_light_and_leaves_none_behind") else { return };
+    let mut scene = floor(matt(0.8));
+    scene.sky = Vec3::ONE;
+    scene.materials.push(matt(0.05));
+    let card = quad(1, Vec3::new(0.0, 0.5, 0.0), 0.5 * Vec3::X, -0.5 * Vec3::Z);
+    let card = lanternfish_scene::Mesh { primitives: vec![card], ..scene.meshes[0].clone() };
+    scene.meshes.push(card);
+    let instance = lanternfish_scene::Instance { mesh: scene.meshes.len() - 1, ..scene.instances[0].clone() };
+    scene.instances.push(instance);
+    let camera = looking([0.0, 3.0, 0.5], [0.0, 0.0, 0.0]);
+    let card = |step: u32| Affine3A::from_translation(Vec3::new(0.04 * step as f32 - 0.3, 0.0, 0.0));
+    scene.instances[1].world_from_object = card(11);
+    let many = Sampled { diffuse_rays: 512, ..few(History::Off) };
+    let truth = picture(gpu, settings(many), &scene, &camera);
+    scene.instances[1].world_from_object = Affine3A::IDENTITY;
+    let of = |history| {
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(history))).unwrap();
+        let mut uploaded = renderer.upload(&scene).unwrap();
+        let moved = (0..12).map(|step| {
+            renderer.move_instances(&mut uploaded, &[(1, card(step))]).unwrap();
+            pixels(&renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap())
+        });
+        moved.last().unwrap()
+    };
+    let [without, with] = [History::Off, History::On].map(|history| off(&of(history), &truth));
+    println!("off by {without:.4} without, by {with:.4} with");
+    assert!(with < 0.8 * without, "{with} of {without}");
+}
