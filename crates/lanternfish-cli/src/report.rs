@@ -149,6 +149,7 @@ pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str
     let finds_arriving = matches!(settings.occlusion, Occlusion::Deep(_)) || settings.indirect != Indirect::None;
     if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if tracer.uses_deep_images()) {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());
+        names.insert("deep-slices", settings.deep_images.slices.to_string());
         names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
     }
     if let Some(view) = settings.debug_view {

@@ -6,6 +6,7 @@ use std::{
     rc::Rc,
 };
 
+use lanternfish::rooms::Family as _;
 use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene};
 use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
@@ -55,7 +56,13 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     }
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
-    let (name, settings, size) = (args.scene.to_string(), args.settings(), args.output.size);
+    let (name, mut settings, size) = (args.scene.to_string(), args.settings(), args.output.size);
+    // A window shows frame after frame.
+    if !shot.names().iter().any(|name| name == "history")
+        && let Some(room) = settings.indirect.room_mut()
+    {
+        room.set("history", "on").expect("every room of indirect light has it");
+    }
     let adapter = args.run.adapter.clone().unwrap_or_default();
     if let Some(folder) = &window.shaders {
         check_folder(folder)?;

@@ -30,6 +30,11 @@ pub struct IndirectArgs {
     #[arg(long, value_name = "SET", value_parser = parse::direction_set, default_value = "zonal:169")]
     #[arg(hide_short_help = true)]
     pub deep_directions: DirectionSet,
+    /// Frames over which deep images are built anew once something has moved, where frames do not wait: in a window and in replays. More: less time
+    /// in each frame, and some directions are so many frames late.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), default_value_t = 1)]
+    #[arg(hide_short_help = true)]
+    pub deep_slices: u32,
 }
 
 impl IndirectArgs {
@@ -59,6 +64,6 @@ impl IndirectArgs {
             _ => self.quality.deep_resolution(),
         };
         let resolution = self.deep_resolution.unwrap_or(spent);
-        DeepImageSettings { directions: self.deep_directions, resolution, ..usual }
+        DeepImageSettings { directions: self.deep_directions, resolution, slices: self.deep_slices, ..usual }
     }
 }

@@ -1,8 +1,8 @@
 use clap::CommandFactory;
 use lanternfish::settings::{
     Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, DeepImageSettings,
-    DirectionSet, Exposure, Grouping, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality,
-    RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap, Tracer,
+    DirectionSet, Exposure, Grouping, History, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion,
+    Quality, RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap, Tracer,
 };
 
 use super::*;
@@ -35,7 +35,7 @@ fn every_flag_reaches_its_setting() {
     let words = "--shadows bvh --ray-culling naive --culling tiled --tile-size 32 --aabb off --textures per-material \
                  --attenuation physical --range-threshold 0.5 --materials lambert --exposure -2 --tone-map none --samples 4 \
                  --anisotropy 2 --debug-view light-count --occlusion deep --occlusion-distance 2.5 --deep-resolution 32 \
-                 --deep-directions cube:2 --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
+                 --deep-directions cube:2 --deep-slices 8 --history on --accumulate 5 --indirect sampled --indirect-rays 3 --glossy-rays 0 \
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
@@ -55,6 +55,7 @@ fn every_flag_reaches_its_setting() {
         deep_images: DeepImageSettings {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 32,
+            slices: 8,
             ..DeepImageSettings::default()
         },
         accumulate: 5,
@@ -67,6 +68,7 @@ fn every_flag_reaches_its_setting() {
             resolution: IndirectResolution::Half,
             filter_radius: 2,
             clamp: IndirectClamp::Off,
+            history: History::On,
             ..Sampled::default()
         }),
     };

@@ -4,6 +4,7 @@ mod attenuation;
 mod clustered;
 mod deep_images;
 mod forward_plus;
+mod history;
 mod indirect;
 mod markdown;
 mod moving;
@@ -82,6 +83,14 @@ pub enum Paper {
     /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
     /// to be compared with each other only.
     Photons(Box<one_bounce::OneBounceArgs>),
+    /// Indirect light while the camera walks and after a light changes, with `--history on` and off.
+    ///
+    /// Along a shot's track: how far the last frame is from the path tracer's picture, and how much the light of what does not move
+    /// flickers. Then a light goes out: how far the frames after that are from the picture without it.
+    ///
+    /// The path tracer's pictures are kept in the folder. Errors are exact; times are of one frame on this machine, to be compared
+    /// with each other only.
+    History(Box<one_bounce::OneBounceArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
     ///
     /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
@@ -137,6 +146,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         Paper::Indirect(args) => indirect::run(args),
         Paper::VirtualLights(args) => virtual_lights::run(args),
         Paper::Photons(args) => photons::run(args),
+        Paper::History(args) => history::run(args),
         Paper::Clustered(args) => clustered::run(args),
         Paper::Moving(args) => moving::run(args),
         Paper::Attenuation(args) => attenuation::run(args),

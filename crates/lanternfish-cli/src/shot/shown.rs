@@ -208,6 +208,7 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
         "textures" => Some(settings.textures.to_string()),
         "accumulate" => Some(settings.accumulate.to_string()),
         "deep-resolution" => Some(deep.resolution.to_string()),
+        "deep-slices" => Some(deep.slices.to_string()),
         "deep-directions" => Some(parse::direction_set_text(deep.directions)),
         _ => None,
     };

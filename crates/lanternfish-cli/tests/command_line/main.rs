@@ -2,6 +2,7 @@
 
 mod bench_clustered;
 mod bench_deep_images;
+mod bench_history;
 mod bench_indirect;
 mod bench_moving;
 mod bench_photons;

@@ -15,55 +15,100 @@ pub struct KeptDeepImages {
     builder: DeepImageBuilder,
     kept: Option<Kept>,
     builds: u64,
+    slices: u32,
+    /// Frames that have asked for them, and the number of the last one.
+    frames: u64,
+    last_frame: u64,
 }
 
 #[derive(Debug)]
 struct Kept {
     images: DeepImages,
-    /// [`GpuScene::generation`] of the scene that the images were built of.
-    generation: u64,
+    /// [`GpuScene::triangle_order`] of the scene that the images were built of.
+    order: u64,
     rotation: Quat,
+    /// Of each chunk.
+    built: Vec<Built>,
     /// The last frame that has noted whether there was room for them: its number.
     noted_in: u64,
+}
+
+/// Of which scene a chunk was built, and in which frame it last was right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Built {
+    /// Which of those that have asked.
+    frame: u64,
+    /// [`GpuScene::generation`] of the scene.
+    generation: u64,
 }
 
 impl KeptDeepImages {
     /// Compiles the builder's passes.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
-        Ok(Self { builder: DeepImageBuilder::new(device, settings)?, kept: None, builds: 0 })
+        Ok(Self {
+            builder: DeepImageBuilder::new(device, settings)?,
+            kept: None,
+            builds: 0,
+            slices: settings.slices,
+            frames: 0,
+            last_frame: 0,
+        })
     }
 
     /// Images of the scene with the set of directions turned by `rotation` (unit; world space from the set's own): built in
     /// this frame where the last ones are of another scene, of triangles that have moved since, or turned differently; else
     /// the last ones. A frame that they were built in must be submitted before they are read in another. Where frames do not wait,
-    /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole.
+    /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole;
+    /// and with [`DeepImageSettings::slices`] of those that things have moved in the oldest slice is built anew, one in each frame.
     pub fn get(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, rotation: Quat) -> Result<&DeepImages, RenderError> {
-        let generation = scene.generation();
         let [counted, images, ..] = frame.last_counted(SLOTS);
         // What is told may be of larger chunks, before they were divided.
         let has_room = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
-        let same = |kept: &Kept| {
-            let has_room = frame.growth() == Growth::Wait || kept.images.chunks.iter().all(has_room);
-            (kept.generation, kept.rotation) == (generation, rotation) && has_room
+        let number = frame.number();
+        let is_later = frame.growth() == Growth::Later;
+        if std::mem::replace(&mut self.last_frame, number) != number {
+            self.frames += 1;
+        }
+        let now = Built { frame: self.frames, generation: scene.generation() };
+        let is_usable = |kept: &Kept| {
+            let has_room = !is_later || kept.images.chunks.iter().all(has_room);
+            let is_of_now = kept.built.iter().all(|built| built.generation == now.generation);
+            let may_be_old = is_later && self.slices > 1;
+            (kept.order, kept.rotation) == (scene.triangle_order(), rotation) && has_room && (is_of_now || may_be_old)
         };
-        if self.kept.as_ref().is_some_and(same) {
-            let number = frame.number();
-            if let (Growth::Later, Some(kept)) = (frame.growth(), &mut self.kept)
-                && kept.noted_in != number
-            {
-                kept.noted_in = number;
-                kept.images.chunks.iter().try_for_each(|chunk| note_again(frame, chunk))?;
-            }
-        } else {
+        if !self.kept.as_ref().is_some_and(is_usable) {
             // Their memory can go before there is more.
             self.kept = None;
             frame.forget_bind_groups();
             self.builder.set_rotation(rotation);
             let images = self.builder.record(frame, scene)?;
             self.builds += 1;
-            self.kept = Some(Kept { images, generation, rotation, noted_in: frame.number() });
+            let built = vec![now; images.chunks.len()];
+            let order = scene.triangle_order();
+            self.kept = Some(Kept { images, order, rotation, built, noted_in: number });
         }
-        Ok(&self.kept.as_ref().expect("just built, if not there").images)
+        let kept = self.kept.as_mut().expect("just built, if not there");
+        kept.built.iter_mut().filter(|built| built.generation == now.generation).for_each(|built| *built = now);
+        if is_later && kept.noted_in != number {
+            kept.noted_in = number;
+            let mut others = vec![true; kept.built.len()];
+            if let Some(oldest) = kept.oldest(now.generation) {
+                frame.forget_bind_groups();
+                self.builder.renew(frame, scene, &mut kept.images, oldest)?;
+                (kept.built[oldest], others[oldest]) = (now, false);
+            }
+            let others = kept.images.chunks.iter().zip(others).filter(|(_, is_other)| *is_other);
+            others.map(|(chunk, _)| chunk).try_for_each(|chunk| note_again(frame, chunk))?;
+        }
+        Ok(&kept.images)
+    }
+
+    /// Frames since the oldest images were right, in the last frame that asked for them: 0 where all are of the scene as it was then.
+    /// None where all images are built at once.
+    pub fn age(&self) -> Option<u64> {
+        let kept = self.kept.as_ref().filter(|_| self.slices > 1)?;
+        let frames = || kept.built.iter().map(|built| built.frame);
+        Some(frames().max()? - frames().min()?)
     }
 
     /// Lets the next frame build them again: the one that built them was not handed to the device.
@@ -76,8 +121,16 @@ impl KeptDeepImages {
         self.builder.check_growth(growth)
     }
 
-    /// How often images have been built.
+    /// How often all images have been built.
     pub fn builds(&self) -> u64 {
         self.builds
+    }
+}
+
+impl Kept {
+    /// The chunk of the oldest images of a scene as it is no longer.
+    fn oldest(&self, generation: u64) -> Option<usize> {
+        let old = (0..self.built.len()).filter(|chunk| self.built[*chunk].generation != generation);
+        old.min_by_key(|chunk| (self.built[*chunk].frame, *chunk))
     }
 }

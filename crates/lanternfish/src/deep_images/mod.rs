@@ -167,6 +167,8 @@ pub struct Chunk {
     pub triangles: Option<wgpu::Buffer>,
     /// How many fragments all lists of the chunk hold; where frames do not wait, how many there is room for.
     pub fragments: u64,
+    /// How many were drawn into them.
+    drawn: u64,
     /// How many were put into lists before any were merged, in the first of four words: of linear arrays.
     counted: Option<wgpu::Buffer>,
 }
@@ -217,6 +219,12 @@ impl DeepImageSettings {
 }
 
 impl DeepImages {
+    /// Counts the chunks' fragments.
+    fn count(&mut self) {
+        let sum = |of: fn(&Chunk) -> u64| self.chunks.iter().map(of).sum();
+        self.counts = DeepCounts { drawn: sum(|c| c.drawn), kept: sum(|c| c.fragments), bytes: sum(Chunk::bytes) };
+    }
+
     /// Bindings of `nearest_image.wesl`, beside the grid of any chunk.
     pub fn direction_bindings(&self) -> Bindings<'_> {
         Bindings::new().buffer("direction_cells", &self.direction_cells)

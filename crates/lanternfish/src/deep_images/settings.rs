@@ -20,6 +20,10 @@ pub struct DeepImageSettings {
     pub merge_texels: f32,
     /// Fragments expected of a texel, by which images are divided into chunks.
     pub fragments_a_texel: u64,
+    /// Frames, 1 to 64, over which images are built anew once something has moved, where frames do not wait ([`crate::Renderer::record`]): each builds
+    /// those of as many directions, the oldest first. More: less time in each frame, and rays in some directions meet things where they
+    /// were so many frames ago. Pictures always have all of them anew.
+    pub slices: u32,
     /// How lists lie in memory.
     pub store: DeepStore,
     /// How a depth lies in memory.
@@ -39,6 +43,7 @@ impl Default for DeepImageSettings {
             supersampling: 1,
             merge_texels: 0.02,
             fragments_a_texel: 32,
+            slices: 1,
             store: DeepStore::LinearArray,
             depth: DeepDepth::Bits32,
             search: DeepSearch::Bisection,

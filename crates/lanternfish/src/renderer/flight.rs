@@ -31,7 +31,8 @@ pub struct FrameReport {
     pub is_lost: bool,
     /// Device time of each pass, in order; empty where the device has no timestamp queries.
     pub passes: Vec<PassTime>,
-    /// Entries of its lists, by their names.
+    /// Entries of its lists, by their names; and `deep_images/age`, where [`crate::settings::DeepImageSettings::slices`] are built in turn: frames since the
+    /// oldest images were right.
     pub counters: Vec<(String, u64)>,
     /// Lists that have got other room because of what it has counted.
     pub resized: Vec<&'static str>,
@@ -46,6 +47,8 @@ pub(super) struct Flight {
     last: Option<Last>,
     /// What has become of the caller's frames, found while something else was waited for.
     found: VecDeque<FrameReport>,
+    /// Frames since the oldest deep images of a frame were right; of frames that are on their way.
+    ages: VecDeque<(FrameId, u64)>,
 }
 
 impl Flight {
@@ -149,6 +152,7 @@ impl Renderer {
             }
             let counters = scene.counters().to_vec();
             this.flight.recorded = Some(frame);
+            this.flight.ages.extend(this.passes.deep_images.as_ref().and_then(|images| Some((frame, images.age()?))));
             this.flight.last = Some(Last { frame, views: moved, results, counters });
             Ok(frame)
         })
@@ -179,6 +183,12 @@ impl Renderer {
         }
         let pool = self.pool.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
         let outcome = pool.outcome(&self.device)?;
+        let ages = &mut self.flight.ages;
+        while ages.front().is_some_and(|(frame, _)| frame.0 < outcome.frame) {
+            ages.pop_front();
+        }
+        let age = ages.pop_front_if(|(frame, _)| frame.0 == outcome.frame).map(|(_, age)| age);
+        let counters = outcome.lists.into_iter().map(|(name, count)| (name.to_owned(), count));
         // Of a lost device, what has arrived before cannot be read.
         let is_lost = outcome.is_lost || is_lost(&self.device);
         Some(FrameReport {
@@ -186,7 +196,7 @@ impl Renderer {
             is_whole: outcome.is_whole,
             is_lost,
             passes: if is_lost { Vec::new() } else { self.profiler.times_of(outcome.frame) },
-            counters: outcome.lists.into_iter().map(|(name, count)| (name.to_owned(), count)).collect(),
+            counters: counters.chain(age.map(|age| ("deep_images/age".to_owned(), age))).collect(),
             resized: outcome.resized,
         })
     }

@@ -3,6 +3,7 @@ mod edit;
 mod flight;
 mod later;
 mod motion;
+mod slices;
 mod steady;
 
 use lanternfish_gpu::testing;

@@ -1,6 +1,7 @@
 //! What benches of one bounce of indirect light share: a view of a scene that its lights alone light, the path tracer's pictures of it, and
 //! a walk through it.
 
+mod frames;
 mod walk;
 
 use std::path::PathBuf;
@@ -339,7 +340,7 @@ impl Run {
 }
 
 /// Device milliseconds of a frame, without those that build deep images, which are kept as long as nothing moves.
-fn frame_ms(passes: &[PassTime]) -> f64 {
+pub fn frame_ms(passes: &[PassTime]) -> f64 {
     passes.iter().filter(|pass| !pass.name.starts_with("deep_images/")).map(|pass| pass.ms).sum()
 }
 

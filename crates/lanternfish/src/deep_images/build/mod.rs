@@ -153,6 +153,66 @@ impl DeepImageBuilder {
             })
             .collect();
         let frames = storage_buffer_of(frame.device, "deep_images/frames", &axes, wgpu::BufferUsages::empty())?;
+        let images = axes.len() as u32;
+        let (generation, known) = self.most_images;
+        let most_images = if generation == scene.generation() { known } else { u32::MAX };
+        let slices = if frame.growth() == Growth::Later { self.settings.slices.max(1) } else { 1 };
+        let mut most = self.images_a_chunk(frame.device).min(most_images).min(images.div_ceil(slices));
+        let mut chunks = Vec::new();
+        let mut was_divided = false;
+        self.gathered(frame, scene, &directions, &frames, |store, frame, grid, source| {
+            let mut first_image = 0;
+            while first_image < images {
+                let image_count = most.min(images - first_image);
+                match store.record(frame, DeepGrid { first_image, image_count, ..grid }, source) {
+                    // More than one binding holds, of several images: of fewer it may hold them.
+                    Err(RenderError::Overflow { .. }) if image_count > 1 => {
+                        (most, was_divided) = (image_count / 2, true);
+                        continue;
+                    }
+                    other => chunks.push(other?),
+                }
+                first_image += image_count;
+            }
+            Ok(())
+        })?;
+        if was_divided {
+            self.most_images = (scene.generation(), most);
+        }
+        let (settings, direction_cells) = (self.settings, self.direction_cells.clone());
+        let counts = DeepCounts::default();
+        let mut images = DeepImages { settings, directions, direction_cells, frames, chunks, counts };
+        images.count();
+        Ok(images)
+    }
+
+    /// Builds the images of one chunk anew: those of the scene as it is, whose triangles are still in the order in which they were when
+    /// the others were built.
+    pub fn renew(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        images: &mut DeepImages,
+        chunk: usize,
+    ) -> Result<(), RenderError> {
+        let DeepGrid { first_image, image_count, .. } = images.chunks[chunk].grid;
+        let renewed = |store: &mut Store, frame: &mut Frame<'_>, grid, source: &mut Source<'_>| {
+            store.record(frame, DeepGrid { first_image, image_count, ..grid }, source)
+        };
+        images.chunks[chunk] = self.gathered(frame, scene, &images.directions, &images.frames, renewed)?;
+        images.count();
+        Ok(())
+    }
+
+    /// Runs `work` with what the builder finds of the scene, and the grid of its images.
+    fn gathered<R>(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        directions: &Directions,
+        frames: &wgpu::Buffer,
+        work: impl FnOnce(&mut Store, &mut Frame<'_>, DeepGrid, &mut Source<'_>) -> Result<R, RenderError>,
+    ) -> Result<R, RenderError> {
         let resolution = self.settings.resolution;
         let radius = 0.5 * scene.bounds.size().length() * 1.001 + 1e-4;
         let texels_per_metre = resolution as f32 / (2.0 * radius);
@@ -167,48 +227,17 @@ impl DeepImageBuilder {
             set_from_world: directions.rotation().inverse().into(),
             ..DeepGrid::default()
         };
-        let found = self.builder.begin(frame, scene, &grid)?;
+        let builder = &mut self.builder;
+        let found = builder.begin(frame, scene, &grid)?;
         let scene_bindings = scene.bindings();
-        let mut bindings = scene_bindings.buffer("deep_frames", &frames);
+        let mut bindings = scene_bindings.buffer("deep_frames", frames);
         if let Found::Samples(samples) = &found {
             bindings = samples.bind(bindings);
         }
-        let (generation, known) = self.most_images;
-        let most_images = if generation == scene.generation() { known } else { u32::MAX };
-        let mut most = self.images_a_chunk(frame.device).min(most_images);
-        let builder = &mut self.builder;
-        let mut source =
-            Source { bindings, gather: &mut |frame, grid, bindings| builder.gather(frame, &found, grid, bindings) };
-        let mut chunks = Vec::new();
-        let mut counts = DeepCounts::default();
-        let mut first_image = 0;
-        while first_image < axes.len() as u32 {
-            let image_count = most.min(axes.len() as u32 - first_image);
-            let (chunk, drawn) =
-                match self.store.record(frame, DeepGrid { first_image, image_count, ..grid }, &mut source) {
-                    // More than one binding holds, of several images: of fewer it may hold them.
-                    Err(RenderError::Overflow { .. }) if image_count > 1 => {
-                        most = image_count / 2;
-                        self.most_images = (scene.generation(), most);
-                        continue;
-                    }
-                    other => other?,
-                };
-            counts.drawn += drawn;
-            counts.kept += chunk.fragments;
-            counts.bytes += chunk.bytes();
-            chunks.push(chunk);
-            first_image += image_count;
-        }
-        drop(source);
-        Ok(DeepImages {
-            settings: self.settings,
-            directions,
-            direction_cells: self.direction_cells.clone(),
-            frames,
-            chunks,
-            counts,
-        })
+        let mut gather = |frame: &mut Frame<'_>, grid: &DeepGrid, bindings: &Bindings<'_>| {
+            builder.gather(frame, &found, grid, bindings)
+        };
+        work(&mut self.store, frame, grid, &mut Source { bindings, gather: &mut gather })
     }
 
     /// Images whose lists fit one binding, and, at a guess, whose fragments do.

@@ -51,7 +51,7 @@ impl LinearArray {
         frame: &mut Frame<'_>,
         mut grid: DeepGrid,
         source: &mut Source<'_>,
-    ) -> Result<(Chunk, u64), RenderError> {
+    ) -> Result<Chunk, RenderError> {
         let device = frame.device;
         let lists = grid.list_count();
         let list_bytes = 4 * (u64::from(lists) + 2);
@@ -131,7 +131,7 @@ impl LinearArray {
             None => None,
         };
         let depths = packed.unwrap_or(depths);
-        let chunk = Chunk {
+        Ok(Chunk {
             grid,
             grid_buffer,
             list_starts: kept,
@@ -139,8 +139,8 @@ impl LinearArray {
             depths,
             triangles,
             fragments,
+            drawn,
             counted: Some(counted),
-        };
-        Ok((chunk, drawn))
+        })
     }
 }

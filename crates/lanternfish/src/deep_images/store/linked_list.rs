@@ -38,7 +38,7 @@ impl LinkedLists {
         frame: &mut Frame<'_>,
         mut grid: DeepGrid,
         source: &mut Source<'_>,
-    ) -> Result<(Chunk, u64), RenderError> {
+    ) -> Result<Chunk, RenderError> {
         let device = frame.device;
         let lists = grid.list_count();
         if self.capacity == 0 {
@@ -63,19 +63,17 @@ impl LinkedLists {
             }
             let fragments = u64::from(taken);
             let Slots { depths, triangles, links } = slots;
-            return Ok((
-                Chunk {
-                    grid,
-                    grid_buffer,
-                    list_starts,
-                    next: Some(links),
-                    depths,
-                    triangles,
-                    fragments,
-                    counted: None,
-                },
+            return Ok(Chunk {
+                grid,
+                grid_buffer,
+                list_starts,
+                next: Some(links),
+                depths,
+                triangles,
                 fragments,
-            ));
+                drawn: fragments,
+                counted: None,
+            });
         }
     }
 }

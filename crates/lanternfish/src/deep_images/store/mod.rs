@@ -89,13 +89,13 @@ impl Store {
         })
     }
 
-    /// Builds the lists of a chunk. Also gives how many fragments were put into them.
+    /// Builds the lists of a chunk.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         grid: DeepGrid,
         source: &mut Source<'_>,
-    ) -> Result<(Chunk, u64), RenderError> {
+    ) -> Result<Chunk, RenderError> {
         match self {
             Self::LinearArray(store) => store.record(frame, grid, source),
             Self::Linked(store) => store.record(frame, grid, source),

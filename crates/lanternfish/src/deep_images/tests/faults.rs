@@ -48,14 +48,14 @@ fn images_of(gpu: &Gpu, settings: DeepImageSettings, put: &[Vec4]) -> DeepImages
             Ok(())
         },
     };
-    let (chunk, drawn) = Store::new(&gpu.device, &settings).unwrap().record(&mut frame, grid, &mut source).unwrap();
+    let chunk = Store::new(&gpu.device, &settings).unwrap().record(&mut frame, grid, &mut source).unwrap();
     frame.submit();
     let mut images = DeepImages {
         settings,
         direction_cells: storage_buffer_of(&gpu.device, "direction_cells", directions.cells(), none).unwrap(),
         directions,
         frames: storage_buffer(&gpu.device, "frames", 16).unwrap(),
-        counts: DeepCounts { drawn, kept: chunk.fragments, bytes: 0 },
+        counts: DeepCounts { drawn: chunk.drawn, kept: chunk.fragments, bytes: 0 },
         chunks: vec![chunk],
     };
     let frames: Vec<_> = (0..3).map(|image| frame_of(&images, image)).collect();

@@ -37,6 +37,10 @@ gpu_struct! {
         has_moved: u32,
         /// 1: the scene has changed a short time ago.
         has_changed: u32,
+        /// Frames whose mean the sums were bounded for; 0: they are not bounded.
+        bounded_frames: f32,
+        /// Of these, the ones that the picture is the mean of in any case.
+        asked_frames: f32,
     }
 }
 
@@ -62,7 +66,7 @@ pub(super) const HISTORY: KnobWords = KnobWords::new(
 );
 
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
-const MOST: f32 = 32.0;
+pub(super) const MOST: f32 = 32.0;
 /// Frames for which what is known is doubted after a change of the scene.
 const DOUBTED: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -103,13 +107,15 @@ impl Histories {
         self.views.clear();
     }
 
-    /// Mixes the bounded sums of a view, `found`, with those of its frames before, into `mixed`.
+    /// Mixes the sums of a view, `found`, with those of its frames before, into `mixed`. The picture is the mean of so many frames
+    /// in any case; they were bounded as for a mean of so many, and where fewer are known they are bounded again.
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { view, buffer, key, .. }: &ViewContext<'_>,
         (surface, motion): (&Surface, &Motion),
         [found, mixed]: [&wgpu::TextureView; 2],
+        [asked_frames, bounded_frames]: [f32; 2],
     ) {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
@@ -132,6 +138,8 @@ impl Histories {
             most: MOST,
             has_moved: before.map_or(0, |before| u32::from(before.has_moved)),
             has_changed: before.map_or(0, |before| u32::from(before.since_change < DOUBTED)),
+            bounded_frames,
+            asked_frames,
             ..Default::default()
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);

@@ -10,7 +10,7 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, 
 use lanternfish_scene::named_enum;
 
 use super::{
-    history::{Histories, History},
+    history::{self, Histories, History},
     layers_target,
 };
 use crate::{
@@ -177,7 +177,14 @@ impl Smoothing {
         sums: &PixelSums,
     ) -> wgpu::TextureView {
         let surfaces = view.buffer.bindings().with(&surface.bindings());
-        let parameters = sums.parameters;
+        let mut parameters = sums.parameters;
+        let asked_frames = parameters.clamp_frames;
+        let followed = self.histories.as_mut().zip(surface.motion.as_ref());
+        if parameters.clamp_frames > 0.0 && followed.is_some() {
+            // A frame is a share of what will be known, as of a mean.
+            let known = (view.view.random_index as f32 + 1.0).min(history::MOST);
+            parameters.clamp_frames = parameters.clamp_frames.max(known);
+        }
         let layers = [(); 2].map(|()| layers_target(frame, sums.picture));
         let [width, height, _] = self.filter.workgroup_size();
         let pixels = [sums.picture.x.div_ceil(width), sums.picture.y.div_ceil(height), 1];
@@ -190,13 +197,12 @@ impl Smoothing {
             frame.dispatch(kernel, &smoothing.texture("filtered", to), pixels);
         };
         let is_filtered = parameters.radius > 0;
-        let followed = self.histories.as_mut().zip(surface.motion.as_ref());
         if is_filtered || parameters.clamp_frames > 0.0 || followed.is_some() {
             smooth(frame, &self.bound, 0, [found, next]);
             std::mem::swap(&mut found, &mut next);
         }
         if let Some((histories, motion)) = followed {
-            histories.record(frame, view, (surface, motion), [found, next]);
+            histories.record(frame, view, (surface, motion), [found, next], [asked_frames, parameters.clamp_frames]);
             std::mem::swap(&mut found, &mut next);
         }
         for axis in [0, 1].into_iter().filter(|_| is_filtered) {

@@ -28,7 +28,8 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
                 let rays = Sampled { filter_radius: 4, clamp: IndirectClamp::On, hit_light, ..few(history) };
                 picture(gpu, Settings { accumulate, samples, ..settings(rays) }, &scene, &camera)
             };
-            assert_eq!(of(History::Off), of(History::On), "{accumulate} frames, {samples:?}, {hit_light}");
+            let is_same = of(History::Off) == of(History::On);
+            assert!(is_same, "{accumulate} frames, {samples:?}, {hit_light}");
         }
     }
 }

@@ -1,0 +1,128 @@
+//! `lanternfish bench history`: indirect light while the camera walks and after a light changes, with what pixels keep from frame to frame
+//! and without.
+
+use std::fmt::Write;
+
+use lanternfish::settings::{History, HitLight, Indirect, IndirectResolution, Sampled, Settings, Tracer};
+use lanternfish_scene::Scene;
+use serde::Serialize;
+
+use super::{
+    one_bounce::{Bench, Configuration, Errors, Flicker, Heading, OneBounceArgs, flicker_table, frame_ms, heading},
+    quality::truths::Truth,
+};
+use crate::{error::CliError, progress::Progress};
+
+/// Frames before the change of a light.
+const BEFORE: u32 = 16;
+/// Frames after it that are looked at.
+const AFTER: [u32; 3] = [1, 4, 16];
+/// Part of its intensity that a light keeps which is the scene's only one.
+const DIMMED: f32 = 0.1;
+
+/// Everything the bench found.
+#[derive(Debug, Serialize)]
+struct Report {
+    #[serde(flatten)]
+    heading: Heading,
+    rows: Vec<Row>,
+    flicker: Vec<Flicker>,
+}
+
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    /// Frames of the walk.
+    frames: usize,
+    /// Device milliseconds of the walk's last frame, deep images left aside.
+    frame_ms: f64,
+    /// Of that frame.
+    #[serde(flatten)]
+    errors: Errors,
+    /// HDR-FLIP to the new truth, so many frames after a light has changed.
+    after_change: [f64; AFTER.len()],
+}
+
+pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
+    let mut progress = Progress::start(false);
+    let bench = Bench::start(args, "history", &mut progress)?;
+    let changed = changed(&bench.scene);
+    let changed_truth =
+        progress.step("truth", "Tracing the changed light", || bench.truth_of(Truth::OneBounceFile, &changed))?;
+    let asked: Vec<Configuration> =
+        configurations(&bench.look, args.quick).into_iter().filter(|c| args.asks_for(&c.name)).collect();
+    let mut rows = Vec::new();
+    for configuration in &asked {
+        let Configuration { name, settings, .. } = configuration;
+        rows.push(progress.step("render", name, || {
+            let walked = bench.walked(settings)?;
+            let errors = bench.keep(name, &walked)?;
+            let mut after_change = [0.0; AFTER.len()];
+            let pictures = bench.after_change(settings, BEFORE, &changed, &AFTER)?;
+            for ((flip, picture), after) in after_change.iter_mut().zip(&pictures).zip(AFTER) {
+                bench.keep(&format!("{name}, {after} after the change"), picture)?;
+                *flip = bench.against(picture, &changed_truth)?.0;
+            }
+            let frame_ms = frame_ms(&walked.report.passes);
+            Ok::<_, CliError>(Row { name: name.clone(), frames: bench.steps(), frame_ms, errors, after_change })
+        })?);
+    }
+    let flicker = bench.flicker(&asked, &mut progress)?;
+    progress.finish();
+    let report = Report { heading: bench.heading.clone(), rows, flicker };
+    bench.write(&report, &to_markdown(&report))
+}
+
+/// Each way with what pixels keep and without.
+fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
+    let shaded = Sampled::default();
+    let cached = Sampled { hit_light: HitLight::Cached, ..shaded };
+    let ways = [
+        ("bvh, shaded", shaded),
+        ("bvh, cached", cached),
+        ("bvh, shaded, half resolution", Sampled { resolution: IndirectResolution::Half, ..shaded }),
+        ("within-texel, cached", Sampled { tracer: Tracer::WithinTexel, ..cached }),
+    ];
+    let ways = ways.into_iter().take(if quick { 1 } else { usize::MAX });
+    let with_history = ways
+        .flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, Sampled { history: *history, ..rays })));
+    let configuration = |(name, rays): (&str, Sampled)| Configuration {
+        name: format!("{name}, history {}", rays.history),
+        settings: Settings { indirect: Indirect::Sampled(rays), ..look.clone() },
+        has_steps: false,
+    };
+    with_history.map(configuration).collect()
+}
+
+/// The scene without its first light; the only one is dimmed.
+fn changed(scene: &Scene) -> Scene {
+    let mut changed = Scene { name: format!("{}, changed", scene.name), ..scene.clone() };
+    match &mut changed.lights[..] {
+        [only] => only.intensity *= DIMMED,
+        _ => drop(changed.lights.remove(0)),
+    }
+    changed
+}
+
+fn to_markdown(report: &Report) -> String {
+    let mut page = format!("# Frames after frames: {}\n\n{}", report.heading.scene, heading(&report.heading));
+    page += "\n## The last frame of a walk, and frames after a change of light\n\n\
+             The walk is the shot's track up to its middle; without a track it is one frame. *Energy*: of indirect light alone, over the \
+             path tracer's one bounce. *FLIP*: HDR-FLIP of the whole picture. *After the change*: HDR-FLIP to the path tracer's picture \
+             of the new light, the camera at rest and each frame by itself; the first light is off, or dimmed to a tenth where it is \
+             the only one.\n\n\
+             | | frames | frame, ms | energy | FLIP | after the change: frame 1 | frame 4 | frame 16 |\n\
+             |---|---:|---:|---:|---:|---:|---:|---:|\n";
+    for Row { name, frames, frame_ms, errors, after_change: [first, fourth, last] } in &report.rows {
+        let Errors { indirect_energy, flip } = errors;
+        writeln!(
+            page,
+            "| {name} | {frames} | {frame_ms:.1} | {indirect_energy:.3} | {flip:.4} | {first:.4} | {fourth:.4} | {last:.4} |"
+        )
+        .expect("String");
+    }
+    if !report.flicker.is_empty() {
+        page += &flicker_table(&report.flicker);
+    }
+    page
+}
