@@ -5,7 +5,7 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `pictures/` is a window of pictures of files.
+//! `pictures/` is a window of pictures of files; `events.rs` is the loop around either.
 
 mod background;
 mod beside;
@@ -14,6 +14,7 @@ mod clusters;
 mod controls;
 mod difference;
 mod error;
+mod events;
 mod kept;
 mod overlay;
 mod pace;

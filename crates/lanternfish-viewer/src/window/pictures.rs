@@ -136,7 +136,7 @@ impl Viewer {
                     Form::File => written.text,
                     Form::CommandLine => {
                         let said = format!("copied: {}", written.text);
-                        self.input.egui_ctx().copy_text(written.text);
+                        self.surface.context().copy_text(written.text);
                         said
                     }
                 }
