@@ -29,8 +29,9 @@ use crate::{
     record::Recorder,
     seen::Seen,
     source_tree::{self, SourceTree},
+    stereo::Stereo,
     surface::{self, Known, Surface},
-    wipe::Wipe,
+    wipe::{Other, Wipe},
 };
 
 /// How long the camera rests before the picture is drawn whole.
@@ -90,8 +91,9 @@ impl Program for Viewer {
             attributes = attributes.with_position(winit::dpi::PhysicalPosition::new(x, y));
         }
         let (surface, gpu) = surface::open(events, display, attributes, &start.adapter)?;
-        let Start { name, scene, camera, settings, open, keep, write, record, shaders, moment, kept: keeps, .. } =
-            start;
+        let Start {
+            name, scene, camera, eyes, settings, open, keep, write, record, shaders, moment, kept: keeps, ..
+        } = start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_at(&scene, moment);
@@ -99,6 +101,7 @@ impl Program for Viewer {
         let state = State {
             usual: settings.clone(),
             wipe: Wipe::new(&settings),
+            stereo: Stereo::new(eyes),
             pointed: None,
             listing: Listing::default(),
             written: None,
@@ -184,7 +187,8 @@ impl Viewer {
     /// moves.
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
-        let is_whole = self.seen.size() == self.room && !self.seen.has_more(camera);
+        let is_whole =
+            self.seen.size() == self.room && !self.seen.has_more(camera) && self.seen.eyes() == self.state.eyes();
         let is_whole = is_whole && !self.beside.has_more(&self.seen, &self.state.wipe, camera);
         self.moves() || !(self.is_busy() || is_whole)
     }
@@ -222,7 +226,7 @@ impl Viewer {
         {
             let place = found.place.as_ref().filter(|_| self.seen.shows(&pointed.camera));
             // Who has clicked waits a moment for what the device knows.
-            pointed.cluster = place.and_then(|place| clusters::at(&self.seen.clusters().ok()?, place.p));
+            pointed.cluster = place.and_then(|place| clusters::at(&self.seen.clusters().ok()?, pointed.eye, place.p));
             pointed.found = Some(found);
         }
         if let Some(failed) = news.failed {
@@ -260,7 +264,7 @@ impl Viewer {
 
     fn open_file(&mut self, path: &Path) {
         let opened = (self.open)(path);
-        let done = opened.and_then(|Opened { name, scene, camera, settings, moment }| {
+        let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, moment }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
             let clip = player::clip_at(&scene, moment);
             self.beside.let_go();
@@ -271,6 +275,10 @@ impl Viewer {
             self.seen.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip) = (name, controls, clip);
+            if eyes.is_some() {
+                self.state.stereo = Stereo::new(eyes);
+                self.state.wipe.other = Other::Nothing;
+            }
             self.moment = moment.map(|(animation, _)| (animation, 0.0));
             (self.state.pointed, self.memory) = (None, Memory::default());
             (self.state.overlays.birds_eye, self.state.overlays.wants_birds_eye) = (None, false);

@@ -3,6 +3,7 @@
 mod panels;
 mod pictures;
 mod rest;
+mod stereo;
 
 use std::{
     fs,

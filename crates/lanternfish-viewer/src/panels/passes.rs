@@ -15,7 +15,8 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
     ui.label(format!("{} triangles, {} lights", facts.triangle_count, facts.scene.lights.len()));
     ui.label(format!("{}, {}", facts.adapter.name, facts.adapter.driver));
     let [width, height] = facts.size;
-    ui.label(format!("{width} × {height} pixels, the mean of {} frames", facts.averaged));
+    let eyes = if facts.eyes.is_some() { " for each eye" } else { "" };
+    ui.label(format!("{width} × {height} pixels{eyes}, the mean of {} frames", facts.averaged));
     let window = facts.window_ms.map_or(String::new(), |ms| format!("; the window {ms:.1} ms"));
     ui.label(format!("A frame {:.1} ms{window}", facts.frame_ms));
     ui.horizontal_wrapped(|ui| {

@@ -14,7 +14,9 @@ use crate::{background::Found, clusters::ClusterAt, overlay};
 pub struct Pointed {
     /// Where it is in the picture: shares of its sides.
     pub at: Vec2,
-    /// Where it was seen from.
+    /// Which eye's picture that is: 0 is the left one, or the only one.
+    pub eye: usize,
+    /// Where it was seen from: the camera between the eyes, where there are two.
     pub camera: Camera,
     /// What is there, once that is known.
     pub found: Option<Found>,

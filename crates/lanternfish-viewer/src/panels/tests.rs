@@ -1,5 +1,7 @@
 //! The panels without a window: every widget is found, changed, and reaches the settings.
 
+mod eyes;
+
 use egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
 use lanternfish::{
@@ -17,7 +19,7 @@ use crate::{background::Found, wipe::Other};
 struct Shown {
     scene: Scene,
     /// The last pixel that was asked for.
-    pixel: Option<Vec2>,
+    pixel: Option<(Vec2, usize)>,
     /// The last form that was asked for.
     write: Option<Form>,
     passes: Vec<PassTime>,
@@ -43,6 +45,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
     let state = State {
         settings: Settings::default(),
         wipe: Wipe::new(&Settings::default()),
+        stereo: Stereo::new(None),
         pointed: None,
         listing: Listing::default(),
         written: None,
@@ -64,6 +67,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
             triangle_count: 32,
             adapter: &adapter,
             size: [640, 480],
+            eyes: None,
             averaged: 3,
             passes: &shown.passes,
             counters: &[],
@@ -232,7 +236,14 @@ fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
     let place = tracer.probe(&camera, [320.0, 465.0], [640, 480]).unwrap();
     let (lights, light_count) = tracer.lights_at(&place, 64);
     let found = Found { place: Some(place), lights, light_count };
-    Pointed { at: Vec2::new(0.5, 465.0 / 480.0), camera, found: Some(found), cluster: None, is_of_before: false }
+    Pointed {
+        at: Vec2::new(0.5, 465.0 / 480.0),
+        eye: 0,
+        camera,
+        found: Some(found),
+        cluster: None,
+        is_of_before: false,
+    }
 }
 
 #[test]
@@ -249,9 +260,9 @@ fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
     harness.step();
     harness.drop_at(place);
     harness.step();
-    let at = harness.state().pixel.expect("a pixel is asked for");
+    let (at, eye) = harness.state().pixel.expect("a pixel is asked for");
     let room = harness.state().asked.room;
-    assert!((0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
+    assert!(eye == 0 && (0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
 }
 
 #[test]

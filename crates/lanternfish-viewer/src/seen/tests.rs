@@ -1,5 +1,5 @@
 use glam::{Vec3, Vec3Swizzles};
-use lanternfish::settings::{DebugView, Indirect, Quality, Shadows};
+use lanternfish::settings::{Clustered, Culling, DebugView, Exposure, Grouping, Indirect, Quality, Shadows};
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 
@@ -150,7 +150,7 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     let (mut found, mut all) = (0, 0);
     for (x, y) in (0..48).step_by(5).flat_map(|x| (0..32).step_by(5).map(move |y| (x, y))) {
         let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
-        let cluster = crate::clusters::at(&grids, place.p).expect("the grid holds all that is seen");
+        let cluster = crate::clusters::at(&grids, 0, place.p).expect("the grid holds all that is seen");
         all += 1;
         found += u32::from(cluster.lights.is_some());
         assert!(cluster.lights.unwrap_or(0) <= seen.scene.lights.len() as u32);
@@ -160,4 +160,34 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     let view = crate::overlay::BirdsEye::new(&crate::controls::Controls::new(camera.clone(), 2.0), 1.5, &grids);
     let all: usize = grids.iter().map(|grid| grid.visible.len()).sum();
     assert!(view.all == all && view.clusters.len() == all && all > 1 && view.outlines.len() == 1, "{all}");
+}
+
+/// The pictures of two eyes in one frame are those that each eye would see alone, whether they share lists of lights or not.
+#[test]
+fn gpu_two_eyes_see_what_each_sees_alone() {
+    let Some(gpu) = testing::gpu("gpu_two_eyes_see_what_each_sees_alone") else { return };
+    let usual = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
+    for grouping in [Grouping::Individual, Grouping::Enclosed] {
+        let culling = Culling::Clustered(Clustered { grouping, ..Clustered::default() });
+        let mut seen = cornell(gpu, &Settings { culling, ..usual.clone() });
+        let camera = seen.scene.default_camera(1.5);
+        draw(&mut seen, &camera, 2);
+        let one = seen.pixels().unwrap();
+        seen.show_to(Some(Eyes::Parallel(0.2)));
+        assert!(seen.has_more(&camera) && seen.right_picture().is_some());
+        draw(&mut seen, &camera, 2);
+        let (both, cameras) = (seen.pixels().unwrap(), seen.cameras(&camera));
+        assert_eq!(seen.clusters().unwrap().len(), if grouping == Grouping::Enclosed { 1 } else { 2 });
+        let halves =
+            [0, 48].map(|from| both.chunks(96).flat_map(|row| row[from..from + 48].to_vec()).collect::<Vec<_>>());
+        assert!(both.len() == 2 * one.len() && halves[0] != halves[1] && halves[0] != one);
+        for (half, of_eye) in halves.iter().zip(&cameras) {
+            let mut alone = cornell(gpu, &usual);
+            draw(&mut alone, of_eye, 2);
+            assert!(alone.pixels().unwrap() == *half, "{grouping:?}, {}", of_eye.name);
+        }
+        seen.show_to(None);
+        draw(&mut seen, &camera, 2);
+        assert!(seen.pixels().unwrap() == one, "one again");
+    }
 }

@@ -23,7 +23,11 @@ impl Viewer {
         self.last = Instant::now();
         let is_alone = !self.is_busy();
         self.poll();
-        let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
+        let right = match self.state.eyes() {
+            Some(_) => self.seen.right_picture(),
+            None => self.beside.picture(),
+        };
+        let shown = [Some(self.seen.picture()), right, self.beside.map()];
         for (known, texture) in self.pictures.iter_mut().zip(shown) {
             self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
         }
@@ -40,8 +44,8 @@ impl Viewer {
         if !self.seen.is_busy() {
             self.keep_picture();
         }
-        if let Some(at) = asked.pixel {
-            self.point(at);
+        if let Some((at, eye)) = asked.pixel {
+            self.point(at, eye);
         }
         if let Some(edit) = asked.edit.clone() {
             self.edit(edit);
@@ -79,6 +83,7 @@ impl Viewer {
             triangle_count: seen.scene.triangle_counts().1,
             adapter: &seen.gpu.description,
             size: seen.size().into(),
+            eyes: seen.eyes(),
             averaged: seen.averaged(),
             passes: seen.report.as_ref().map_or(&[], |report| &report.passes),
             counters: seen.report.as_ref().map_or(&[], |report| &report.counters),
