@@ -73,13 +73,21 @@ impl Surface {
 
     /// Fits the surface to the window; a window without a size has none.
     pub fn configure(&mut self, device: &wgpu::Device) {
+        self.fit(device);
+        self.window.request_redraw();
+    }
+
+    /// The same, and nothing is asked for: whether it has another size now.
+    fn fit(&mut self, device: &wgpu::Device) -> bool {
         let size = self.window.inner_size();
         let most = device.limits().max_texture_dimension_2d;
-        if size.width > 0 && size.height > 0 {
-            (self.settings.width, self.settings.height) = (size.width.min(most), size.height.min(most));
-            self.surface.configure(device, &self.settings);
+        if size.width == 0 || size.height == 0 {
+            return false;
         }
-        self.window.request_redraw();
+        let before = [self.settings.width, self.settings.height];
+        (self.settings.width, self.settings.height) = (size.width.min(most), size.height.min(most));
+        self.surface.configure(device, &self.settings);
+        before != [self.settings.width, self.settings.height]
     }
 
     /// Tells egui of an event: whether it is to be painted because of that.
@@ -157,12 +165,9 @@ impl Surface {
 
     fn paint_shapes(&mut self, gpu: &Gpu, output: egui::FullOutput) {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let surface = match self.surface.get_current_texture() {
-            wgpu::CurrentSurfaceTexture::Success(texture) => texture,
-            wgpu::CurrentSurfaceTexture::Suboptimal(texture) => {
-                drop(texture);
-                return self.configure(device);
-            }
+        let (surface, is_suboptimal) = match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(texture) => (texture, false),
+            wgpu::CurrentSurfaceTexture::Suboptimal(texture) => (texture, true),
             wgpu::CurrentSurfaceTexture::Outdated => return self.configure(device),
             wgpu::CurrentSurfaceTexture::Lost => {
                 match self.instance.create_surface(Arc::clone(&self.window)) {
@@ -196,6 +201,10 @@ impl Surface {
         queue.submit(before.into_iter().chain([commands.finish()]));
         self.window.pre_present_notify();
         queue.present(surface);
+        // A surface that stays so is painted all the same, and is no reason to paint it again.
+        if is_suboptimal && self.fit(device) {
+            self.window.request_redraw();
+        }
     }
 }
 
