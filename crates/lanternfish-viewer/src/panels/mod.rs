@@ -175,12 +175,12 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     if state.shows_panels {
         egui::Panel::left("settings").default_size(290.0).show(ui, |ui| {
             ui.heading(if state.wipe.edits_b { "Settings of B" } else { "Settings" });
-            egui::ScrollArea::vertical().id_salt("settings/all").show(ui, |ui| settings(ui, state));
+            scrolled("settings/all").show(ui, |ui| settings(ui, state));
         });
         egui::Panel::right("frame").default_size(270.0).show(ui, |ui| {
             passes::head(ui, facts, &mut asked);
             ui.separator();
-            egui::ScrollArea::vertical().id_salt("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));
+            scrolled("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));
         });
         egui::Panel::bottom("below").show(ui, |ui| below(ui, state));
     }
@@ -193,6 +193,11 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
         window.show(ui.ctx(), keys::page);
     }
     asked
+}
+
+/// What is wider than its panel is scrolled: a wider panel would leave another room for the picture, whose mean would begin anew.
+fn scrolled(name: &str) -> egui::ScrollArea {
+    egui::ScrollArea::both().id_salt(name).auto_shrink([false, true])
 }
 
 /// What is behind headings on the right.

@@ -45,8 +45,9 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     egui::Grid::new("passes").striped(true).show(ui, |ui| {
         for pass in passes {
             let is_shown = written.as_ref().is_some_and(|written| written.pass == pass.name);
-            one(ui, state, pass, passes, is_shown);
+            // Names may be wider than the panel.
             ui.label(format!("{:.2}", pass.ms));
+            one(ui, state, pass, passes, is_shown);
             ui.end_row();
         }
     });
@@ -85,12 +86,14 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
                 state.written = Some(Written { pass: pass.name.clone(), before, passes: passes.to_vec() });
             }
         } else if is_shown && views.len() > 1 {
-            ui.horizontal(|ui| {
-                for view in views {
-                    ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
-                        .on_hover_text(view.words());
-                }
-            });
+            for row in views.chunks(2) {
+                ui.horizontal(|ui| {
+                    for view in row {
+                        ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
+                            .on_hover_text(view.words());
+                    }
+                });
+            }
         }
     });
 }

@@ -444,3 +444,25 @@ fn everything_is_unfolded_and_folded_at_once() {
     harness.run();
     assert_eq!(told(&harness), [false; 5]);
 }
+
+/// The picture's room is another only if a hand drags a panel, or hides it: its mean goes on.
+#[test]
+fn what_panels_tell_takes_no_room_from_the_picture() {
+    let mut harness = shown();
+    let room = harness.state().asked.room;
+    let pass =
+        PassTime { name: "a/pass/whose/name/is/longer/than/any/other/and/than/the/panel".to_owned(), ms: 1234.5 };
+    let pointed = pointed(&harness);
+    let shown = harness.state_mut();
+    shown.passes.push(pass);
+    shown.state.pointed = Some(pointed);
+    shown.state.message = "word ".repeat(100);
+    harness.run();
+    assert_eq!(harness.state().asked.room, room);
+    harness.key_press(Key::F6);
+    harness.run();
+    assert_eq!(harness.state().asked.room, room);
+    harness.key_press(Key::F3);
+    harness.run();
+    assert!(harness.state().asked.room.x > room.x, "there is more where panels are hidden");
+}
