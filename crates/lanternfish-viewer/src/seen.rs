@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Instant};
 use glam::UVec2;
 use lanternfish::{
     Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
-    light_culling::clustered::GridContents,
+    light_culling::{clustered::GridContents, tiled::TileContents},
 };
 use lanternfish_gpu::{Gpu, GpuError, ShaderTexts, read_texture};
 use lanternfish_scene::{Camera, Eyes, Light, Scene};
@@ -199,6 +199,11 @@ impl Seen {
     /// What the clusters of the last frame hold. Waits for the device.
     pub fn clusters(&self) -> Result<Vec<GridContents>, RenderError> {
         self.renderer.cluster_contents()
+    }
+
+    /// What the tiles of the last frame list, for each eye. Waits for the device.
+    pub fn tiles(&self) -> Result<Vec<TileContents>, RenderError> {
+        self.renderer.tile_contents()
     }
 
     /// What its frames keep on the device.

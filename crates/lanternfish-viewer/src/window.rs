@@ -227,6 +227,8 @@ impl Viewer {
             let place = found.place.as_ref().filter(|_| self.seen.shows(&pointed.camera));
             // Who has clicked waits a moment for what the device knows.
             pointed.cluster = place.and_then(|place| clusters::at(&self.seen.clusters().ok()?, pointed.eye, place.p));
+            let pixel = (pointed.at * self.seen.size().as_vec2()).as_uvec2();
+            pointed.tile = place.and_then(|_| self.seen.tiles().ok()?.get(pointed.eye)?.at(pixel));
             pointed.found = Some(found);
         }
         if let Some(failed) = news.failed {

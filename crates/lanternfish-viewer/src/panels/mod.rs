@@ -177,7 +177,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
             ui.heading(if state.wipe.edits_b { "Settings of B" } else { "Settings" });
             scrolled("settings/all").show(ui, |ui| settings(ui, state));
         });
-        egui::Panel::right("frame").default_size(270.0).show(ui, |ui| {
+        egui::Panel::right("frame").default_size(290.0).show(ui, |ui| {
             passes::head(ui, facts, &mut asked);
             ui.separator();
             scrolled("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));

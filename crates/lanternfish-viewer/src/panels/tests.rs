@@ -242,6 +242,7 @@ fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
         camera,
         found: Some(found),
         cluster: None,
+        tile: None,
         is_of_before: false,
     }
 }
@@ -275,7 +276,7 @@ fn what_was_clicked_is_told_and_looked_at() {
     harness.state_mut().state.pointed = Some(Pointed { found: None, ..pointed.clone() });
     harness.run();
     assert!(harness.query_by_label("Looking for it…").is_some());
-    harness.state_mut().state.pointed = Some(pointed);
+    harness.state_mut().state.pointed = Some(Pointed { tile: Some((glam::UVec2::new(20, 29), 17)), ..pointed });
     harness.run();
     let scene = &harness.state().scene;
     let material = &scene.materials[place.material];
@@ -285,6 +286,8 @@ fn what_was_clicked_is_told_and_looked_at() {
         pixel::named(place.material, &material.name),
         format!("{:.2}", material.perceptual_roughness),
         "1 light in reach".to_owned(),
+        "20, 29".to_owned(),
+        "17 lights".to_owned(),
     ];
     for words in expected {
         assert!(harness.query_all_by_label(&words).next().is_some(), "{words} is not told");

@@ -1,5 +1,5 @@
 use glam::{Vec3, Vec3Swizzles};
-use lanternfish::settings::{Clustered, Culling, DebugView, Exposure, Grouping, Indirect, Quality, Shadows};
+use lanternfish::settings::{Clustered, Culling, DebugView, Exposure, Grouping, Indirect, Quality, Shadows, Tiled};
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 
@@ -190,4 +190,36 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
         draw(&mut seen, &camera, 2);
         assert!(seen.pixels().unwrap() == one, "one again");
     }
+}
+
+/// The tile of a pixel lists all lights that reach its surface, and no more than there are; the lists of all tiles add up to what was counted.
+#[test]
+fn gpu_tiles_list_what_reaches_their_pixels() {
+    let Some(gpu) = testing::gpu("gpu_tiles_list_what_reaches_their_pixels") else { return };
+    let culling = Culling::Tiled(Tiled::default());
+    let mut seen = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
+    let (camera, middle) = (seen.scene.default_camera(1.5), seen.scene.bounds().center());
+    assert!(seen.tiles().unwrap().is_empty(), "before the first frame");
+    let near = |x: f32| Light { range: Some(0.4), ..Light::point(middle + Vec3::new(x, -0.6, 0.0), Vec3::ONE) };
+    seen.set_lights([seen.scene.lights.clone(), vec![near(-0.5), near(0.0), near(0.5)]].concat()).unwrap();
+    draw(&mut seen, &camera, 1);
+    let tiles = seen.tiles().unwrap().remove(0);
+    assert_eq!((tiles.dimensions, tiles.lights.len()), (UVec2::new(3, 2), 6));
+    assert!(
+        tiles.lights.iter().all(|listed| *listed <= 4) && tiles.lights.iter().any(|listed| *listed != tiles.lights[0])
+    );
+    let tracer = lanternfish_reference::Tracer::new(&seen.scene, lanternfish_reference::Settings::default()).unwrap();
+    let mut reached = 0;
+    for (x, y) in (0..48).step_by(3).flat_map(|x| (0..32).step_by(3).map(move |y| (x, y))) {
+        let (tile, listed) = tiles.at(UVec2::new(x, y)).expect("a tile");
+        assert_eq!(tile, UVec2::new(x / 16, y / 16));
+        let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
+        let (_, reaching) = tracer.lights_at(&place, 64);
+        assert!(listed as usize >= reaching, "{listed} of {reaching} lights at {x}, {y}");
+        reached += reaching;
+    }
+    assert!(reached > 0);
+    let all: u32 = tiles.lights.iter().sum();
+    let counters = &seen.report.as_ref().unwrap().counters;
+    assert!(counters.iter().any(|(_, count)| *count == u64::from(all)), "{all} of {counters:?}");
 }

@@ -105,7 +105,7 @@ impl Viewer {
     fn probe(&mut self, at: glam::Vec2, eye: usize, camera: Camera, found: Option<Found>) {
         let cameras = self.seen.cameras(&camera);
         self.beside.probe(&self.seen, cameras.get(eye).unwrap_or(&camera), at.to_array());
-        self.state.pointed = Some(Pointed { at, eye, camera, found, cluster: None, is_of_before: false });
+        self.state.pointed = Some(Pointed { at, eye, camera, found, cluster: None, tile: None, is_of_before: false });
     }
 
     /// Changes a light.
