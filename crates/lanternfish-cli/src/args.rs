@@ -15,7 +15,7 @@ use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, builder::NonEmp
 use glam::Vec3;
 use lanternfish::settings::Settings;
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Viewpoint, generate::DEMOS};
+use lanternfish_scene::{Eyes, Viewpoint, generate::DEMOS};
 
 use self::indirect::IndirectArgs;
 pub use self::{light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
@@ -33,7 +33,7 @@ use crate::{
     replay::{self, ReplayArgs},
     scene::SceneName,
     shot,
-    stereo::{Eyes, StereoLayout},
+    stereo::StereoLayout,
     window,
 };
 

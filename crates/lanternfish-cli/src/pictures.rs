@@ -10,6 +10,7 @@ use crate::{
     compare::failed,
     error::CliError,
     output::has_ending,
+    progress::Progress,
     scene::SceneName,
     shot::Shot,
     window,
@@ -37,6 +38,8 @@ pub fn run(shot: &Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     }
     let paths: Vec<_> =
         [shot.args.scene.path()].into_iter().chain(window.pictures.iter().map(PathBuf::as_path)).collect();
+    // The window's log goes where others' do.
+    Progress::start(shot.args.run.quiet).finish();
     show(&shot.args, &paths)
 }
 

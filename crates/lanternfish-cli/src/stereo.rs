@@ -2,20 +2,9 @@
 
 use clap::ValueEnum;
 use lanternfish::Picture;
-use lanternfish_scene::{Camera, StereoRig};
+use lanternfish_scene::{Camera, Eyes};
 
 use crate::{error::CliError, parse};
-
-/// Which eyes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Eyes {
-    /// The HTC Vive's.
-    Vive,
-    /// Both see what the camera sees, this far apart, m.
-    Parallel(f32),
-    /// The left eye's slopes (left, right, bottom, top), the distance, m, and the angle that each is turned out by, radians.
-    Rig([f32; 4], f32, f32),
-}
 
 /// How two pictures become one file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -27,9 +16,6 @@ pub enum StereoLayout {
     Layers,
 }
 
-/// Distance of human eyes, m.
-const HUMAN: f32 = 0.063;
-
 /// `vive`, `parallel[:metres]` or `l,r,b,t,metres[,degrees]`.
 pub fn eyes(text: &str) -> Result<Eyes, String> {
     let expected = "expected vive, parallel, parallel:METRES or l,r,b,t,METRES[,DEGREES] (slopes of the left eye's sides, the \
@@ -40,7 +26,7 @@ pub fn eyes(text: &str) -> Result<Eyes, String> {
     };
     match text.split_once(':') {
         None if text == "vive" => return Ok(Eyes::Vive),
-        None if text == "parallel" => return Ok(Eyes::Parallel(HUMAN)),
+        None if text == "parallel" => return Ok(Eyes::Parallel(Eyes::HUMAN)),
         Some(("parallel", metres)) => {
             return Ok(Eyes::Parallel(apart(parse::number(metres).ok_or(expected)?)?));
         }
@@ -58,21 +44,20 @@ pub fn eyes(text: &str) -> Result<Eyes, String> {
     Ok(Eyes::Rig(slopes, apart(values[4])?, degrees.to_radians()))
 }
 
-impl Eyes {
-    /// The two cameras of a head where `head` is.
-    pub fn cameras(self, head: &Camera, aspect: f32) -> Result<[Camera; 2], CliError> {
-        let rig = match self {
-            Self::Vive => StereoRig::vive(),
-            Self::Rig(slopes, distance, cant) => StereoRig::new(distance, slopes, cant),
-            Self::Parallel(distance) => StereoRig::parallel(head, aspect, distance).ok_or_else(|| {
-                CliError::new(
-                    "--stereo parallel: the camera is orthographic",
-                    "choose a perspective one, or --stereo vive",
-                )
-            })?,
-        };
-        Ok(rig.cameras(head, head.projection.near().max(1e-5)))
+/// The eyes as [`eyes`] reads them.
+pub fn text(eyes: Eyes) -> String {
+    match eyes {
+        Eyes::Vive => "vive".to_owned(),
+        Eyes::Parallel(metres) => format!("parallel:{metres}"),
+        Eyes::Rig([l, r, b, t], metres, cant) => format!("{l},{r},{b},{t},{metres},{}", cant.to_degrees()),
     }
+}
+
+/// The two cameras of a head where `head` is.
+pub fn cameras(eyes: Eyes, head: &Camera, aspect: f32) -> Result<[Camera; 2], CliError> {
+    eyes.cameras(head, aspect).ok_or_else(|| {
+        CliError::new("--stereo parallel: the camera is orthographic", "choose a perspective one, or --stereo vive")
+    })
 }
 
 /// Two pictures of one height as one, the first on the left. Times and counts are the first's and, where only the second has
@@ -124,6 +109,9 @@ mod tests {
             "-1,1,-1,1,-2",
         ] {
             assert!(eyes(bad).is_err(), "{bad}");
+        }
+        for said in ["vive", "parallel:0.0631", "-1,2,-3,4,0.06,0"] {
+            assert_eq!(text(eyes(said).unwrap()), said);
         }
     }
 

@@ -23,6 +23,7 @@ use crate::{
     render::lit_scene,
     scene::SceneName,
     shot::{self, Shot, shown},
+    stereo,
 };
 
 pub const HELP: &str = "\
@@ -31,6 +32,7 @@ Examples:
   lanternfish view scene.glb
   lanternfish view shot.toml --shadows bvh
   lanternfish view scene.glb --record walk.toml
+  lanternfish view scene.glb --stereo parallel
   lanternfish view before.exr after.exr
 
 W A S D fly, dragging looks about; F1 shows all keys. V looks at the
@@ -63,6 +65,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     {
         room.set("history", "on").expect("every room of indirect light has it");
     }
+    let eyes = args.stereo.stereo;
     let adapter = args.run.adapter.clone().unwrap_or_default();
     if let Some(folder) = &window.shaders {
         check_folder(folder)?;
@@ -75,10 +78,12 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     // What is opened now: a file that is dropped takes its place.
     let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig)));
     let open_another = Rc::clone(&opened);
+    eyes.map(|eyes| stereo::cameras(eyes, &camera, size.width as f32 / size.height as f32)).transpose()?;
     let start = Start {
         name,
         scene,
         camera,
+        eyes,
         settings,
         size: [size.width, size.height],
         size_is_chosen,
@@ -165,17 +170,17 @@ fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let name = SceneName::from(path.as_os_str());
     let is_shot = shot::is_shot(&name);
     let shot = if is_shot { shot::read(path, Vec::new())? } else { shot::plain(&name) };
-    let settings = is_shot.then(|| shot.args.settings());
+    let (settings, eyes) = (is_shot.then(|| shot.args.settings()), shot.args.stereo.stereo);
     let Loaded { scene, camera, by_rig, moment } = loaded(&shot, &mut Progress::hidden())?;
     let name = shot.args.scene.to_string();
     let now = shown::Opened::new(shot, &scene, &camera, by_rig);
-    Ok((now, Opened { name, scene, camera, settings, moment }))
+    Ok((now, Opened { name, scene, camera, eyes, settings, moment }))
 }
 
 /// What is seen, as a shot in the current folder under a name that is not taken, or as a line for a shell.
 fn written(opened: &shown::Opened, seen: &Shown<'_>, form: Form) -> Result<Written, CliError> {
-    let Shown { settings, scene, camera, size, moment } = *seen;
-    let (shot, camera) = opened.shown(&shown::Shown { settings, scene, camera, size, moment })?;
+    let Shown { settings, scene, camera, eyes, size, moment } = *seen;
+    let (shot, camera) = opened.shown(&shown::Shown { settings, scene, camera, eyes, size, moment })?;
     let text = match form {
         Form::CommandLine => shown::command_line(&shot),
         Form::File => {

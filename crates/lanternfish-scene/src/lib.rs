@@ -39,5 +39,5 @@ pub use material::{AlphaMode, Material, TextureRef};
 pub use mesh::{Bounds, Mesh, Primitive};
 pub use named_enum::{Named, Setting};
 pub use scene::{Instance, Scene};
-pub use stereo::{Eye, StereoRig};
+pub use stereo::{Eye, Eyes, StereoRig};
 pub use texture::{Filter, Image, LINEAR_FROM_SRGB, MipFilter, Sampler, Texture, Wrap, linear_from_srgb};

@@ -63,6 +63,43 @@ impl StereoRig {
     }
 }
 
+/// Which eyes see a picture for two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Eyes {
+    /// The HTC Vive's.
+    Vive,
+    /// Both see what the camera sees, this far apart, m.
+    Parallel(f32),
+    /// The left eye's slopes (left, right, bottom, top), the distance, m, and the angle that each is turned out by, radians.
+    Rig([f32; 4], f32, f32),
+}
+
+impl Eyes {
+    /// Distance of human eyes, m.
+    pub const HUMAN: f32 = 0.063;
+
+    /// The two cameras of a head where `head` is; a picture is `aspect` times as wide as high. `None` for parallel eyes of an orthographic
+    /// camera.
+    pub fn cameras(self, head: &Camera, aspect: f32) -> Option<[Camera; 2]> {
+        let rig = match self {
+            Self::Vive => StereoRig::vive(),
+            Self::Rig(slopes, distance, cant) => StereoRig::new(distance, slopes, cant),
+            Self::Parallel(distance) => StereoRig::parallel(head, aspect, distance)?,
+        };
+        Some(rig.cameras(head, head.projection.near().max(1e-5)))
+    }
+
+    /// How many times as wide as high a picture is in which nothing is stretched. `None`: any is.
+    pub fn aspect(self) -> Option<f32> {
+        let of = |[left, right, bottom, top]: [f32; 4]| (right - left) / (top - bottom);
+        match self {
+            Self::Vive => Some(of(StereoRig::vive().eyes[0].slopes)),
+            Self::Rig(slopes, ..) => Some(of(slopes)),
+            Self::Parallel(_) => None,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

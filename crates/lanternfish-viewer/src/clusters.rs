@@ -14,8 +14,9 @@ pub struct ClusterAt {
     pub fragments: u32,
 }
 
-/// The cluster that a place of the world, m, is in; none where it is in no grid.
-pub fn at(grids: &[GridContents], p_world: Vec3) -> Option<ClusterAt> {
+/// The cluster that a place of the world, m, is in; none where it is in no grid. Where each eye has a grid, it is that of the eye.
+pub fn at(grids: &[GridContents], eye: usize, p_world: Vec3) -> Option<ClusterAt> {
+    let grids = grids.get(eye..).filter(|grids| !grids.is_empty()).unwrap_or(grids);
     let (grid, place) = grids.iter().find_map(|grid| Some((grid, place_in(&grid.geometry, p_world)?)))?;
     let UVec3 { x, y, .. } = grid.geometry.dimensions;
     let index = place.x + x * (place.y + y * place.z);
@@ -61,12 +62,13 @@ mod tests {
             let grids = [GridContents { geometry, clusters: 320, visible }];
             for index in [0, 77, 319] {
                 let middle = geometry.corners(index).iter().sum::<Vec3>() / 8.0;
-                let found = at(&grids, middle).unwrap();
+                let found = at(&grids, 0, middle).unwrap();
                 assert_eq!(found.place, UVec3::new(index % 8, index / 8 % 4, index / 32), "{found:?}");
                 assert_eq!(found.lights, (index == 77).then_some(9));
+                assert_eq!(at(&grids, 1, middle), Some(found), "both eyes share a grid");
             }
-            assert_eq!(at(&grids, Vec3::Z), None, "behind");
+            assert_eq!(at(&grids, 0, Vec3::Z), None, "behind");
         }
-        assert_eq!(at(&[], Vec3::ZERO), None);
+        assert_eq!(at(&[], 1, Vec3::ZERO), None);
     }
 }

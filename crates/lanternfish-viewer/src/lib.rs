@@ -5,7 +5,7 @@
 //!  winit, egui   egui       controls.rs                       Renderer::record
 //! ```
 //!
-//! `pictures/` is a window of pictures of files.
+//! `pictures/` is a window of pictures of files; `events.rs` is the loop around either.
 
 mod background;
 mod beside;
@@ -14,6 +14,7 @@ mod clusters;
 mod controls;
 mod difference;
 mod error;
+mod events;
 mod kept;
 mod overlay;
 mod pace;
@@ -24,6 +25,7 @@ mod player;
 mod record;
 mod seen;
 mod source_tree;
+mod stereo;
 mod sun;
 mod surface;
 mod texture;
@@ -34,7 +36,7 @@ use std::path::{Path, PathBuf};
 
 use lanternfish::Settings;
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Camera, Scene};
+use lanternfish_scene::{Camera, Eyes, Scene};
 
 pub use controls::Way;
 pub use error::ViewerError;
@@ -58,7 +60,9 @@ pub struct Shown<'a> {
     pub scene: &'a Scene,
     /// Where it is seen from.
     pub camera: &'a Camera,
-    /// Pixels across and down.
+    /// The eyes that it is seen by, side by side; none: one.
+    pub eyes: Option<Eyes>,
+    /// Pixels across and down, of one eye.
     pub size: [u32; 2],
     /// Which animation is shown, and when, s; none where nothing was played.
     pub moment: Option<(usize, f32)>,
@@ -91,6 +95,8 @@ pub struct Start {
     pub scene: Scene,
     /// Where it is seen from.
     pub camera: Camera,
+    /// The eyes that it is seen by, side by side; none: one.
+    pub eyes: Option<Eyes>,
     /// How it is rendered.
     pub settings: Settings,
     /// Points of the window across and down.
@@ -123,6 +129,8 @@ pub struct Opened {
     pub scene: Scene,
     /// Where it is seen from.
     pub camera: Camera,
+    /// The eyes that it is seen by; none where it does not say.
+    pub eyes: Option<Eyes>,
     /// How it is rendered; none where it does not say, and is rendered as what was there before.
     pub settings: Option<Settings>,
     /// Which animation is shown, and when in it, s.

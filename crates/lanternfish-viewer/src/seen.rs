@@ -5,12 +5,15 @@ use std::{sync::Arc, time::Instant};
 use glam::UVec2;
 use lanternfish::{
     Change, Engine, FrameId, FrameMemory, FrameReport, GpuScene, RenderError, Renderer, Settings, Target, ViewRequest,
-    light_culling::clustered::GridContents,
+    light_culling::{clustered::GridContents, tiled::TileContents},
 };
 use lanternfish_gpu::{Gpu, GpuError, ShaderTexts, read_texture};
-use lanternfish_scene::{Camera, Light, Scene};
+use lanternfish_scene::{Camera, Eyes, Light, Scene};
 
-use crate::texture::{FORMAT, texture};
+use crate::{
+    stereo,
+    texture::{FORMAT, texture},
+};
 
 /// Pixels across and down of the picture that edited shaders are tried on.
 const TRIED: UVec2 = UVec2::new(32, 32);
@@ -31,7 +34,9 @@ pub struct Seen {
     renderer: Renderer,
     uploaded: GpuScene,
     settings: Settings,
-    picture: wgpu::TextureView,
+    /// The picture, or that of each of two eyes.
+    pictures: Vec<wgpu::TextureView>,
+    eyes: Option<Eyes>,
     size: UVec2,
     /// Frames that the picture is the mean of, and where the camera was.
     averaged: (u32, Option<Camera>),
@@ -59,7 +64,7 @@ impl Seen {
 
     fn of(gpu: Gpu, scene: Arc<Scene>, settings: Settings, renderer: Renderer) -> Result<Self, RenderError> {
         let uploaded = renderer.upload(&scene)?;
-        let (size, picture) = (UVec2::ONE, texture(&gpu.device, UVec2::ONE));
+        let (size, pictures) = (UVec2::ONE, vec![texture(&gpu.device, UVec2::ONE)]);
         let (averaged, drawn) = ((0, None), 0);
         let (report, change, on_their_way) = (None, None, None);
         Ok(Self {
@@ -70,7 +75,8 @@ impl Seen {
             renderer,
             uploaded,
             settings,
-            picture,
+            pictures,
+            eyes: None,
             size,
             averaged,
             drawn,
@@ -157,9 +163,17 @@ impl Seen {
         self.renderer.exposure()
     }
 
-    /// The picture's pixels, RGBA, rows from the top. Waits for the device.
+    /// The picture's pixels, RGBA, rows from the top: those of both eyes side by side. Waits for the device.
     pub fn pixels(&self) -> Result<Vec<[u8; 4]>, GpuError> {
-        read_texture(&self.gpu.device, &self.gpu.queue, self.picture.texture())
+        let read = |picture: &wgpu::TextureView| read_texture(&self.gpu.device, &self.gpu.queue, picture.texture());
+        let mut pictures = self.pictures.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        if pictures.len() == 1 {
+            return Ok(pictures.remove(0));
+        }
+        let width = self.size.x as usize;
+        let rows =
+            (0..self.size.y as usize).flat_map(|y| pictures.iter().map(move |pixels| &pixels[y * width..][..width]));
+        Ok(rows.collect::<Vec<_>>().concat())
     }
 
     /// Renders with texts in the place of the library's own shaders. After an error those of before stay.
@@ -187,6 +201,11 @@ impl Seen {
         self.renderer.cluster_contents()
     }
 
+    /// What the tiles of the last frame list, for each eye. Waits for the device.
+    pub fn tiles(&self) -> Result<Vec<TileContents>, RenderError> {
+        self.renderer.tile_contents()
+    }
+
     /// What its frames keep on the device.
     pub fn memory(&self) -> FrameMemory {
         self.renderer.memory()
@@ -204,17 +223,46 @@ impl Seen {
         if size == self.size {
             return false;
         }
-        (self.size, self.picture) = (size, texture(&self.gpu.device, size));
-        self.averaged = (0, None);
+        self.size = size;
+        self.make_pictures();
         true
     }
 
-    /// The picture: encoded for a display.
-    pub fn picture(&self) -> &wgpu::TextureView {
-        &self.picture
+    /// Shows it to two eyes from now on, or to one.
+    pub fn show_to(&mut self, eyes: Option<Eyes>) {
+        if self.eyes != eyes {
+            self.eyes = eyes;
+            self.make_pictures();
+        }
     }
 
-    /// Its pixels across and down.
+    fn make_pictures(&mut self) {
+        let count = if self.eyes.is_some() { 2 } else { 1 };
+        self.pictures = (0..count).map(|_| texture(&self.gpu.device, self.size)).collect();
+        self.averaged = (0, None);
+    }
+
+    /// The eyes that it is shown to; none: one.
+    pub fn eyes(&self) -> Option<Eyes> {
+        self.eyes
+    }
+
+    /// The camera of each eye, or the camera itself.
+    pub fn cameras(&self, camera: &Camera) -> Vec<Camera> {
+        stereo::cameras(self.eyes, camera, self.size.x as f32 / self.size.y as f32)
+    }
+
+    /// The picture, that of the left eye: encoded for a display.
+    pub fn picture(&self) -> &wgpu::TextureView {
+        &self.pictures[0]
+    }
+
+    /// That of the right eye, where there are two.
+    pub fn right_picture(&self) -> Option<&wgpu::TextureView> {
+        self.pictures.get(1)
+    }
+
+    /// Pixels across and down of one eye's picture.
     pub fn size(&self) -> UVec2 {
         self.size
     }
@@ -248,8 +296,12 @@ impl Seen {
     pub fn draw(&mut self, camera: &Camera) -> Result<(), RenderError> {
         let begun = Instant::now();
         let mut commands = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let request = ViewRequest::of_camera(0, camera, self.size.into(), Target::Display(&self.picture, FORMAT));
-        let frame = self.renderer.record(&mut commands, &self.uploaded, &[request])?;
+        let cameras = self.cameras(camera);
+        let request = |(key, (camera, picture))| {
+            ViewRequest::of_camera(key, camera, self.size.into(), Target::Display(picture, FORMAT))
+        };
+        let requests: Vec<_> = (0..).zip(cameras.iter().zip(&self.pictures)).map(request).collect();
+        let frame = self.renderer.record(&mut commands, &self.uploaded, &requests)?;
         self.gpu.queue.submit([commands.finish()]);
         self.renderer.submitted(frame);
         let goes_on = self.averaged.1.as_ref() == Some(camera);

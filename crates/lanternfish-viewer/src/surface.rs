@@ -1,10 +1,11 @@
-//! The window's surface, what egui is painted onto it with, and the pictures that egui knows.
+//! The window's surface, what is typed into it, what egui is painted onto it with and when, and the pictures that egui knows.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
-use egui::{TextureId, ViewportId};
+use egui::{TextureId, Ui, ViewportId};
 use lanternfish_gpu::{AdapterChoice, Gpu};
 use winit::{
+    event::WindowEvent,
     event_loop::{ActiveEventLoop, OwnedDisplayHandle},
     window::{Window, WindowAttributes},
 };
@@ -19,6 +20,11 @@ pub struct Surface {
     surface: wgpu::Surface<'static>,
     settings: wgpu::SurfaceConfiguration,
     painter: egui_wgpu::Renderer,
+    input: egui_winit::State,
+    /// When the panels want to be painted again though nothing happens: a hint opens, a cursor blinks.
+    repaint_at: Option<Instant>,
+    /// How often it was painted.
+    paint_count: u64,
 }
 
 /// A texture that egui may be shown, by the name that it has there, and how it is filtered.
@@ -30,7 +36,7 @@ pub fn open(
     display: &OwnedDisplayHandle,
     attributes: WindowAttributes,
     adapter: &AdapterChoice,
-) -> Result<(Surface, egui_winit::State, Gpu), ViewerError> {
+) -> Result<(Surface, Gpu), ViewerError> {
     let said = |error: &dyn std::error::Error| ViewerError::Display(error.to_string());
     let window = Arc::new(events.create_window(attributes).map_err(|error| said(&error))?);
     let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(Box::new(display.clone()));
@@ -44,16 +50,16 @@ pub fn open(
     let most = gpu.device.limits().max_texture_dimension_2d as usize;
     let scale = Some(window.scale_factor() as f32);
     let input = egui_winit::State::new(context, ViewportId::ROOT, &window, scale, None, Some(most));
-    let mut surface = Surface::new(window, instance, surface, &adapter, &gpu.device)?;
+    let mut surface = Surface::new(window, input, instance, surface, &adapter, &gpu.device)?;
     surface.configure(&gpu.device);
-    surface.window.request_redraw();
-    Ok((surface, input, gpu))
+    Ok((surface, gpu))
 }
 
 impl Surface {
     /// `surface` is the window's own, of this instance; the device is one that can draw to it.
     fn new(
         window: Arc<Window>,
+        input: egui_winit::State,
         instance: wgpu::Instance,
         surface: wgpu::Surface<'static>,
         adapter: &wgpu::Adapter,
@@ -62,18 +68,57 @@ impl Surface {
         let settings = surface_settings(&surface, adapter, window.inner_size())
             .ok_or_else(|| ViewerError::Display("the adapter cannot draw to this window".to_owned()))?;
         let painter = egui_wgpu::Renderer::new(device, settings.format, Default::default());
-        Ok(Self { window, instance, surface, settings, painter })
+        Ok(Self { window, instance, surface, settings, painter, input, repaint_at: None, paint_count: 0 })
     }
 
     /// Fits the surface to the window; a window without a size has none.
     pub fn configure(&mut self, device: &wgpu::Device) {
+        self.fit(device);
+        self.window.request_redraw();
+    }
+
+    /// The same, and nothing is asked for: whether it has another size now.
+    fn fit(&mut self, device: &wgpu::Device) -> bool {
         let size = self.window.inner_size();
         let most = device.limits().max_texture_dimension_2d;
-        if size.width > 0 && size.height > 0 {
-            (self.settings.width, self.settings.height) = (size.width.min(most), size.height.min(most));
-            self.surface.configure(device, &self.settings);
+        if size.width == 0 || size.height == 0 {
+            return false;
         }
-        self.window.request_redraw();
+        let before = [self.settings.width, self.settings.height];
+        (self.settings.width, self.settings.height) = (size.width.min(most), size.height.min(most));
+        self.surface.configure(device, &self.settings);
+        before != [self.settings.width, self.settings.height]
+    }
+
+    /// Tells egui of an event: whether it is to be painted because of that.
+    pub fn takes(&mut self, event: &WindowEvent) -> bool {
+        self.input.on_window_event(&self.window, event).repaint
+    }
+
+    /// What egui knows.
+    pub fn context(&self) -> &egui::Context {
+        self.input.egui_ctx()
+    }
+
+    /// Makes the panels of what was typed since the last time. What they are made of is painted by [`Self::paint`].
+    pub fn panels(&mut self, show: impl FnMut(&mut Ui)) -> egui::FullOutput {
+        let taken = self.input.take_egui_input(&self.window);
+        let context = self.input.egui_ctx().clone();
+        let mut output = context.run_ui(taken, show);
+        self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|panels| panels.repaint_delay);
+        self.repaint_at = delay.and_then(|delay| Instant::now().checked_add(delay));
+        output
+    }
+
+    /// When the panels want to be painted again though nothing happens.
+    pub fn repaint_at(&self) -> Option<Instant> {
+        self.repaint_at
+    }
+
+    /// Whether that time has come; it is asked once.
+    pub fn is_due(&mut self) -> bool {
+        self.repaint_at.take_if(|at| *at <= Instant::now()).is_some()
     }
 
     /// Makes a texture known to egui in the place of the one that was; none: it has none there any more.
@@ -103,27 +148,26 @@ impl Surface {
     }
 
     /// Paints what egui made.
-    pub fn paint(&mut self, gpu: &Gpu, context: &egui::Context, mut output: egui::FullOutput) {
+    pub fn paint(&mut self, gpu: &Gpu, mut output: egui::FullOutput) {
+        self.paint_count += 1;
+        tracing::debug!("paint {} of the window", self.paint_count);
         // Told once: they count whether or not there is a surface to paint on.
         for (id, deltas) in &output.textures_delta.set {
             deltas.iter().for_each(|delta| self.painter.update_texture(&gpu.device, &gpu.queue, *id, delta));
         }
         let mut deltas = std::mem::take(&mut output.textures_delta);
-        self.paint_shapes(gpu, context, output);
+        self.paint_shapes(gpu, output);
         for id in &deltas.free {
             self.painter.free_texture(id);
         }
         deltas.clear();
     }
 
-    fn paint_shapes(&mut self, gpu: &Gpu, context: &egui::Context, output: egui::FullOutput) {
+    fn paint_shapes(&mut self, gpu: &Gpu, output: egui::FullOutput) {
         let (device, queue) = (&gpu.device, &gpu.queue);
-        let surface = match self.surface.get_current_texture() {
-            wgpu::CurrentSurfaceTexture::Success(texture) => texture,
-            wgpu::CurrentSurfaceTexture::Suboptimal(texture) => {
-                drop(texture);
-                return self.configure(device);
-            }
+        let (surface, is_suboptimal) = match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(texture) => (texture, false),
+            wgpu::CurrentSurfaceTexture::Suboptimal(texture) => (texture, true),
             wgpu::CurrentSurfaceTexture::Outdated => return self.configure(device),
             wgpu::CurrentSurfaceTexture::Lost => {
                 match self.instance.create_surface(Arc::clone(&self.window)) {
@@ -134,7 +178,7 @@ impl Surface {
             }
             _ => return,
         };
-        let jobs = context.tessellate(output.shapes, output.pixels_per_point);
+        let jobs = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
         let screen = egui_wgpu::ScreenDescriptor {
             size_in_pixels: [self.settings.width, self.settings.height],
             pixels_per_point: output.pixels_per_point,
@@ -157,6 +201,10 @@ impl Surface {
         queue.submit(before.into_iter().chain([commands.finish()]));
         self.window.pre_present_notify();
         queue.present(surface);
+        // A surface that stays so is painted all the same, and is no reason to paint it again.
+        if is_suboptimal && self.fit(device) {
+            self.window.request_redraw();
+        }
     }
 }
 

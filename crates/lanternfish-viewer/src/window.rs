@@ -1,11 +1,10 @@
 //! The window: what it shows, and the order of a frame.
 
-mod app;
 mod frame;
 mod pictures;
 
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
@@ -15,13 +14,12 @@ use winit::{
     window::Window,
 };
 
-pub use self::app::run;
-
 use crate::{
     Keeper, Opened, Opener, Start, ViewerError, Writer,
     beside::Beside,
     clusters,
     controls::Controls,
+    events::{self, Program},
     kept::Kept,
     overlay::Overlays,
     pace::Pace,
@@ -30,9 +28,10 @@ use crate::{
     player,
     record::Recorder,
     seen::Seen,
-    source_tree::SourceTree,
+    source_tree::{self, SourceTree},
+    stereo::Stereo,
     surface::{self, Known, Surface},
-    wipe::Wipe,
+    wipe::{Other, Wipe},
 };
 
 /// How long the camera rests before the picture is drawn whole.
@@ -44,7 +43,6 @@ const LOOKS_IN_A_FRAME: f64 = 200.0;
 /// An open window.
 struct Viewer {
     surface: Surface,
-    input: egui_winit::State,
     /// A, B, and where they differ, as egui knows them.
     pictures: [Known; 3],
     state: State,
@@ -63,8 +61,6 @@ struct Viewer {
     paints: Paints,
     /// When the window was last painted, and which mean of frames that showed.
     painted: (Instant, Option<u64>),
-    /// When the panels want to be painted again though nothing happens: a hint opens, a cursor blinks.
-    repaint_at: Option<Instant>,
     moved: Option<Instant>,
     wants_screenshot: bool,
     open: Opener,
@@ -76,8 +72,15 @@ struct Viewer {
     kept: Option<PathBuf>,
 }
 
-impl Viewer {
-    fn new(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
+/// Opens the window, and returns when it is closed.
+pub fn run(start: Start) -> Result<(), ViewerError> {
+    events::run::<Viewer>(start)
+}
+
+impl Program for Viewer {
+    type Start = Start;
+
+    fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Start) -> Result<Self, ViewerError> {
         let kept = start.kept.as_deref().map(Kept::read).unwrap_or_default();
         let [width, height] = kept.size.filter(|_| !start.size_is_chosen).unwrap_or(start.size);
         let mut attributes = Window::default_attributes()
@@ -87,9 +90,10 @@ impl Viewer {
         if let Some([x, y]) = kept.position.filter(|place| is_on_a_screen(events, *place)) {
             attributes = attributes.with_position(winit::dpi::PhysicalPosition::new(x, y));
         }
-        let (surface, input, gpu) = surface::open(events, display, attributes, &start.adapter)?;
-        let Start { name, scene, camera, settings, open, keep, write, record, shaders, moment, kept: keeps, .. } =
-            start;
+        let (surface, gpu) = surface::open(events, display, attributes, &start.adapter)?;
+        let Start {
+            name, scene, camera, eyes, settings, open, keep, write, record, shaders, moment, kept: keeps, ..
+        } = start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
         let clip = player::clip_at(&scene, moment);
@@ -97,6 +101,7 @@ impl Viewer {
         let state = State {
             usual: settings.clone(),
             wipe: Wipe::new(&settings),
+            stereo: Stereo::new(eyes),
             pointed: None,
             listing: Listing::default(),
             written: None,
@@ -113,7 +118,6 @@ impl Viewer {
         let (room, last) = (UVec2::new(width, height), Instant::now());
         Ok(Self {
             surface,
-            input,
             pictures: [const { None }; 3],
             state,
             seen,
@@ -129,7 +133,6 @@ impl Viewer {
             memory: Memory::default(),
             paints: Paints::default(),
             painted: (last, None),
-            repaint_at: None,
             // The first picture is a small one: how long a frame takes is not known.
             moved: Some(last),
             wants_screenshot: false,
@@ -142,11 +145,50 @@ impl Viewer {
         })
     }
 
+    fn surface(&mut self) -> (&mut Surface, &wgpu::Device) {
+        (&mut self.surface, &self.seen.gpu.device)
+    }
+
+    fn dropped(&mut self, path: &Path) {
+        self.open_file(path);
+    }
+
+    fn frame(&mut self) -> bool {
+        self.show().close
+    }
+
+    fn has_news(&mut self) -> bool {
+        let is_news = self.read_shaders() | self.poll();
+        is_news || self.has_more() && !self.only_gets_better()
+    }
+
+    fn go_on(&mut self) {
+        if self.only_gets_better() {
+            self.look_from_above();
+            self.draw_both(0.0);
+        }
+    }
+
+    fn look_again(&self) -> Option<Duration> {
+        let works = self.has_more() || self.is_busy() || self.beside.is_working();
+        if works { Some(self.period()) } else { self.shaders.as_ref().map(|_| source_tree::PERIOD) }
+    }
+
+    fn close(mut self) -> Result<(), ViewerError> {
+        self.leave();
+        let recorder = self.recorder.take();
+        drop(self);
+        recorder.map_or(Ok(()), Recorder::end).map_err(ViewerError::Record)
+    }
+}
+
+impl Viewer {
     /// Whether anything would be drawn that is not there yet. While the device is busy the panels need not be painted again, unless something
     /// moves.
     fn has_more(&self) -> bool {
         let camera = &self.state.controls.camera;
-        let is_whole = self.seen.size() == self.room && !self.seen.has_more(camera);
+        let is_whole =
+            self.seen.size() == self.room && !self.seen.has_more(camera) && self.seen.eyes() == self.state.eyes();
         let is_whole = is_whole && !self.beside.has_more(&self.seen, &self.state.wipe, camera);
         self.moves() || !(self.is_busy() || is_whole)
     }
@@ -159,7 +201,7 @@ impl Viewer {
     }
 
     /// How long it is until it is asked again whether the device is done.
-    fn look_again(&self) -> Duration {
+    fn period(&self) -> Duration {
         let [least, most] = LOOK_AGAIN;
         Duration::from_secs_f64(1e-3 * self.frame_ms / LOOKS_IN_A_FRAME).clamp(least, most)
     }
@@ -184,7 +226,9 @@ impl Viewer {
         {
             let place = found.place.as_ref().filter(|_| self.seen.shows(&pointed.camera));
             // Who has clicked waits a moment for what the device knows.
-            pointed.cluster = place.and_then(|place| clusters::at(&self.seen.clusters().ok()?, place.p));
+            pointed.cluster = place.and_then(|place| clusters::at(&self.seen.clusters().ok()?, pointed.eye, place.p));
+            let pixel = (pointed.at * self.seen.size().as_vec2()).as_uvec2();
+            pointed.tile = place.and_then(|_| self.seen.tiles().ok()?.get(pointed.eye)?.at(pixel));
             pointed.found = Some(found);
         }
         if let Some(failed) = news.failed {
@@ -220,9 +264,9 @@ impl Viewer {
         true
     }
 
-    fn open_file(&mut self, path: &std::path::Path) {
+    fn open_file(&mut self, path: &Path) {
         let opened = (self.open)(path);
-        let done = opened.and_then(|Opened { name, scene, camera, settings, moment }| {
+        let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, moment }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
             let clip = player::clip_at(&scene, moment);
             self.beside.let_go();
@@ -233,6 +277,10 @@ impl Viewer {
             self.seen.open(scene).map_err(|error| error.to_string())?;
             self.surface.window.set_title(&format!("{name} – Lanternfish"));
             (self.name, self.state.controls, self.state.clip) = (name, controls, clip);
+            if eyes.is_some() {
+                self.state.stereo = Stereo::new(eyes);
+                self.state.wipe.other = Other::Nothing;
+            }
             self.moment = moment.map(|(animation, _)| (animation, 0.0));
             (self.state.pointed, self.memory) = (None, Memory::default());
             (self.state.overlays.birds_eye, self.state.overlays.wants_birds_eye) = (None, false);
@@ -240,7 +288,6 @@ impl Viewer {
             self.recorder.take().map_or(Ok(()), Recorder::end)
         });
         self.state.message = done.err().unwrap_or_default();
-        self.surface.window.request_redraw();
     }
 
     /// Tells the next window of this one.

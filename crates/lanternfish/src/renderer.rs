@@ -29,7 +29,7 @@ use crate::{
     error::RenderError,
     frame::{FrameResult, Passes, Shaded},
     gpu_scene::{GpuScene, Needs},
-    light_culling::clustered::GridContents,
+    light_culling::{clustered::GridContents, tiled::TileContents},
     settings::{Exposure, Settings},
     view::View,
 };
@@ -159,6 +159,12 @@ impl Renderer {
     /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
     pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
         self.passes.light_culling.contents(&self.device, &self.queue)
+    }
+
+    /// What the tiles of the last frame list, for each of its views: read back from the device. Empty before the first frame and without
+    /// [`crate::settings::Culling::Tiled`].
+    pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
+        self.passes.light_culling.tiles(&self.device, &self.queue)
     }
 
     /// What its frames keep on the device; scenes, deep images and means of frames are not among it.

@@ -167,7 +167,7 @@ impl<'a> Pictures<'a> {
             progress.step("move", "Moving", || renderer.update(uploaded, scene))?;
             camera = camera::follow(scene, bounds, &frame.view, self.aspect, &camera)?;
         }
-        let eyes = self.args.stereo.stereo.map(|eyes| eyes.cameras(&camera, self.aspect)).transpose()?;
+        let eyes = self.args.stereo.stereo.map(|eyes| stereo::cameras(eyes, &camera, self.aspect)).transpose()?;
         let cameras = eyes.as_ref().map_or(std::slice::from_ref(&camera), |eyes| eyes);
         let size = self.args.output.size;
         let views: Vec<_> = cameras.iter().map(|camera| (camera, size.width, size.height)).collect();

@@ -8,10 +8,10 @@ use std::{collections::BTreeMap, time::Instant};
 
 use lanternfish::{Change, FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest};
 use lanternfish_gpu::Gpu;
-use lanternfish_scene::Camera;
+use lanternfish_scene::{Camera, Eyes};
 
 use super::{category::Category, counted::Counted, plan::Plan, report::Report, series::Series};
-use crate::{error::CliError, parse::Size, progress::Progress, report::settings_by_name, stereo::Eyes};
+use crate::{error::CliError, parse::Size, progress::Progress, report::settings_by_name};
 
 /// How often a frame is handed to the device until there is room for its lists.
 const TRIES: usize = 32;

@@ -1,7 +1,7 @@
 //! What is played: a scene in its light, and a camera for every frame.
 
 use lanternfish::settings::{Indirect, Occlusion, Settings};
-use lanternfish_scene::{Bounds, Camera, Scene};
+use lanternfish_scene::{Bounds, Camera, Eyes, Scene};
 
 use crate::{
     args::ViewArgs,
@@ -13,7 +13,7 @@ use crate::{
     progress::Progress,
     render::lit_scene,
     shot::{Shot, ShotFrame},
-    stereo::Eyes,
+    stereo,
 };
 
 /// One frame.
@@ -126,7 +126,7 @@ impl Plan {
             _ => camera.clone(),
         };
         match self.eyes {
-            Some(eyes) => Ok(eyes.cameras(&camera, aspect)?.into()),
+            Some(eyes) => Ok(stereo::cameras(eyes, &camera, aspect)?.into()),
             None => Ok(vec![camera]),
         }
     }

@@ -11,7 +11,7 @@ use lanternfish::{
     settings::Settings,
 };
 use lanternfish_scene::{
-    Camera, Light, LightKind, Projection, Scene,
+    Camera, Eyes, Light, LightKind, Projection, Scene,
     rig::{self, LightRig},
 };
 
@@ -20,14 +20,13 @@ use super::{
     keys::{Key, keys},
     parsed, write,
 };
-use crate::{camera, error::CliError, parse};
+use crate::{camera, error::CliError, parse, stereo};
 
 /// Flags that say what a window does not show: they stay behind.
-const LEFT_BEHIND: [&str; 14] = [
+const LEFT_BEHIND: [&str; 13] = [
     "output",
     "open",
     "quality",
-    "stereo",
     "stereo-layout",
     "time",
     "frames",
@@ -63,7 +62,9 @@ pub struct Shown<'a> {
     pub scene: &'a Scene,
     /// Where it is seen from.
     pub camera: &'a Camera,
-    /// Pixels across and down.
+    /// The eyes that it is seen by; none: one.
+    pub eyes: Option<Eyes>,
+    /// Pixels across and down, of one eye.
     pub size: [u32; 2],
     /// Which animation is shown, and when, s.
     pub moment: Option<(usize, f32)>,
@@ -88,11 +89,14 @@ impl Opened {
         let choose = |view| camera::choose(shown.scene, view, aspect);
         let stands = self.shot.track.is_none() && choose(&self.shot.args.view)? == *shown.camera;
         let name_of = |id: &str| keys.iter().find(|key| key.id == id).map_or("", |key| key.name.as_str());
+        // The same eyes are said as they were.
+        let are_other_eyes = self.shot.args.stereo.stereo != shown.eyes;
         let stays = |(id, _): &&(String, OsString)| {
             let name = name_of(id);
             let is_light = matches!(name, "point" | "disk" | "rectangle" | "sun" | "light-rig" | "size");
             let is_setting = setting(name, shown.settings).is_some();
-            !(LEFT_BEHIND.contains(&name) || is_light || is_setting || (is_camera(name) && !stands))
+            let is_other = name == "stereo" && are_other_eyes;
+            !(LEFT_BEHIND.contains(&name) || is_other || is_light || is_setting || (is_camera(name) && !stands))
         };
         let mut words: Vec<_> = self.shot.words.iter().filter(stays).cloned().collect();
         let mut say = |name: &str, text: String| {
@@ -105,6 +109,9 @@ impl Opened {
             }
         }
         say("size", format!("{}x{}", shown.size[0], shown.size[1]));
+        if let Some(eyes) = shown.eyes.filter(|_| are_other_eyes) {
+            say("stereo", stereo::text(eyes));
+        }
         if let Some((animation, time)) = shown.moment {
             say("animation", animation.to_string());
             say("time", time.to_string());

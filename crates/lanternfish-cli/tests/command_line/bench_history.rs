@@ -10,8 +10,9 @@ use crate::support::lanternfish;
 #[test]
 fn gpu_a_walk_is_steadier_with_a_history() {
     let folder = tempfile::tempdir().unwrap();
-    let shot = "scene = \"demo:cornell\"\n[track]\nframes = 20\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
-                [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
+    let shot = "scene = \"demo:atrium\"\n[lights]\npoint = [[2, 2, 0, 6, 40, 40, 40], [-2, 3, 1, 8, 60, 40, 20]]\n[track]\nframes = 20\n\
+                [[track.keyframes]]\ntime = 0\neye = [8.2, 1.75, -2.7]\ntarget = [-4, 2.2, 0]\n\
+                [[track.keyframes]]\ntime = 1\neye = [7.6, 1.75, -2.5]\ntarget = [-4, 2.2, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
     let words = ["bench", "history", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "64"];
     let output = lanternfish(folder.path()).args(words).args(["--adapter", "cpu", "-o", "found"]).output().unwrap();

@@ -2,6 +2,8 @@
 
 mod panels;
 mod pictures;
+mod rest;
+mod stereo;
 
 use std::{
     fs,
@@ -160,7 +162,7 @@ fn start(display: &Display, folder: &Path, words: &str) -> Running {
     let mut view = lanternfish(folder);
     view.args(words.split(' '));
     view.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("WINIT_X11_SCALE_FACTOR", "1");
-    view.env("XDG_CONFIG_HOME", folder.join("config"));
+    view.env("XDG_CONFIG_HOME", folder.join("config")).env("RUST_LOG", "warn,lanternfish_viewer=debug");
     let mut view = Running(view.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap());
     let window = wait_for("a window", || {
         let said = || fs::read_to_string(folder.join("log")).unwrap();

@@ -2,10 +2,10 @@
 
 use egui::{Key, Ui};
 
-use super::{Asked, State, focus};
+use super::{Asked, State, focus, stereo};
 use crate::{Form, wipe::Other};
 
-const KEYS: [(&str, &str); 18] = [
+const KEYS: [(&str, &str); 19] = [
     ("W A S D", "Fly forward, left, back, right"),
     ("E Q", "Fly up, down"),
     ("Shift", "Four times as fast"),
@@ -15,6 +15,7 @@ const KEYS: [(&str, &str); 18] = [
     ("Click", "What lies under the pixel (\u{201c}Pixel\u{201d} on the right)"),
     ("F", "Look at what was clicked, and go round it"),
     ("B", "Another picture on the right of a line, or none"),
+    ("T", "Two eyes: stereo, side by side; or one"),
     ("V", "The view from above: a second camera looks at the first one and its clusters"),
     ("Space", "Play and pause the animation"),
     (", .", "A frame back, on"),
@@ -62,11 +63,15 @@ pub fn take(ui: &Ui, state: &mut State, asked: &mut Asked) {
             asked.close = !state.shows_keys;
             state.shows_keys = false;
         }
+        if pressed(Key::T) {
+            state.show_stereo(!state.stereo.is_shown);
+        }
         if pressed(Key::B) {
-            state.wipe.other = match state.wipe.other {
-                Other::Nothing => Other::Settings,
-                _ => Other::Nothing,
-            };
+            match state.wipe.other {
+                _ if state.stereo.is_shown => state.message = stereo::ALONE.to_owned(),
+                Other::Nothing => state.wipe.other = Other::Settings,
+                _ => state.wipe.other = Other::Nothing,
+            }
         }
         focuses = pressed(Key::F);
         state.overlays.wants_birds_eye ^= pressed(Key::V);

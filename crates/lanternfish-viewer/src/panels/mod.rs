@@ -8,6 +8,7 @@ mod passes;
 mod picture;
 mod pixel;
 mod sides;
+mod stereo;
 mod sun;
 #[cfg(test)]
 mod tests;
@@ -17,7 +18,7 @@ use egui::Ui;
 use glam::Vec2;
 use lanternfish::Settings;
 use lanternfish_gpu::{AdapterDescription, PassTime};
-use lanternfish_scene::Scene;
+use lanternfish_scene::{Eyes, Scene};
 
 pub use self::{
     lights::{Edit, Listing},
@@ -29,7 +30,8 @@ use crate::{
     Form,
     controls::Controls,
     overlay::{self, Overlays},
-    wipe::{Textures, Wipe},
+    stereo::Stereo,
+    wipe::{Other, Textures, Wipe},
 };
 
 /// What the panels change.
@@ -39,6 +41,8 @@ pub struct State {
     pub settings: Settings,
     /// What is on the other side of the line, and where that is.
     pub wipe: Wipe,
+    /// Whether two eyes see it.
+    pub stereo: Stereo,
     /// The pixel that was clicked.
     pub pointed: Option<Pointed>,
     /// Which lights are listed.
@@ -63,6 +67,22 @@ pub struct State {
     pub is_unfolded: bool,
     /// What becomes of all headings in this frame: unfolded, or folded.
     pub unfold: Option<bool>,
+}
+
+impl State {
+    /// The eyes that the picture is for; none: one.
+    pub fn eyes(&self) -> Option<Eyes> {
+        self.stereo.of(&self.controls.camera)
+    }
+
+    /// Shows it to two eyes, or to one again. There is no B beside two eyes.
+    pub fn show_stereo(&mut self, is_shown: bool) {
+        self.stereo.is_shown = is_shown;
+        if is_shown && self.wipe.other != Other::Nothing {
+            (self.wipe.other, self.wipe.shows_map, self.wipe.edits_b) = (Other::Nothing, false, false);
+            self.message = stereo::ALONE.to_owned();
+        }
+    }
 }
 
 /// An animation of the scene, and where in it the scene is.
@@ -91,8 +111,10 @@ pub struct Facts<'a> {
     pub triangle_count: usize,
     /// What renders.
     pub adapter: &'a AdapterDescription,
-    /// Pixels of the picture.
+    /// Pixels of the picture, or of each eye's.
     pub size: [u32; 2],
+    /// The eyes that it is for; none: one.
+    pub eyes: Option<Eyes>,
     /// Frames that it is the mean of.
     pub averaged: u32,
     /// Device time of each pass of the last frame.
@@ -120,13 +142,13 @@ pub struct Asked {
     pub screenshot: bool,
     /// What is seen, in a form that renders it.
     pub write: Option<Form>,
-    /// What lies under a pixel: shares of the picture's sides.
-    pub pixel: Option<Vec2>,
+    /// What lies under a pixel: shares of a picture's sides, and which eye's it is.
+    pub pixel: Option<(Vec2, usize)>,
     /// Another light.
     pub edit: Option<Edit>,
     /// To be closed.
     pub close: bool,
-    /// Points that are left for the picture, across and down.
+    /// Points that are left for the picture, or each eye's, across and down.
     pub room: Vec2,
     /// Whether the camera was moved by hand.
     pub is_moving: bool,
@@ -153,12 +175,12 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     if state.shows_panels {
         egui::Panel::left("settings").default_size(290.0).show(ui, |ui| {
             ui.heading(if state.wipe.edits_b { "Settings of B" } else { "Settings" });
-            egui::ScrollArea::vertical().id_salt("settings/all").show(ui, |ui| settings(ui, state));
+            scrolled("settings/all").show(ui, |ui| settings(ui, state));
         });
-        egui::Panel::right("frame").default_size(270.0).show(ui, |ui| {
+        egui::Panel::right("frame").default_size(290.0).show(ui, |ui| {
             passes::head(ui, facts, &mut asked);
             ui.separator();
-            egui::ScrollArea::vertical().id_salt("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));
+            scrolled("frame/all").show(ui, |ui| right(ui, state, facts, &mut asked));
         });
         egui::Panel::bottom("below").show(ui, |ui| below(ui, state));
     }
@@ -173,10 +195,16 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32) -> 
     asked
 }
 
+/// What is wider than its panel is scrolled: a wider panel would leave another room for the picture, whose mean would begin anew.
+fn scrolled(name: &str) -> egui::ScrollArea {
+    egui::ScrollArea::both().id_salt(name).auto_shrink([false, true])
+}
+
 /// What is behind headings on the right.
 fn right(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, asked: &mut Asked) {
     let unfold = state.unfold;
     let heading = |name: &'static str| egui::CollapsingHeader::new(name).open(unfold);
+    heading("Two eyes").show(ui, |ui| stereo::show(ui, state));
     heading("Two sides").show(ui, |ui| sides::show(ui, state, facts));
     heading("Pixel").show(ui, |ui| {
         if pixel::show(ui, state, facts) {

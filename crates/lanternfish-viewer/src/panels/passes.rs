@@ -15,7 +15,8 @@ pub fn head(ui: &mut Ui, facts: &Facts<'_>, asked: &mut Asked) {
     ui.label(format!("{} triangles, {} lights", facts.triangle_count, facts.scene.lights.len()));
     ui.label(format!("{}, {}", facts.adapter.name, facts.adapter.driver));
     let [width, height] = facts.size;
-    ui.label(format!("{width} × {height} pixels, the mean of {} frames", facts.averaged));
+    let eyes = if facts.eyes.is_some() { " for each eye" } else { "" };
+    ui.label(format!("{width} × {height} pixels{eyes}, the mean of {} frames", facts.averaged));
     let window = facts.window_ms.map_or(String::new(), |ms| format!("; the window {ms:.1} ms"));
     ui.label(format!("A frame {:.1} ms{window}", facts.frame_ms));
     ui.horizontal_wrapped(|ui| {
@@ -44,8 +45,9 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
     egui::Grid::new("passes").striped(true).show(ui, |ui| {
         for pass in passes {
             let is_shown = written.as_ref().is_some_and(|written| written.pass == pass.name);
-            one(ui, state, pass, passes, is_shown);
+            // Names may be wider than the panel.
             ui.label(format!("{:.2}", pass.ms));
+            one(ui, state, pass, passes, is_shown);
             ui.end_row();
         }
     });
@@ -84,12 +86,14 @@ fn one(ui: &mut Ui, state: &mut State, pass: &PassTime, passes: &[PassTime], is_
                 state.written = Some(Written { pass: pass.name.clone(), before, passes: passes.to_vec() });
             }
         } else if is_shown && views.len() > 1 {
-            ui.horizontal(|ui| {
-                for view in views {
-                    ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
-                        .on_hover_text(view.words());
-                }
-            });
+            for row in views.chunks(2) {
+                ui.horizontal(|ui| {
+                    for view in row {
+                        ui.selectable_value(&mut state.settings.debug_view, Some(*view), view.name())
+                            .on_hover_text(view.words());
+                    }
+                });
+            }
         }
     });
 }

@@ -7,35 +7,46 @@ use super::{Asked, Facts, State};
 use crate::{
     controls::Way,
     overlay::{self, Drawn},
-    wipe::{self, Other},
+    stereo,
+    wipe::{self, Other, Painted, Textures},
 };
 
 /// The picture, and the hand that moves the camera over it.
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>, seconds: f32, asked: &mut Asked) {
     let rect = ui.available_rect_before_wrap();
-    asked.room = Vec2::new(rect.width(), rect.height());
+    let eyes = state.eyes();
+    let places = stereo::places(rect, eyes);
+    asked.room = Vec2::new(places[0].width(), places[0].height());
     let response = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
-    wipe::paint(ui, rect, rect, state.wipe.painted(&facts.textures), &facts.textures);
+    match places[..] {
+        [left, right] => {
+            let of = |a| Textures { a, ..Textures::default() };
+            wipe::paint(ui, left, left, Painted::A, &of(facts.textures.a));
+            wipe::paint(ui, right, right, Painted::A, &of(facts.textures.b));
+        }
+        _ => wipe::paint(ui, rect, rect, state.wipe.painted(&facts.textures), &facts.textures),
+    }
     if state.wipe.other != Other::Nothing && !state.wipe.shows_map {
         wipe::line(ui, rect, &mut state.wipe.line);
     }
     let found = state.pointed.as_ref().filter(|pointed| !pointed.is_of_before).and_then(|at| at.found.as_ref());
-    let drawn = Drawn {
-        scene: facts.scene,
-        settings: &state.settings,
-        camera: &state.controls.camera,
-        found,
-        size: facts.size,
-    };
-    overlay::paint(ui, rect, &state.overlays, &drawn);
-    if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera) {
-        let at = rect.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
+    for (camera, place) in stereo::cameras(eyes, &state.controls.camera, places[0].aspect_ratio()).iter().zip(&places) {
+        let drawn = Drawn { scene: facts.scene, settings: &state.settings, camera, found, size: facts.size };
+        overlay::paint(ui, *place, &state.overlays, &drawn);
+    }
+    if let Some(pointed) = state.pointed.as_ref().filter(|pointed| pointed.camera == state.controls.camera)
+        && let Some(place) = places.get(pointed.eye)
+    {
+        let at = place.lerp_inside(egui::vec2(pointed.at.x, pointed.at.y));
         ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(3.0, egui::Color32::BLACK));
         ui.painter().circle_stroke(at, 5.0, egui::Stroke::new(1.5, egui::Color32::WHITE));
     }
     if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
-        let at = (at - rect.min) / rect.size();
-        asked.pixel = Some(Vec2::new(at.x, at.y));
+        let eye = places.iter().position(|place| place.contains(at));
+        asked.pixel = eye.map(|eye| {
+            let at = (at - places[eye].min) / places[eye].size();
+            (Vec2::new(at.x, at.y), eye)
+        });
     }
     let controls = &mut state.controls;
     let dragged = response.drag_delta();

@@ -1,8 +1,7 @@
 //! What lies under the pixel that was clicked, and the lights that reach it.
 
 use egui::Ui;
-use glam::{Vec2, Vec3};
-use lanternfish::settings::Culling;
+use glam::{UVec2, Vec2, Vec3};
 use lanternfish_reference::Probed;
 use lanternfish_scene::{AlphaMode, Camera, Material, Scene};
 
@@ -14,12 +13,16 @@ use crate::{background::Found, clusters::ClusterAt, overlay};
 pub struct Pointed {
     /// Where it is in the picture: shares of its sides.
     pub at: Vec2,
-    /// Where it was seen from.
+    /// Which eye's picture that is: 0 is the left one, or the only one.
+    pub eye: usize,
+    /// Where it was seen from: the camera between the eyes, where there are two.
     pub camera: Camera,
     /// What is there, once that is known.
     pub found: Option<Found>,
     /// The cluster that it is in, where there are clusters.
     pub cluster: Option<ClusterAt>,
+    /// The tile that it is in, and how many lights that lists, where there are tiles.
+    pub tile: Option<(UVec2, u32)>,
     /// Whether the scene has changed since.
     pub is_of_before: bool,
 }
@@ -48,7 +51,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
     let is_asked = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
     ui.checkbox(&mut state.overlays.rays, "Rays to its lights").on_hover_text(overlay::RAYS);
     egui::Grid::new("pixel").show(ui, |ui| {
-        for (name, value) in facts_of(place, &pointed, state, facts) {
+        for (name, value) in facts_of(place, &pointed, facts.scene) {
             ui.label(name);
             ui.label(value);
             ui.end_row();
@@ -61,8 +64,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
     is_asked
 }
 
-fn facts_of(place: &Probed, pointed: &Pointed, state: &State, facts: &Facts<'_>) -> Vec<(&'static str, String)> {
-    let scene = facts.scene;
+fn facts_of(place: &Probed, pointed: &Pointed, scene: &Scene) -> Vec<(&'static str, String)> {
     // The scene may have become another since it was asked.
     let Some(instance) = scene.instances.get(place.instance) else { return Vec::new() };
     let mesh = scene.meshes.get(instance.mesh).map_or("", |mesh| mesh.name.as_str());
@@ -73,10 +75,9 @@ fn facts_of(place: &Probed, pointed: &Pointed, state: &State, facts: &Facts<'_>)
         ("instance", named(place.instance, &instance.name)),
         ("mesh", format!("{}, primitive {}", named(instance.mesh, mesh), place.primitive)),
     ];
-    if let Culling::Tiled(tiled) = &state.settings.culling {
-        let pixel = pointed.at * Vec2::from(facts.size.map(|side| side as f32));
-        let tile = (pixel / tiled.tile_size.pixels() as f32).as_uvec2();
+    if let Some((tile, lights)) = pointed.tile {
         rows.push(("tile", format!("{}, {}", tile.x, tile.y)));
+        rows.push(("which lists", format!("{lights} lights")));
     }
     if let Some(cluster) = &pointed.cluster {
         let place = cluster.place;

@@ -2,10 +2,14 @@
 
 use egui::Ui;
 
-use super::{Facts, State};
+use super::{Facts, State, stereo};
 use crate::wipe::Other;
 
 pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) {
+    if state.stereo.is_shown {
+        ui.label(stereo::ALONE);
+        return;
+    }
     let wipe = &mut state.wipe;
     ui.horizontal_wrapped(|ui| {
         ui.label("B:");

@@ -1,5 +1,7 @@
 //! The panels without a window: every widget is found, changed, and reaches the settings.
 
+mod eyes;
+
 use egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
 use lanternfish::{
@@ -17,7 +19,7 @@ use crate::{background::Found, wipe::Other};
 struct Shown {
     scene: Scene,
     /// The last pixel that was asked for.
-    pixel: Option<Vec2>,
+    pixel: Option<(Vec2, usize)>,
     /// The last form that was asked for.
     write: Option<Form>,
     passes: Vec<PassTime>,
@@ -43,6 +45,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
     let state = State {
         settings: Settings::default(),
         wipe: Wipe::new(&Settings::default()),
+        stereo: Stereo::new(None),
         pointed: None,
         listing: Listing::default(),
         written: None,
@@ -64,6 +67,7 @@ fn shown<'a>() -> Harness<'a, Shown> {
             triangle_count: 32,
             adapter: &adapter,
             size: [640, 480],
+            eyes: None,
             averaged: 3,
             passes: &shown.passes,
             counters: &[],
@@ -232,7 +236,15 @@ fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
     let place = tracer.probe(&camera, [320.0, 465.0], [640, 480]).unwrap();
     let (lights, light_count) = tracer.lights_at(&place, 64);
     let found = Found { place: Some(place), lights, light_count };
-    Pointed { at: Vec2::new(0.5, 465.0 / 480.0), camera, found: Some(found), cluster: None, is_of_before: false }
+    Pointed {
+        at: Vec2::new(0.5, 465.0 / 480.0),
+        eye: 0,
+        camera,
+        found: Some(found),
+        cluster: None,
+        tile: None,
+        is_of_before: false,
+    }
 }
 
 #[test]
@@ -249,9 +261,9 @@ fn a_click_asks_for_a_pixel_and_a_drag_does_not() {
     harness.step();
     harness.drop_at(place);
     harness.step();
-    let at = harness.state().pixel.expect("a pixel is asked for");
+    let (at, eye) = harness.state().pixel.expect("a pixel is asked for");
     let room = harness.state().asked.room;
-    assert!((0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
+    assert!(eye == 0 && (0.0..1.0).contains(&at.x) && (at.y - 500.0 / room.y).abs() < 0.01, "{at} of {room}");
 }
 
 #[test]
@@ -264,7 +276,7 @@ fn what_was_clicked_is_told_and_looked_at() {
     harness.state_mut().state.pointed = Some(Pointed { found: None, ..pointed.clone() });
     harness.run();
     assert!(harness.query_by_label("Looking for it…").is_some());
-    harness.state_mut().state.pointed = Some(pointed);
+    harness.state_mut().state.pointed = Some(Pointed { tile: Some((glam::UVec2::new(20, 29), 17)), ..pointed });
     harness.run();
     let scene = &harness.state().scene;
     let material = &scene.materials[place.material];
@@ -274,6 +286,8 @@ fn what_was_clicked_is_told_and_looked_at() {
         pixel::named(place.material, &material.name),
         format!("{:.2}", material.perceptual_roughness),
         "1 light in reach".to_owned(),
+        "20, 29".to_owned(),
+        "17 lights".to_owned(),
     ];
     for words in expected {
         assert!(harness.query_all_by_label(&words).next().is_some(), "{words} is not told");
@@ -432,4 +446,26 @@ fn everything_is_unfolded_and_folded_at_once() {
     harness.key_press(Key::F6);
     harness.run();
     assert_eq!(told(&harness), [false; 5]);
+}
+
+/// The picture's room is another only if a hand drags a panel, or hides it: its mean goes on.
+#[test]
+fn what_panels_tell_takes_no_room_from_the_picture() {
+    let mut harness = shown();
+    let room = harness.state().asked.room;
+    let pass =
+        PassTime { name: "a/pass/whose/name/is/longer/than/any/other/and/than/the/panel".to_owned(), ms: 1234.5 };
+    let pointed = pointed(&harness);
+    let shown = harness.state_mut();
+    shown.passes.push(pass);
+    shown.state.pointed = Some(pointed);
+    shown.state.message = "word ".repeat(100);
+    harness.run();
+    assert_eq!(harness.state().asked.room, room);
+    harness.key_press(Key::F6);
+    harness.run();
+    assert_eq!(harness.state().asked.room, room);
+    harness.key_press(Key::F3);
+    harness.run();
+    assert!(harness.state().asked.room.x > room.x, "there is more where panels are hidden");
 }

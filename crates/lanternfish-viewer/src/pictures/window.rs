@@ -1,14 +1,12 @@
 //! The window of pictures of files.
 
-use std::time::{Duration, Instant};
+use std::{path::Path, time::Duration};
 
 use egui::Vec2;
 use lanternfish_gpu::Gpu;
 use winit::{
-    application::ApplicationHandler,
-    event::WindowEvent,
-    event_loop::{ActiveEventLoop, ControlFlow, EventLoop, OwnedDisplayHandle},
-    window::{Window, WindowId},
+    event_loop::{ActiveEventLoop, OwnedDisplayHandle},
+    window::Window,
 };
 
 use super::{
@@ -18,6 +16,7 @@ use super::{
 };
 use crate::{
     ViewerError, difference,
+    events::{self, Program},
     surface::{self, Known, Surface},
     texture::{texture, write},
     wipe::Textures,
@@ -28,23 +27,12 @@ const LOOK_AGAIN: Duration = Duration::from_millis(30);
 
 /// Opens a window on pictures, one at least, and returns when it is closed.
 pub fn run(start: Pictures) -> Result<(), ViewerError> {
-    let events = EventLoop::new().map_err(|error| ViewerError::Display(error.to_string()))?;
-    let mut app = App { display: events.owned_display_handle(), start: Some(start), open: None, failed: None };
-    events.run_app(&mut app).map_err(|error| ViewerError::Display(error.to_string()))?;
-    app.failed.map_or(Ok(()), Err)
-}
-
-struct App {
-    display: OwnedDisplayHandle,
-    start: Option<Pictures>,
-    open: Option<Shown>,
-    failed: Option<ViewerError>,
+    events::run::<Shown>(start)
 }
 
 /// An open window.
 struct Shown {
     surface: Surface,
-    input: egui_winit::State,
     gpu: Gpu,
     state: State,
     read: PictureReader,
@@ -58,70 +46,17 @@ struct Shown {
     found: Option<(wgpu::TextureView, f32)>,
 }
 
-impl ApplicationHandler for App {
-    fn resumed(&mut self, events: &ActiveEventLoop) {
-        let Some(start) = self.start.take() else { return };
-        match Shown::new(events, &self.display, start) {
-            Ok(shown) => self.open = Some(shown),
-            Err(error) => {
-                self.failed = Some(error);
-                events.exit();
-            }
-        }
-    }
+impl Program for Shown {
+    type Start = Pictures;
 
-    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(shown) = &mut self.open else { return };
-        if shown.input.on_window_event(&shown.surface.window, &event).repaint {
-            shown.surface.window.request_redraw();
-        }
-        match event {
-            WindowEvent::CloseRequested => events.exit(),
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                shown.surface.configure(&shown.gpu.device);
-            }
-            WindowEvent::DroppedFile(path) => {
-                match (shown.read)(&path) {
-                    Ok(pictures) => {
-                        shown.state.add(pictures);
-                        shown.state.message.clear();
-                    }
-                    Err(what) => shown.state.message = what,
-                }
-                shown.surface.window.request_redraw();
-            }
-            WindowEvent::RedrawRequested if shown.frame().close => events.exit(),
-            _ => {}
-        }
-    }
-
-    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let Some(shown) = &mut self.open else { return };
-        if shown.poll() {
-            shown.surface.window.request_redraw();
-        }
-        events.set_control_flow(match shown.difference.is_working() {
-            true => ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN),
-            false => ControlFlow::Wait,
-        });
-    }
-
-    fn exiting(&mut self, _: &ActiveEventLoop) {
-        // The surface goes before the display that it is of.
-        self.open = None;
-    }
-}
-
-impl Shown {
-    fn new(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Pictures) -> Result<Self, ViewerError> {
+    fn open(events: &ActiveEventLoop, display: &OwnedDisplayHandle, start: Pictures) -> Result<Self, ViewerError> {
         let Pictures { pictures, exposure, tone_map, size: [width, height], adapter, read } = start;
         let attributes = Window::default_attributes()
             .with_title(format!("{} – Lanternfish", pictures.first().map_or("", |picture| &picture.name)))
             .with_inner_size(winit::dpi::LogicalSize::new(width, height));
-        let (surface, input, gpu) = surface::open(events, display, attributes, &adapter)?;
+        let (surface, gpu) = surface::open(events, display, attributes, &adapter)?;
         Ok(Self {
             surface,
-            input,
             gpu,
             state: State::new(pictures, exposure, tone_map),
             read,
@@ -133,6 +68,34 @@ impl Shown {
         })
     }
 
+    fn surface(&mut self) -> (&mut Surface, &wgpu::Device) {
+        (&mut self.surface, &self.gpu.device)
+    }
+
+    fn dropped(&mut self, path: &Path) {
+        match (self.read)(path) {
+            Ok(pictures) => {
+                self.state.add(pictures);
+                self.state.message.clear();
+            }
+            Err(what) => self.state.message = what,
+        }
+    }
+
+    fn frame(&mut self) -> bool {
+        self.show().close
+    }
+
+    fn has_news(&mut self) -> bool {
+        self.poll()
+    }
+
+    fn look_again(&self) -> Option<Duration> {
+        self.difference.is_working().then_some(LOOK_AGAIN)
+    }
+}
+
+impl Shown {
     /// Whether the comparison has come to something.
     fn poll(&mut self) -> bool {
         let Some(compared) = self.difference.poll() else { return false };
@@ -196,12 +159,12 @@ impl Shown {
         b.is_some_and(|b| pictures[b].size() == pictures[*a].size())
     }
 
-    fn frame(&mut self) -> Asked {
+    fn show(&mut self) -> Asked {
         self.poll();
         self.bring();
-        let ratio = self.input.egui_ctx().pixels_per_point();
+        let ratio = self.surface.context().pixels_per_point();
         let size = self.state.pictures[self.state.a].size().as_vec2();
-        let room = self.input.egui_ctx().content_rect();
+        let room = self.surface.context().content_rect();
         // Pixels are seen as squares once they are enlarged.
         let filter = match ratio * self.state.place.zoom(room, Vec2::new(size.x, size.y)) > 1.0 {
             true => wgpu::FilterMode::Nearest,
@@ -219,20 +182,13 @@ impl Shown {
             _ if self.are_comparable() => Difference::Pending,
             _ => Difference::Sizes,
         };
-        let Self { input, state, surface, gpu, .. } = self;
-        let taken = input.take_egui_input(&surface.window);
+        let Self { state, surface, gpu, .. } = self;
         let mut asked = Asked::default();
-        let context = input.egui_ctx().clone();
-        let output = context.run_ui(taken, |ui| {
+        let output = surface.panels(|ui| {
             let now = panel::show(ui, state, &Textures { a, b, map }, difference);
             asked.close |= now.close;
         });
-        input.handle_platform_output(&surface.window, output.platform_output.clone());
-        let is_again = output.viewport_output.values().any(|viewport| viewport.repaint_delay.is_zero());
-        surface.paint(gpu, &context, output);
-        if is_again {
-            surface.window.request_redraw();
-        }
+        surface.paint(gpu, output);
         asked
     }
 }

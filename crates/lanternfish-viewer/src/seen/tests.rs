@@ -1,5 +1,5 @@
 use glam::{Vec3, Vec3Swizzles};
-use lanternfish::settings::{DebugView, Indirect, Quality, Shadows};
+use lanternfish::settings::{Clustered, Culling, DebugView, Exposure, Grouping, Indirect, Quality, Shadows, Tiled};
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 
@@ -150,7 +150,7 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     let (mut found, mut all) = (0, 0);
     for (x, y) in (0..48).step_by(5).flat_map(|x| (0..32).step_by(5).map(move |y| (x, y))) {
         let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
-        let cluster = crate::clusters::at(&grids, place.p).expect("the grid holds all that is seen");
+        let cluster = crate::clusters::at(&grids, 0, place.p).expect("the grid holds all that is seen");
         all += 1;
         found += u32::from(cluster.lights.is_some());
         assert!(cluster.lights.unwrap_or(0) <= seen.scene.lights.len() as u32);
@@ -160,4 +160,66 @@ fn gpu_visible_clusters_hold_what_pixels_show() {
     let view = crate::overlay::BirdsEye::new(&crate::controls::Controls::new(camera.clone(), 2.0), 1.5, &grids);
     let all: usize = grids.iter().map(|grid| grid.visible.len()).sum();
     assert!(view.all == all && view.clusters.len() == all && all > 1 && view.outlines.len() == 1, "{all}");
+}
+
+/// The pictures of two eyes in one frame are those that each eye would see alone, whether they share lists of lights or not.
+#[test]
+fn gpu_two_eyes_see_what_each_sees_alone() {
+    let Some(gpu) = testing::gpu("gpu_two_eyes_see_what_each_sees_alone") else { return };
+    let usual = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
+    for grouping in [Grouping::Individual, Grouping::Enclosed] {
+        let culling = Culling::Clustered(Clustered { grouping, ..Clustered::default() });
+        let mut seen = cornell(gpu, &Settings { culling, ..usual.clone() });
+        let camera = seen.scene.default_camera(1.5);
+        draw(&mut seen, &camera, 2);
+        let one = seen.pixels().unwrap();
+        seen.show_to(Some(Eyes::Parallel(0.2)));
+        assert!(seen.has_more(&camera) && seen.right_picture().is_some());
+        draw(&mut seen, &camera, 2);
+        let (both, cameras) = (seen.pixels().unwrap(), seen.cameras(&camera));
+        assert_eq!(seen.clusters().unwrap().len(), if grouping == Grouping::Enclosed { 1 } else { 2 });
+        let halves =
+            [0, 48].map(|from| both.chunks(96).flat_map(|row| row[from..from + 48].to_vec()).collect::<Vec<_>>());
+        assert!(both.len() == 2 * one.len() && halves[0] != halves[1] && halves[0] != one);
+        for (half, of_eye) in halves.iter().zip(&cameras) {
+            let mut alone = cornell(gpu, &usual);
+            draw(&mut alone, of_eye, 2);
+            assert!(alone.pixels().unwrap() == *half, "{grouping:?}, {}", of_eye.name);
+        }
+        seen.show_to(None);
+        draw(&mut seen, &camera, 2);
+        assert!(seen.pixels().unwrap() == one, "one again");
+    }
+}
+
+/// The tile of a pixel lists all lights that reach its surface, and no more than there are; the lists of all tiles add up to what was counted.
+#[test]
+fn gpu_tiles_list_what_reaches_their_pixels() {
+    let Some(gpu) = testing::gpu("gpu_tiles_list_what_reaches_their_pixels") else { return };
+    let culling = Culling::Tiled(Tiled::default());
+    let mut seen = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
+    let (camera, middle) = (seen.scene.default_camera(1.5), seen.scene.bounds().center());
+    assert!(seen.tiles().unwrap().is_empty(), "before the first frame");
+    let near = |x: f32| Light { range: Some(0.4), ..Light::point(middle + Vec3::new(x, -0.6, 0.0), Vec3::ONE) };
+    seen.set_lights([seen.scene.lights.clone(), vec![near(-0.5), near(0.0), near(0.5)]].concat()).unwrap();
+    draw(&mut seen, &camera, 1);
+    let tiles = seen.tiles().unwrap().remove(0);
+    assert_eq!((tiles.dimensions, tiles.lights.len()), (UVec2::new(3, 2), 6));
+    assert!(
+        tiles.lights.iter().all(|listed| *listed <= 4) && tiles.lights.iter().any(|listed| *listed != tiles.lights[0])
+    );
+    let tracer = lanternfish_reference::Tracer::new(&seen.scene, lanternfish_reference::Settings::default()).unwrap();
+    let mut reached = 0;
+    for (x, y) in (0..48).step_by(3).flat_map(|x| (0..32).step_by(3).map(move |y| (x, y))) {
+        let (tile, listed) = tiles.at(UVec2::new(x, y)).expect("a tile");
+        assert_eq!(tile, UVec2::new(x / 16, y / 16));
+        let Some(place) = tracer.probe(&camera, [f64::from(x) + 0.5, f64::from(y) + 0.5], [48, 32]) else { continue };
+        let (_, reaching) = tracer.lights_at(&place, 64);
+        assert!(listed as usize >= reaching, "{listed} of {reaching} lights at {x}, {y}");
+        reached += reaching;
+    }
+    assert!(reached > 0);
+    let all: u32 = tiles.lights.iter().sum();
+    let counters = &seen.report.as_ref().unwrap().counters;
+    assert!(counters.iter().any(|(_, count)| *count == u64::from(all)), "{all} of {counters:?}");
 }

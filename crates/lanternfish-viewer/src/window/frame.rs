@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use egui::ViewportId;
 use glam::UVec2;
 
 use super::{REST, Viewer};
@@ -14,7 +13,7 @@ use crate::{
 
 impl Viewer {
     /// One frame of the window; now and then one of the picture.
-    pub(super) fn frame(&mut self) -> Asked {
+    pub(super) fn show(&mut self) -> Asked {
         if let Some(recorder) = &self.recorder {
             // A step takes no less than it lasts, however fast the display is.
             std::thread::sleep(Duration::from_secs_f32(recorder.step()).saturating_sub(self.last.elapsed()));
@@ -24,7 +23,11 @@ impl Viewer {
         self.last = Instant::now();
         let is_alone = !self.is_busy();
         self.poll();
-        let shown = [Some(self.seen.picture()), self.beside.picture(), self.beside.map()];
+        let right = match self.state.eyes() {
+            Some(_) => self.seen.right_picture(),
+            None => self.beside.picture(),
+        };
+        let shown = [Some(self.seen.picture()), right, self.beside.map()];
         for (known, texture) in self.pictures.iter_mut().zip(shown) {
             self.surface.know(&self.seen.gpu.device, known, texture, wgpu::FilterMode::Linear);
         }
@@ -41,8 +44,8 @@ impl Viewer {
         if !self.seen.is_busy() {
             self.keep_picture();
         }
-        if let Some(at) = asked.pixel {
-            self.point(at);
+        if let Some((at, eye)) = asked.pixel {
+            self.point(at, eye);
         }
         if let Some(edit) = asked.edit.clone() {
             self.edit(edit);
@@ -50,9 +53,6 @@ impl Viewer {
         if let Some(form) = asked.write {
             self.write(form);
         }
-        self.input.handle_platform_output(&self.surface.window, output.platform_output.clone());
-        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|panels| panels.repaint_delay);
-        self.repaint_at = delay.and_then(|delay| Instant::now().checked_add(delay));
         // What moves is seen with the frame that is drawn now. At rest what was drawn is painted first: a driver may wait for the one before it
         // paints the other.
         let is_first = is_alone && !self.moves();
@@ -60,7 +60,7 @@ impl Viewer {
             self.look_from_above();
             self.draw_both(seconds);
         }
-        self.surface.paint(&self.seen.gpu, self.input.egui_ctx(), output);
+        self.surface.paint(&self.seen.gpu, output);
         self.paints.painted();
         self.painted = (Instant::now(), self.seen.mean());
         if is_first {
@@ -75,8 +75,7 @@ impl Viewer {
 
     /// What egui makes of the panels; the room that is left for the picture is in pixels.
     fn panels(&mut self, seconds: f32) -> (Asked, egui::FullOutput) {
-        let Self { surface, input, state, seen, beside, name, pictures, frame_ms, memory, paints, .. } = self;
-        let taken = input.take_egui_input(&surface.window);
+        let Self { surface, state, seen, beside, name, pictures, frame_ms, memory, paints, .. } = self;
         let [a, b, map] = pictures.each_ref().map(|known| known.as_ref().map(|(id, ..)| *id));
         let facts = Facts {
             name,
@@ -84,6 +83,7 @@ impl Viewer {
             triangle_count: seen.scene.triangle_counts().1,
             adapter: &seen.gpu.description,
             size: seen.size().into(),
+            eyes: seen.eyes(),
             averaged: seen.averaged(),
             passes: seen.report.as_ref().map_or(&[], |report| &report.passes),
             counters: seen.report.as_ref().map_or(&[], |report| &report.counters),
@@ -95,8 +95,7 @@ impl Viewer {
             mean_difference: beside.mean(),
         };
         let mut asked = Asked::default();
-        let context = input.egui_ctx().clone();
-        let output = context.run_ui(taken, |ui| {
+        let output = surface.panels(|ui| {
             asked = std::mem::take(&mut asked).and(panels::show(ui, state, &facts, seconds));
         });
         asked.room *= output.pixels_per_point;

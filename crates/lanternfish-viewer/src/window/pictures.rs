@@ -19,6 +19,7 @@ use crate::{
 impl Viewer {
     /// The next frame of either side, while the device does nothing for them. What cannot be is told, and is as it was before.
     pub(super) fn draw_both(&mut self, seconds: f32) {
+        self.seen.show_to(self.state.eyes());
         self.draw_beside();
         if let Err(error) = self.draw(seconds) {
             self.state.message = error.to_string();
@@ -52,7 +53,7 @@ impl Viewer {
     fn draw_beside(&mut self) {
         let rests = !self.moves() && self.seen.size() == self.room && self.seen.averaged() > 0;
         if let Some(pointed) = self.state.pointed.clone().filter(|pointed| rests && pointed.is_of_before) {
-            self.probe(pointed.at, pointed.camera, pointed.found);
+            self.probe(pointed.at, pointed.eye, pointed.camera, pointed.found);
         }
         let State { wipe, controls, message, .. } = &mut self.state;
         if let Err(error) = self.beside.draw(&self.seen, wipe, &controls.camera, rests) {
@@ -96,14 +97,15 @@ impl Viewer {
         self.moved = Some(Instant::now());
     }
 
-    /// Asks what lies under a pixel.
-    pub(super) fn point(&mut self, at: glam::Vec2) {
-        self.probe(at, self.state.controls.camera.clone(), None);
+    /// Asks what lies under a pixel of an eye's picture.
+    pub(super) fn point(&mut self, at: glam::Vec2, eye: usize) {
+        self.probe(at, eye, self.state.controls.camera.clone(), None);
     }
 
-    fn probe(&mut self, at: glam::Vec2, camera: Camera, found: Option<Found>) {
-        self.beside.probe(&self.seen, &camera, at.to_array());
-        self.state.pointed = Some(Pointed { at, camera, found, cluster: None, is_of_before: false });
+    fn probe(&mut self, at: glam::Vec2, eye: usize, camera: Camera, found: Option<Found>) {
+        let cameras = self.seen.cameras(&camera);
+        self.beside.probe(&self.seen, cameras.get(eye).unwrap_or(&camera), at.to_array());
+        self.state.pointed = Some(Pointed { at, eye, camera, found, cluster: None, tile: None, is_of_before: false });
     }
 
     /// Changes a light.
@@ -125,6 +127,7 @@ impl Viewer {
             settings: &settings,
             scene: &self.seen.scene,
             camera: &self.state.controls.camera,
+            eyes: self.state.eyes(),
             size: self.room.into(),
             moment: self.moment,
         };
@@ -136,7 +139,7 @@ impl Viewer {
                     Form::File => written.text,
                     Form::CommandLine => {
                         let said = format!("copied: {}", written.text);
-                        self.input.egui_ctx().copy_text(written.text);
+                        self.surface.context().copy_text(written.text);
                         said
                     }
                 }
@@ -159,9 +162,10 @@ impl Viewer {
             return;
         }
         self.wants_screenshot = false;
-        let read = self.seen.pixels();
-        let kept =
-            read.map_err(|error| error.to_string()).and_then(|texels| (self.keep)(texels.as_flattened(), size.into()));
+        let read = self.seen.pixels().map_err(|error| error.to_string());
+        // Two eyes stand side by side.
+        let all = if self.seen.eyes().is_some() { size * UVec2::new(2, 1) } else { size };
+        let kept = read.and_then(|texels| (self.keep)(texels.as_flattened(), all.into()));
         self.state.message = kept.unwrap_or_else(|what| format!("no screenshot: {what}"));
     }
 }

@@ -20,7 +20,7 @@ use lanternfish_gpu::{
     Bindings, BufferPart, FAULTY_LOOP_STEPS, Feature, Frame, ListRoom, SharedStruct, faulty_software, gpu_struct,
 };
 
-use self::clustered::GridContents;
+use self::{clustered::GridContents, tiled::TileContents};
 use crate::{
     context::ViewContext,
     error::RenderError,
@@ -92,6 +92,11 @@ pub(crate) trait LightCullingPasses: fmt::Debug {
 
     /// What the clusters of the last frame hold, a grid each, where there are any.
     fn contents(&self, _device: &wgpu::Device, _queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
+        Ok(Vec::new())
+    }
+
+    /// What the tiles of the last frame list, for each view, where there are any.
+    fn tiles(&self, _device: &wgpu::Device, _queue: &wgpu::Queue) -> Result<Vec<TileContents>, RenderError> {
         Ok(Vec::new())
     }
 
@@ -198,6 +203,11 @@ impl LightCulling {
     /// What the clusters of the last frame hold, a grid each, where there are any.
     pub fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
         self.room.as_ref().map_or(Ok(Vec::new()), |room| room.contents(device, queue))
+    }
+
+    /// What the tiles of the last frame list, for each view, where there are any.
+    pub fn tiles(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<TileContents>, RenderError> {
+        self.room.as_ref().map_or(Ok(Vec::new()), |room| room.tiles(device, queue))
     }
 }
 

@@ -79,7 +79,8 @@ fn what_is_seen_is_written_and_read_again() {
         if i == 0 {
             camera = start.clone();
         }
-        let shown = Shown { settings: &settings, scene: &scene, camera: &camera, size: [301, 200], moment: None };
+        let shown =
+            Shown { settings: &settings, scene: &scene, camera: &camera, eyes: None, size: [301, 200], moment: None };
         let (shot, snapped) = opened.shown(&shown).unwrap();
         assert!(is_alike(&snapped, &camera, &scene));
         let (again, lit) = read_again(&shot);
@@ -105,8 +106,14 @@ fn a_command_line_says_no_more_than_it_must() {
     let (opened, scene) = opened("--seed=7");
     let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     let settings = Settings { tone_map: ToneMap::Aces, ..Settings::default() };
-    let shown =
-        Shown { settings: &settings, scene: &scene, camera: &camera, size: [300, 200], moment: Some((1, 0.25)) };
+    let shown = Shown {
+        settings: &settings,
+        scene: &scene,
+        camera: &camera,
+        eyes: None,
+        size: [300, 200],
+        moment: Some((1, 0.25)),
+    };
     let line = command_line(&opened.shown(&shown).unwrap().0);
     assert_eq!(
         line,
@@ -128,7 +135,7 @@ fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
     scene.lights[4].position.x = 0.31;
     scene.lights.extend([lamp, disk, panel, sun]);
     let written = |scene: &Scene| {
-        let shown = Shown { settings: &settings, scene, camera: &camera, size: [300, 200], moment: None };
+        let shown = Shown { settings: &settings, scene, camera: &camera, eyes: None, size: [300, 200], moment: None };
         opened.shown(&shown).map(|(shot, _)| shot).map_err(|error| error.to_string())
     };
     let (_, again) = read_again(&written(&scene).unwrap());
@@ -163,7 +170,7 @@ fn cameras_and_settings_that_no_flag_says_are_refused() {
     let mut camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
     let mut settings = Settings::default();
     let refused = |settings: &Settings, camera: &Camera| {
-        let shown = Shown { settings, scene: &scene, camera, size: [300, 200], moment: None };
+        let shown = Shown { settings, scene: &scene, camera, eyes: None, size: [300, 200], moment: None };
         opened.shown(&shown).unwrap_err().to_string()
     };
     settings.deep_images.store = lanternfish::settings::DeepStore::ALL[1];
@@ -171,4 +178,18 @@ fn cameras_and_settings_that_no_flag_says_are_refused() {
     let settings = Settings::default();
     camera.world_from_camera.matrix3 *= Mat3A::from_rotation_z(0.3);
     assert!(refused(&settings, &camera).contains("leans"));
+}
+
+#[test]
+fn eyes_are_said_as_they_are_and_only_where_they_are_shown() {
+    let (opened, scene) = opened("--stereo=-1.39,1.25,-1.47,1.46,0.063,2.5");
+    let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
+    let settings = Settings::default();
+    let said = |eyes: Option<Eyes>| {
+        let shown = Shown { settings: &settings, scene: &scene, camera: &camera, eyes, size: [300, 200], moment: None };
+        opened.shown(&shown).unwrap().0
+    };
+    for eyes in [opened.shot.args.stereo.stereo, Some(Eyes::Vive), Some(Eyes::Parallel(0.0712)), None] {
+        assert_eq!(read_again(&said(eyes)).0.args.stereo.stereo, eyes);
+    }
 }

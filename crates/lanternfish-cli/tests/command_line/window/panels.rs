@@ -31,7 +31,7 @@ fn gpu_every_panel_is_opened() {
     }
     display.act("key F6");
     display.act("mousemove 1260 940");
-    // The passes, which were open at first, are folded too, and the panel may be wider.
+    // The passes, which were open at first, are folded too.
     let folded = display.settled("everything folded", |screen| !are_alike(screen, &unfolded));
     display.act("key v");
     display.settled("the view from above", |screen| !are_alike(screen, &folded) && is_picture(screen));

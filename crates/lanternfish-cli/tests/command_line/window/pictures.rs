@@ -5,7 +5,7 @@ use lanternfish_metrics::{ColorType, write_png};
 use super::*;
 
 /// Grey stripes, whose right half has so much more red.
-fn write_stripes(path: &Path, red: u8) {
+pub fn write_stripes(path: &Path, red: u8) {
     let pixel = |x: usize| {
         let grey = if (x / 8).is_multiple_of(2) { 60 } else { 140 };
         [if x >= SIZE[0] / 2 { grey + red } else { grey }, grey, grey]

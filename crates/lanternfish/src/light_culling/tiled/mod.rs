@@ -1,11 +1,15 @@
 //! Lists per screen tile [Elagabani2025, §4.2; Harada2012].
 
+mod contents;
 mod settings;
 
 use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
-pub use self::settings::{TileSize, Tiled};
+pub use self::{
+    contents::TileContents,
+    settings::{TileSize, Tiled},
+};
 use super::{LightCullingPasses, LightLists, Reach, Volume};
 use crate::{
     context::ViewContext,
@@ -54,6 +58,8 @@ pub struct TiledCulling {
     count: ComputeKernel,
     write: ComputeKernel,
     scan: Scan,
+    /// Tiles across and down of each view of the last frame, and the starts of their lists.
+    cells: Vec<(UVec2, wgpu::Buffer)>,
 }
 
 impl LightCullingPasses for TiledCulling {
@@ -69,7 +75,20 @@ impl LightCullingPasses for TiledCulling {
             let reach = if view.surface.samples > 1 { Reach::Anywhere } else { reach };
             self.record_view(frame, view, reach, lights)
         };
-        views.iter().map(record).collect()
+        let lists = views.iter().map(record).collect::<Result<Vec<_>, _>>()?;
+        if reach == Reach::Surface {
+            let tiles = |view: &ViewContext<'_>| self.dimensions(view.surface.size);
+            self.cells = views.iter().map(tiles).zip(lists.iter().map(|lists| lists.cells.clone())).collect();
+        }
+        Ok(lists)
+    }
+
+    fn tiles(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<TileContents>, RenderError> {
+        self.tiles_of_views(device, queue)
+    }
+
+    fn forget(&mut self) {
+        self.cells.clear();
     }
 }
 
@@ -84,7 +103,14 @@ impl TiledCulling {
             count: ComputeKernel::new(device, &assign, "count", "light_culling/tiled/count"),
             write: ComputeKernel::new(device, &assign, "write", "light_culling/tiled/write"),
             scan: Scan::new(device, "light_culling/tiled")?,
+            cells: Vec::new(),
         })
+    }
+
+    /// Tiles across and down of a picture.
+    fn dimensions(&self, size: UVec2) -> UVec2 {
+        let tile_size = self.settings.tile_size.pixels();
+        UVec2::new(size.x.div_ceil(tile_size), size.y.div_ceil(tile_size))
     }
 
     /// Tile bounds, count, scan, write. A list that is too small is grown before it is written.
@@ -96,8 +122,7 @@ impl TiledCulling {
         lights: &LightSet,
     ) -> Result<LightLists, RenderError> {
         let tile_size = self.settings.tile_size.pixels();
-        let columns = surface.size.x.div_ceil(tile_size);
-        let rows = surface.size.y.div_ceil(tile_size);
+        let UVec2 { x: columns, y: rows } = self.dimensions(surface.size);
         let tile_count = columns * rows;
         let workgroups = [columns, rows, 1];
         let limit = super::most_indices(frame.device);

@@ -8,6 +8,7 @@ mod page;
 
 use lanternfish::settings::{Assignment, ClusterShape};
 use lanternfish_gpu::Gpu;
+use lanternfish_scene::Eyes;
 use serde::Serialize;
 
 use super::{
@@ -22,7 +23,6 @@ use crate::{
     progress::Progress,
     replay::{measure::Player, page::least_of, plan::Plan, report::Report},
     shot::Shot,
-    stereo::Eyes,
 };
 
 /// One configuration over all frames.

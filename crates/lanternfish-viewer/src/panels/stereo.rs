@@ -1,0 +1,44 @@
+//! Two eyes: whether they see the scene, which they are, and how far apart.
+
+use egui::Ui;
+use lanternfish_scene::Eyes;
+
+use super::State;
+
+/// Why nothing else stands beside two eyes.
+pub const ALONE: &str = "Both eyes are shown: there is no B beside them";
+
+pub fn show(ui: &mut Ui, state: &mut State) {
+    let mut is_shown = state.stereo.is_shown;
+    let switch = ui.checkbox(&mut is_shown, "Stereo, side by side (T)");
+    if switch.on_hover_text("The left eye's picture beside the right eye's; one frame for both").changed() {
+        state.show_stereo(is_shown);
+    }
+    let eyes = &mut state.stereo.eyes;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("stereo").on_hover_text("As --stereo of the command line");
+        let is = |eyes: &Eyes, other: Eyes| std::mem::discriminant(eyes) == std::mem::discriminant(&other);
+        for (other, name, words) in [
+            (Eyes::Parallel(Eyes::HUMAN), "parallel", "Both see what the camera sees"),
+            (Eyes::Vive, "vive", "HTC Vive"),
+        ] {
+            if ui.selectable_label(is(eyes, other), name).on_hover_text(words).clicked() && !is(eyes, other) {
+                *eyes = other;
+            }
+        }
+        if let Eyes::Rig([left, right, bottom, top], ..) = eyes {
+            ui.label(format!("slopes {left}, {right}, {bottom}, {top}"));
+        }
+    });
+    if let Eyes::Parallel(metres) | Eyes::Rig(_, metres, _) = eyes {
+        ui.horizontal(|ui| {
+            let label =
+                ui.label("distance of the eyes").on_hover_text("More: depth is seen better, and things seem smaller");
+            let value = egui::DragValue::new(metres).range(0.0..=1000.0).speed(0.0005).max_decimals(4).suffix(" m");
+            ui.add(value).labelled_by(label.id);
+        });
+    }
+    if !state.stereo.is_possible(&state.controls.camera) {
+        ui.label("The camera is orthographic: parallel eyes would see the same, and one is shown.");
+    }
+}
