@@ -51,7 +51,8 @@ named_enum! {
         /// Each frame is by itself.
         #[default]
         Off = "off": "Each frame is by itself",
-        /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since.
+        /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since. Frames of a view that
+        /// one renderer makes one after the other depend on each other then, pictures too; the first is as without.
         On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
     }
 }
