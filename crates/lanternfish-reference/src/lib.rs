@@ -29,7 +29,7 @@ pub use self::{
     error::ReferenceError,
     film::{Film, Noise},
     lights::{Incidence, incidence, incidence_from, point_of_area},
-    probe::{LightAt, Probed},
+    probe::{LightAt, Probed, RayFrom},
     random::Random,
     settings::Settings,
     surface::reflector,

@@ -4,7 +4,9 @@ use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::Camera;
 
 use crate::{
-    Tracer, camera,
+    Tracer,
+    brdf::cosine_direction,
+    camera,
     lights::{Incidence, incidence, incidence_from, point_of_area},
     surface::Surface,
     world::{Faces, offset},
@@ -12,6 +14,9 @@ use crate::{
 
 /// Points of a disk or rectangle, a side, at which it is looked for whether they reach a place.
 const POINTS_A_SIDE: u32 = 4;
+
+/// Steps of the R₂ sequence [Roberts2018].
+const SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// A place on a surface. World space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +48,15 @@ pub struct LightAt {
     pub unshadowed: Vec3,
     /// What it brings, lx.
     pub irradiance: Vec3,
+}
+
+/// A ray from a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayFrom {
+    /// Unit, world space.
+    pub direction: Vec3,
+    /// To the surface that it meets, m; none where it leaves the scene.
+    pub distance: Option<f32>,
 }
 
 impl LightAt {
@@ -103,6 +117,18 @@ impl Tracer<'_> {
             LightAt { light, distance, unshadowed, irradiance }
         });
         (found.collect(), all)
+    }
+
+    /// Rays by the cosine about a place's normal, as they look for indirect light: directions of an even sequence, the same each time. Those
+    /// that would go into the surface are left out.
+    pub fn rays_from(&self, place: &Probed, count: u32) -> Vec<RayFrom> {
+        let start = offset(place.p.into(), place.geometric_normal.into());
+        let directions = (0..count).map(|i| {
+            let [u, v] = SEQUENCE.map(|step| (0.5 + f64::from(i) * step).fract());
+            cosine_direction(place.normal.as_dvec3(), u, v).as_vec3()
+        });
+        let outwards = directions.filter(|direction| direction.dot(place.geometric_normal) > 0.0);
+        outwards.map(|direction| RayFrom { direction, distance: self.nearest(start, direction.into()) }).collect()
     }
 
     /// What a light brings to a place through what `open` says of each of its points, lx; and how far it is, m.
@@ -168,6 +194,26 @@ mod tests {
         let away =
             Camera::look_at(Vec3::splat(1e3), Vec3::splat(2e3), Projection::Perspective { fov_y: 1.0, near: 0.1 });
         assert_eq!(tracer.probe(&away, [32.0, 32.0], size), None);
+    }
+
+    /// From the floor of a closed room every ray meets something, more of them near the normal; from the top of the box some leave it.
+    #[test]
+    fn rays_from_a_place_go_by_the_cosine() {
+        let scene = demo("cornell").unwrap();
+        let tracer = Tracer::new(&scene, Settings::default()).unwrap();
+        let camera = scene.default_camera(1.0);
+        let place = tracer.probe(&camera, [32.0, 60.0], [64, 64]).unwrap();
+        let rays = tracer.rays_from(&place, 256);
+        let cosines = rays.iter().map(|ray| ray.direction.dot(place.normal));
+        let mean = cosines.sum::<f32>() / rays.len() as f32;
+        assert!(rays.len() == 256 && (mean - 2.0 / 3.0).abs() < 0.01, "{mean}");
+        for ray in rays.iter().filter_map(|ray| Some((ray.direction, ray.distance?))) {
+            let end = place.p + ray.1 * ray.0;
+            let bounds = scene.bounds();
+            assert!((end.clamp(bounds.min, bounds.max) - end).length() < 1e-3, "{end}");
+        }
+        let met = rays.iter().filter(|ray| ray.distance.is_some()).count();
+        assert!((128..256).contains(&met), "{met}: the box is open to the front");
     }
 
     /// Of two lamps over the floor of an empty room and one behind a wall, by hand.

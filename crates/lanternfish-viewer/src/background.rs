@@ -16,7 +16,7 @@ use lanternfish::{
     output::display,
     settings::{Settings, ToneMap},
 };
-use lanternfish_reference::{Film, LightAt, Probed, Settings as Transport, Tracer};
+use lanternfish_reference::{Film, LightAt, Probed, RayFrom, Settings as Transport, Tracer};
 use lanternfish_scene::{Camera, Scene};
 
 /// Samples of a pixel after which the picture is left as it is.
@@ -25,6 +25,8 @@ const MOST_SAMPLES: u64 = 1 << 16;
 const TELL_AGAIN: Duration = Duration::from_millis(100);
 /// Lights that are told of at a place.
 const MOST_LIGHTS: usize = 64;
+/// Rays that look for indirect light from a place.
+const RAYS: u32 = 64;
 
 /// What is asked about: a scene, and how light goes about in it.
 #[derive(Clone, Debug)]
@@ -81,6 +83,8 @@ pub struct Found {
     pub lights: Vec<LightAt>,
     /// How many there are in all.
     pub light_count: usize,
+    /// Rays that look for indirect light from there.
+    pub rays: Vec<RayFrom>,
 }
 
 /// What the thread has to say.
@@ -282,7 +286,8 @@ impl Worker {
                     let place = tracer.probe(&camera, at, size.as_usizevec2().to_array());
                     let (lights, light_count) =
                         place.map_or((Vec::new(), 0), |place| tracer.lights_at(&place, MOST_LIGHTS));
-                    self.say(Told::Pixel(Found { place, lights, light_count }));
+                    let rays = place.map_or(Vec::new(), |place| tracer.rays_from(&place, RAYS));
+                    self.say(Told::Pixel(Found { place, lights, light_count, rays }));
                 }
                 Some(Order::Look(look)) => {
                     self.look = Some(look);

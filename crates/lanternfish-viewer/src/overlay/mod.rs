@@ -29,6 +29,10 @@ pub const RAYS: &str = "Green: open; yellow: open in part; red: in shadow";
 const OPEN: Color32 = Color32::from_rgb(90, 240, 90);
 const IN_PART: Color32 = Color32::from_rgb(250, 210, 60);
 const BLOCKED: Color32 = Color32::from_rgb(240, 70, 60);
+/// What the colours of rays of indirect light mean.
+pub const INDIRECT_RAYS: &str = "64 directions by the cosine, through the scene itself. Blue: to the surface that sends light back; grey: out of the scene";
+const MET: Color32 = Color32::from_rgb(110, 190, 255);
+const LEAVES: Color32 = Color32::from_rgba_premultiplied(120, 120, 120, 160);
 
 /// What is drawn over the picture.
 #[derive(Debug)]
@@ -45,11 +49,21 @@ pub struct Overlays {
     pub ranges: bool,
     /// Whether lines to the lights of the clicked pixel are drawn.
     pub rays: bool,
+    /// Whether rays that look for indirect light from the clicked pixel are drawn.
+    pub indirect_rays: bool,
 }
 
 impl Default for Overlays {
     fn default() -> Self {
-        Self { wants_birds_eye: false, birds_eye: None, clusters: true, grid: false, ranges: false, rays: false }
+        Self {
+            wants_birds_eye: false,
+            birds_eye: None,
+            clusters: true,
+            grid: false,
+            ranges: false,
+            rays: false,
+            indirect_rays: false,
+        }
     }
 }
 
@@ -80,6 +94,9 @@ pub fn paint(ui: &Ui, place: Rect, overlays: &Overlays, drawn: &Drawn<'_>) {
     }
     if let Some(view) = &overlays.birds_eye {
         from_above(&wire, view, overlays.clusters, drawn.scene);
+    }
+    if let Some(found) = drawn.found.filter(|_| overlays.indirect_rays) {
+        indirect_rays(&wire, found, drawn.scene);
     }
     if let Some(found) = drawn.found.filter(|_| overlays.rays) {
         rays(&wire, found, drawn.scene);
@@ -222,6 +239,20 @@ fn rays(wire: &Wire<'_>, found: &Found, scene: &Scene) {
     }
 }
 
+/// From the surface that was clicked to what sends light back to it.
+fn indirect_rays(wire: &Wire<'_>, found: &Found, scene: &Scene) {
+    let Some(place) = &found.place else { return };
+    let size = scene.bounds().size().length();
+    for ray in &found.rays {
+        let end = place.p + ray.distance.unwrap_or(size) * ray.direction;
+        let color = if ray.distance.is_some() { MET } else { LEAVES };
+        wire.line(place.p, end, Stroke::new(1.0, color));
+        if let (Some(end), true) = (wire.projector.point(end), ray.distance.is_some()) {
+            wire.painter.circle_filled(end, 2.5, color);
+        }
+    }
+}
+
 /// The switches.
 pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
     let is_shown = overlays.birds_eye.is_some();
@@ -245,6 +276,7 @@ pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
     ui.checkbox(&mut overlays.ranges, "Ranges of lights")
         .on_hover_text(format!("Spheres of the {MOST_LIGHTS} nearest lights, as far as they reach"));
     ui.checkbox(&mut overlays.rays, "Rays to the lights of the clicked pixel").on_hover_text(RAYS);
+    ui.checkbox(&mut overlays.indirect_rays, "Rays of its indirect light").on_hover_text(INDIRECT_RAYS);
 }
 
 #[cfg(test)]

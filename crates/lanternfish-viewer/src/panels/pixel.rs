@@ -50,6 +50,7 @@ pub fn show(ui: &mut Ui, state: &mut State, facts: &Facts<'_>) -> bool {
     };
     let is_asked = ui.button("Focus (F)").on_hover_text("Look there, and go round it").clicked();
     ui.checkbox(&mut state.overlays.rays, "Rays to its lights").on_hover_text(overlay::RAYS);
+    ui.checkbox(&mut state.overlays.indirect_rays, "Rays of indirect light").on_hover_text(overlay::INDIRECT_RAYS);
     egui::Grid::new("pixel").show(ui, |ui| {
         for (name, value) in facts_of(place, &pointed, facts.scene) {
             ui.label(name);

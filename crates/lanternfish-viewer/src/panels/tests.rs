@@ -235,7 +235,7 @@ fn pointed(harness: &Harness<'_, Shown>) -> Pointed {
     let camera = state.controls.camera.clone();
     let place = tracer.probe(&camera, [320.0, 465.0], [640, 480]).unwrap();
     let (lights, light_count) = tracer.lights_at(&place, 64);
-    let found = Found { place: Some(place), lights, light_count };
+    let found = Found { place: Some(place), lights, light_count, rays: tracer.rays_from(&place, 8) };
     Pointed {
         at: Vec2::new(0.5, 465.0 / 480.0),
         eye: 0,
@@ -403,6 +403,9 @@ fn overlays_are_switched_and_the_view_from_above_is_asked_for() {
     harness.get_by_label("Ranges of lights").click();
     harness.get_by_label("Tiles or clusters on the picture").click();
     harness.run();
+    harness.get_by_label("Rays of its indirect light").click();
+    harness.run();
+    assert!(harness.state().state.overlays.indirect_rays);
     let pointed = pointed(&harness);
     let state = &mut harness.state_mut().state;
     assert!(state.overlays.ranges && state.overlays.grid);
