@@ -6,7 +6,7 @@ use std::{
     rc::Rc,
 };
 
-use lanternfish::rooms::Family as _;
+use lanternfish::{rooms::Family as _, settings::Settings};
 use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene};
 use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
@@ -58,13 +58,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     }
     let args = &shot.args;
     let mut progress = Progress::start(args.run.quiet);
-    let (name, mut settings, size) = (args.scene.to_string(), args.settings(), args.output.size);
-    // A window shows frame after frame.
-    if !shot.names().iter().any(|name| name == "history")
-        && let Some(room) = settings.indirect.room_mut()
-    {
-        room.set("history", "on").expect("every room of indirect light has it");
-    }
+    let (name, settings, size) = (args.scene.to_string(), in_window(&shot), args.output.size);
     let eyes = args.stereo.stereo;
     let adapter = args.run.adapter.clone().unwrap_or_default();
     if let Some(folder) = &window.shaders {
@@ -165,12 +159,21 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     Ok(Loaded { scene, camera, by_rig, moment })
 }
 
+/// A shot's settings for frames that follow each other: with a history, unless the shot says something of it.
+fn in_window(shot: &Shot) -> Settings {
+    let mut settings = shot.args.settings();
+    if let (Some(room), false) = (settings.indirect.room_mut(), shot.names().iter().any(|name| name == "history")) {
+        room.set("history", "on").expect("rooms take what they know");
+    }
+    settings
+}
+
 /// A file that was dropped on the window, under the flags that nobody gave. A shot says how it is rendered, a scene does not.
 fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let name = SceneName::from(path.as_os_str());
     let is_shot = shot::is_shot(&name);
     let shot = if is_shot { shot::read(path, Vec::new())? } else { shot::plain(&name) };
-    let (settings, eyes) = (is_shot.then(|| shot.args.settings()), shot.args.stereo.stereo);
+    let (settings, eyes) = (is_shot.then(|| in_window(&shot)), shot.args.stereo.stereo);
     let Loaded { scene, camera, by_rig, moment } = loaded(&shot, &mut Progress::hidden())?;
     let name = shot.args.scene.to_string();
     let now = shown::Opened::new(shot, &scene, &camera, by_rig);

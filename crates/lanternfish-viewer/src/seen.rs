@@ -330,7 +330,6 @@ impl Seen {
     fn begin_anew(&mut self) {
         self.averaged = (0, None);
         self.on_their_way = None;
-        self.renderer.reset();
     }
 }
 

@@ -31,7 +31,7 @@ use crate::{
     source_tree::{self, SourceTree},
     stereo::Stereo,
     surface::{self, Known, Surface},
-    wipe::{Other, Wipe},
+    wipe::Wipe,
 };
 
 /// How long the camera rests before the picture is drawn whole.
@@ -279,7 +279,7 @@ impl Viewer {
             (self.name, self.state.controls, self.state.clip) = (name, controls, clip);
             if eyes.is_some() {
                 self.state.stereo = Stereo::new(eyes);
-                self.state.wipe.other = Other::Nothing;
+                self.state.show_stereo(true);
             }
             self.moment = moment.map(|(animation, _)| (animation, 0.0));
             (self.state.pointed, self.memory) = (None, Memory::default());

@@ -167,7 +167,7 @@ impl Renderer {
         self.passes.light_culling.tiles(&self.device, &self.queue)
     }
 
-    /// What its frames keep on the device; scenes, deep images and means of frames are not among it.
+    /// What its frames keep on the device; scenes, deep images, means of frames and histories are not among it.
     pub fn memory(&self) -> FrameMemory {
         let pool = self.pool.lock().unwrap_or_else(PoisonError::into_inner);
         FrameMemory { bytes: pool.bytes(), lists: pool.rooms() }

@@ -2,6 +2,7 @@
 
 use glam::Quat;
 use lanternfish_gpu::{Frame, Growth};
+use lanternfish_scene::Bounds;
 
 use super::{
     Chunk, DeepImageBuilder, DeepImages,
@@ -74,9 +75,13 @@ impl KeptDeepImages {
             let has_room = !is_later || kept.images.chunks.iter().all(has_room);
             let is_of_now = kept.built.iter().all(|built| built.generation == now.generation);
             let may_be_old = is_later && self.slices > 1;
-            (kept.order, kept.rotation) == (scene.triangle_order(), rotation) && has_room && (is_of_now || may_be_old)
+            let is_same = (kept.order, kept.rotation) == (scene.triangle_order(), rotation);
+            is_same && has_room && (is_of_now || (may_be_old && kept.hold(&scene.bounds)))
         };
-        if !self.kept.as_ref().is_some_and(is_usable) {
+        let is_usable = self.kept.as_ref().is_some_and(is_usable);
+        // Of those that are too large now for one binding, smaller chunks are made.
+        let is_renewed = is_usable && (!is_later || self.renew(frame, scene, now)?);
+        if !is_renewed {
             // Their memory can go before there is more.
             self.kept = None;
             frame.forget_bind_groups();
@@ -89,18 +94,26 @@ impl KeptDeepImages {
         }
         let kept = self.kept.as_mut().expect("just built, if not there");
         kept.built.iter_mut().filter(|built| built.generation == now.generation).for_each(|built| *built = now);
-        if is_later && kept.noted_in != number {
-            kept.noted_in = number;
-            let mut others = vec![true; kept.built.len()];
-            if let Some(oldest) = kept.oldest(now.generation) {
-                frame.forget_bind_groups();
-                self.builder.renew(frame, scene, &mut kept.images, oldest)?;
-                (kept.built[oldest], others[oldest]) = (now, false);
-            }
-            let others = kept.images.chunks.iter().zip(others).filter(|(_, is_other)| *is_other);
-            others.map(|(chunk, _)| chunk).try_for_each(|chunk| note_again(frame, chunk))?;
-        }
         Ok(&kept.images)
+    }
+
+    /// Builds the oldest slice anew, once a frame, where it is of a scene as it is no longer, and notes whether there was room for the others.
+    /// False: it no longer fits one binding.
+    fn renew(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, now: Built) -> Result<bool, RenderError> {
+        let Some(kept) = self.kept.as_mut().filter(|kept| kept.noted_in != frame.number()) else { return Ok(true) };
+        kept.noted_in = frame.number();
+        let oldest = kept.oldest(now.generation);
+        if let Some(oldest) = oldest {
+            frame.forget_bind_groups();
+            match self.builder.renew(frame, scene, &mut kept.images, oldest) {
+                Err(RenderError::Overflow { .. }) => return Ok(false),
+                other => other?,
+            }
+            kept.built[oldest] = now;
+        }
+        let others = kept.images.chunks.iter().enumerate().filter(|(chunk, _)| Some(*chunk) != oldest);
+        others.map(|(_, chunk)| chunk).try_for_each(|chunk| note_again(frame, chunk))?;
+        Ok(true)
     }
 
     /// Frames since the oldest images were right, in the last frame that asked for them: 0 where all are of the scene as it was then.
@@ -128,6 +141,12 @@ impl KeptDeepImages {
 }
 
 impl Kept {
+    /// Whether all of a scene within these bounds is in every image.
+    fn hold(&self, bounds: &Bounds) -> bool {
+        let grids = self.images.chunks.iter().map(|chunk| &chunk.grid);
+        grids.into_iter().all(|grid| bounds.corners().iter().all(|corner| corner.distance(grid.center) <= grid.radius))
+    }
+
     /// The chunk of the oldest images of a scene as it is no longer.
     fn oldest(&self, generation: u64) -> Option<usize> {
         let old = (0..self.built.len()).filter(|chunk| self.built[*chunk].generation != generation);

@@ -128,7 +128,7 @@ impl ShownViews {
                 let has_changed = shown.revision != revision || shown.generation != generation;
                 let since_change = if has_changed { 0 } else { shown.since_change.saturating_add(1) };
                 // Means go on where a view is the same to the last bit.
-                let has_moved = frame_index == 0 && shown.view != view;
+                let has_moved = frame_index == 0 && !is_where(&view, &shown.view);
                 let before = Before { rested: shown.frame_index, has_moved, since_change };
                 (shown.view, geometry, Some(before), shown.frames.saturating_add(1))
             }
@@ -144,6 +144,12 @@ impl ShownViews {
         };
         FrameBefore { views: frame.uniform(&views), geometry, known: before, frames }
     }
+}
+
+/// Whether a view is where another was, but for the last bits that shifts of frames of a mean leave.
+fn is_where(view: &View, other: &View) -> bool {
+    let matrices = |view: &View| [view.clip_from_view, view.view_from_world];
+    matrices(view).iter().zip(matrices(other)).all(|(now, before)| now.abs_diff_eq(before, 1e-5))
 }
 
 impl FrameBefore<'_> {

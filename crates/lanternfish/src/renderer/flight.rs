@@ -152,6 +152,8 @@ impl Renderer {
             }
             let counters = scene.counters().to_vec();
             this.flight.recorded = Some(frame);
+            // Of further frames nothing is told.
+            this.flight.ages.truncate(63);
             this.flight.ages.extend(this.passes.deep_images.as_ref().and_then(|images| Some((frame, images.age()?))));
             this.flight.last = Some(Last { frame, views: moved, results, counters });
             Ok(frame)

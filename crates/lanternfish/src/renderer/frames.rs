@@ -97,6 +97,7 @@ impl Renderer {
     /// Lets the next [`Self::refine`] start anew: for a change that it does not see.
     pub fn reset(&mut self) {
         self.passes.progressive.reset();
+        self.passes.forget_shown();
     }
 
     /// Hands one more frame of the views' mean to the device.

@@ -109,6 +109,9 @@ impl DeepImageBuilder {
     /// Compiles the passes, and lays out the directions, whose table costs time by the square of their number. An error where
     /// the settings do not go together.
     pub fn new(device: &wgpu::Device, settings: DeepImageSettings) -> Result<Self, RenderError> {
+        if !(1..=64).contains(&settings.slices) {
+            return Err(RenderError::Together { setting: "deep images", needed: "1 to 64 slices" });
+        }
         let (store, builder) = (Store::new(device, &settings)?, Builder::new(device, &settings)?);
         let directions = Directions::new(settings.directions)
             .map_err(|error| RenderError::Directions { what: error.to_string() })?;

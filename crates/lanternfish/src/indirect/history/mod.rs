@@ -63,7 +63,7 @@ pub(super) const HISTORY: KnobWords = KnobWords::new(
     "ON|OFF",
     Range::Names,
     "Whether indirect light is mixed with that of the frames before, along surfaces. On: less noise while the view moves, \
-     and light that changes is followed late. A picture of one frame, and a mean, are the same with either",
+     and light that changes is followed late. The first picture, and its mean, are the same with either",
 );
 
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.

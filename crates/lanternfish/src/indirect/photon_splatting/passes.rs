@@ -177,7 +177,7 @@ impl IndirectPasses for PhotonPasses {
         images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
         let frames = self.frames.max(view.view.frame_index.saturating_add(1));
-        self.views.renew(view.scene, self.settings.count, Squares::Any, view.view.frame_index);
+        self.views.renew(view.scene, self.settings.count, Squares::Any, view.view.random_index);
         let mut parameters = self.parameters(view, surface.size, frames);
         let lit = view.showing(surface);
         let settings = &self.settings;
@@ -197,7 +197,7 @@ impl IndirectPasses for PhotonPasses {
         frame.dispatch(&self.tiles, &finding, [parameters.columns, parameters.rows, 1]);
 
         // Photons from the lights.
-        let light_views = self.views.views().record(frame, view.scene, view.view.frame_index)?;
+        let light_views = self.views.views().record(frame, view.scene, view.view.random_index)?;
         let mut primaries = self.room_for_primaries(frame, &parameters)?;
         let scene = view.scene.bindings().with(&view.buffer.bindings());
         let emitting = scene.clone().with(&light_views.bindings()).part("photons", &uniform);
@@ -205,7 +205,8 @@ impl IndirectPasses for PhotonPasses {
         frame.dispatch(&self.emit, &emitting, workgroups(parameters.primary_count));
 
         let images = images.filter(|_| settings.tracer.uses_deep_images());
-        let texels = images.and_then(|images| images.chunks.first()).map(|chunk| chunk.grid.texels_per_metre);
+        let texels = images
+            .map(|images| images.chunks.iter().map(|chunk| chunk.grid.texels_per_metre).fold(f32::INFINITY, f32::min));
         parameters.least_width = texels.map_or(0.0, |texels| 1.0 / texels);
         let photons = Photons {
             images,

@@ -196,7 +196,8 @@ impl RadianceCache {
                 none.insert(Table::new(frame, scene, self.slots)?)
             }
         };
-        if !table.is_of(scene) || (is_first && table.begun_in != number) {
+        let is_first_view = std::mem::replace(&mut table.used_in, number) != number;
+        if !table.is_of(scene) || (is_first && is_first_view) {
             table.begin(frame, scene);
             (self.update, self.frame) = (0, 0);
         }

@@ -59,8 +59,8 @@ impl Slots {
 pub(super) struct Table {
     /// [`GpuScene::triangle_order`] of the scene.
     order: u64,
-    /// The picture's first frame, by its number.
-    pub begun_in: u64,
+    /// The last frame that has used it: its number.
+    pub used_in: u64,
     /// Numbers of where things are, and of all that an update brings, when cells were last looked up.
     pub state: [u64; 2],
     /// Edge of the smallest cells, m.
@@ -76,7 +76,7 @@ impl Table {
     pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32) -> Result<Self, RenderError> {
         Ok(Self {
             order: scene.triangle_order(),
-            begun_in: frame.number(),
+            used_in: 0,
             state: [scene.generation(), scene.revision()],
             edge: edge_in(scene),
             slots: Slots::new(frame.device, slots)?,
@@ -93,7 +93,6 @@ impl Table {
     /// No cells, for a picture of this scene.
     pub fn begin(&mut self, frame: &mut Frame<'_>, scene: &GpuScene) {
         self.slots.clear(frame);
-        self.begun_in = frame.number();
         self.order = scene.triangle_order();
         self.state = [scene.generation(), scene.revision()];
         self.edge = edge_in(scene);

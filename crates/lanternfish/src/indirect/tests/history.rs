@@ -2,7 +2,11 @@
 
 use glam::Affine3A;
 
-use crate::settings::{History, HitLight};
+use crate::{
+    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
+    rooms::Family as _,
+    settings::{History, HitLight},
+};
 
 use super::*;
 
@@ -17,19 +21,27 @@ fn pixels(picture: &crate::Picture) -> Vec<Vec3> {
     picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect()
 }
 
-/// A picture of one frame, and a mean, are what they are without a history, to the bit.
+/// The first picture of a renderer, and a mean, are what they are without a history, to the bit.
 #[test]
 fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
+    let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few(History::Off) };
+    let rooms = [
+        Indirect::Sampled(usual),
+        Indirect::Sampled(Sampled { hit_light: HitLight::Cached, ..usual }),
+        Indirect::Sampled(Sampled { resolution: IndirectResolution::Half, ..usual }),
+        Indirect::VirtualLights(VirtualLights { count: 256, ..VirtualLights::default() }),
+        Indirect::PhotonSplatting(PhotonSplatting { count: 1024, ..PhotonSplatting::default() }),
+    ];
     for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
-        for hit_light in [HitLight::Shaded, HitLight::Cached] {
-            let of = |history| {
-                let rays = Sampled { filter_radius: 4, clamp: IndirectClamp::On, hit_light, ..few(history) };
-                picture(gpu, Settings { accumulate, samples, ..settings(rays) }, &scene, &camera)
+        for room in rooms {
+            let of = |history: &str| {
+                let mut indirect = room;
+                indirect.room_mut().unwrap().set("history", history).unwrap();
+                picture(gpu, Settings { accumulate, samples, indirect, ..settings(usual) }, &scene, &camera)
             };
-            let is_same = of(History::Off) == of(History::On);
-            assert!(is_same, "{accumulate} frames, {samples:?}, {hit_light}");
+            assert!(of("off") == of("on"), "{accumulate} frames, {samples:?}, {room:?}");
         }
     }
 }
@@ -105,6 +117,17 @@ fn gpu_light_that_changes_is_followed() {
     let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &truth)).collect();
     println!("off by {:.3?}; a frame by itself by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
     assert!(frames[0] < 1.5 * alone && frames[3] < alone && frames[15] < 0.5 * alone, "{frames:?}");
+    // Red after blue: neither is left of the other.
+    renderer.update(&mut uploaded, &with_lamp(Vec3::new(2.0, 0.0, 0.0))).unwrap();
+    let red: Vec<f64> = (0..8)
+        .map(|_| render(&mut renderer, &uploaded))
+        .map(|pixels| {
+            let sum: Vec3 = pixels.iter().sum();
+            f64::from(sum.z / sum.x)
+        })
+        .collect();
+    println!("blue over red {red:.4?}");
+    assert!(red[0] < 0.5 && red[7] < 0.02, "{red:?}");
     renderer.update(&mut uploaded, &with_lamp(Vec3::ZERO)).unwrap();
     let left = mean(&render(&mut renderer, &uploaded));
     // But where too few pixels around are of the same surface to say so.
@@ -128,6 +151,8 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
     scene.instances[1].world_from_object = card(11);
     let many = Sampled { diffuse_rays: 512, ..few(History::Off) };
     let truth = picture(gpu, settings(many), &scene, &camera);
+    scene.instances[1].world_from_object = card(10);
+    let before = picture(gpu, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = Affine3A::IDENTITY;
     let of = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(history))).unwrap();
@@ -138,7 +163,13 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
         });
         moved.last().unwrap()
     };
-    let [without, with] = [History::Off, History::On].map(|history| off(&of(history), &truth));
-    println!("off by {without:.4} without, by {with:.4} with");
-    assert!(with < 0.8 * without, "{with} of {without}");
+    let [without, with] = [History::Off, History::On].map(of);
+    let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
+    // Where the card was in the frame before and is no longer: it was a twentieth as bright.
+    let uncovered: Vec<usize> = (0..truth.len()).filter(|i| before[*i].x < 0.3 * truth[*i].x).collect();
+    let of_uncovered = |picture: &[Vec3]| uncovered.iter().map(|i| f64::from(picture[*i].x)).sum::<f64>();
+    let brought = of_uncovered(&with) / of_uncovered(&truth);
+    println!("off by {noise:.4} without, by {kept:.4} with; {} pixels uncovered get {brought:.3}", uncovered.len());
+    assert!(kept < 0.8 * noise, "{kept} of {noise}");
+    assert!(uncovered.len() > 10 && (brought - 1.0).abs() < 0.2, "{brought} of {}", uncovered.len());
 }
