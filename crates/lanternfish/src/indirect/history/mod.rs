@@ -141,7 +141,6 @@ impl Histories {
             has_changed: before.map_or(0, |before| u32::from(before.since_change < DOUBTED)),
             bounded_frames,
             asked_frames,
-            ..Default::default()
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
         let bindings = bindings.with(&kept.bindings()).texture("filtered_sums", found).texture("filtered", mixed);
