@@ -14,6 +14,7 @@ use crate::{
     rooms::{KnobWords, Range},
     shaders::{Root, SHADERS, Shaders},
     texture::described,
+    view::View,
 };
 
 /// The shaders of this folder.
@@ -67,7 +68,7 @@ pub(super) const HISTORY: KnobWords = KnobWords::new(
 );
 
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
-pub(super) const MOST: f32 = 32.0;
+const MOST: f32 = 32.0;
 /// Frames for which what is known is doubted after a change of the scene.
 const DOUBTED: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -94,6 +95,11 @@ struct Sums {
     layers: wgpu::TextureView,
     places: wgpu::TextureView,
     size: UVec2,
+}
+
+/// Frames of a view that a pixel may know of, with the one in hand.
+pub(super) fn most_known(view: &View) -> f32 {
+    (view.random_index as f32 + 1.0).min(MOST)
 }
 
 impl Histories {

@@ -182,8 +182,7 @@ impl Smoothing {
         let followed = self.histories.as_mut().zip(surface.motion.as_ref());
         if parameters.clamp_frames > 0.0 && followed.is_some() {
             // A frame is a share of what will be known, as of a mean.
-            let known = (view.view.random_index as f32 + 1.0).min(history::MOST);
-            parameters.clamp_frames = parameters.clamp_frames.max(known);
+            parameters.clamp_frames = parameters.clamp_frames.max(history::most_known(&view.view));
         }
         let layers = [(); 2].map(|()| layers_target(frame, sums.picture));
         let [width, height, _] = self.filter.workgroup_size();
