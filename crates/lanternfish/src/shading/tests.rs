@@ -224,6 +224,28 @@ fn the_grazing_share_fits_the_specular_layer() {
     }
 }
 
+/// What surfaces send on, all ways together, is what their BRDF comes to: even light, as rays by the cosine bring it.
+#[test]
+fn gpu_whole_reflectances_are_integrals() {
+    let Some(gpu) = testing::gpu("gpu_whole_reflectances_are_integrals") else { return };
+    let cosines: Vec<f64> = (0..16).map(|i| ((f64::from(i) + 0.5) / 16.0).sqrt()).collect();
+    for (base_color, metallic) in [(DVec3::new(0.68, 0.3, 0.0), 0.0), (DVec3::new(0.9, 0.5, 0.2), 1.0)] {
+        for roughness in &ROUGHNESSES[1..] {
+            let surface = surface(base_color, metallic, *roughness);
+            let integrals: DVec3 = cosines.iter().map(|cosine| reflectance(&surface, at(cosine.acos()), 64)).sum();
+            let query = |cosine: &f64| {
+                let [first, second] = [base_color.extend(metallic), DVec3::Z.extend(*roughness)].map(|v| v.as_vec4());
+                [first, second, at(cosine.acos()).as_vec3().extend(0.0), Vec4::Z]
+            };
+            let queries: Vec<Vec4> = cosines.iter().flat_map(query).collect();
+            let found: Vec4 = ask(gpu, "whole_reflections", &queries, 4).into_iter().sum();
+            let [expected, found] = [integrals, found.truncate().as_dvec3()].map(|sum| sum / cosines.len() as f64);
+            println!("{base_color} {metallic} {roughness}: {found:.4}, {expected:.4}");
+            assert!((found - expected).abs().max_element() < 0.01, "{roughness}: {found}, not {expected}");
+        }
+    }
+}
+
 #[test]
 fn smooth_surfaces_are_mirrors() {
     // A smooth white metal reflects everything, and a smooth black dielectric what Fresnel says.
