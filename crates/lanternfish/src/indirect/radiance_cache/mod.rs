@@ -128,6 +128,11 @@ impl CacheOfFrame {
         self.parameters.frame
     }
 
+    /// Samples that each cell gets in the frame that all of them are new in; `None` in others.
+    pub fn first_samples(&self) -> Option<u32> {
+        (self.parameters.share == 0).then_some(self.parameters.fewest)
+    }
+
     /// Bindings by which cells are looked up, put in, asked for and read.
     pub fn bindings(&self) -> Bindings<'_> {
         self.slots.bindings().part("radiance_cache", &self.uniform)
@@ -203,7 +208,7 @@ impl RadianceCache {
         }
         let state = [scene.generation(), scene.revision()];
         let has_changed = std::mem::replace(&mut table.state, state) != state;
-        let fewest = if is_first || self.frame == 0 { self.first_samples } else { FEWEST };
+        let is_new = is_first || self.frame == 0;
         self.update += 1;
         self.frame += 1;
         let parameters = RadianceCacheParameters {
@@ -211,8 +216,8 @@ impl RadianceCache {
             update: self.update,
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
-            share: SHARE,
-            fewest,
+            share: if is_new { 0 } else { SHARE },
+            fewest: if is_new { self.first_samples } else { FEWEST },
             most: MOST,
             kept: KEPT,
             blur: super::sampled::diffuse_blur(1, MOST as u32),
@@ -225,13 +230,15 @@ impl RadianceCache {
         Ok(CacheOfFrame { uniform: frame.uniform(&parameters), parameters, slots: table.slots.clone(), counters })
     }
 
-    /// Takes more samples of cells that rays have asked for. `images`: where rays between cells go through those.
+    /// Takes more samples of cells that rays have asked for: up to so many of each that has few. `images`: where rays between cells go
+    /// through those.
     pub fn update(
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { scene, buffer, .. }: &ViewContext<'_>,
         cache: &mut CacheOfFrame,
         images: Option<&DeepImages>,
+        most: u32,
     ) -> Result<(), RenderError> {
         let due = frame.scratch("radiance_cache/due", 4 * (u64::from(self.slots) + 1))?;
         let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
@@ -243,9 +250,9 @@ impl RadianceCache {
             &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
         let images = images.filter(|_| self.tracer.uses_deep_images());
-        for round in 0..cache.parameters.fewest {
+        for round in 0..most.min(cache.parameters.fewest) {
             // New cells get one sample after the other; the others one in the first round.
-            let share = if round == 0 { SHARE } else { 0 };
+            let share = if round == 0 { cache.parameters.share } else { 0 };
             let remembered = if round == 0 { cache.parameters.remembered } else { MOST };
             let uniform =
                 frame.uniform(&RadianceCacheParameters { update: self.update, share, remembered, ..cache.parameters });

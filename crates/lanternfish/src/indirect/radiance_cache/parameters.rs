@@ -37,7 +37,7 @@ gpu_struct! {
     pub struct CellSample {
         /// World space, m.
         p_world: Vec3,
-        /// In the order of the BVH's leaves; the top bit says which side of it.
+        /// In the order of the BVH's leaves; the four top bits say which side of it, and the cell's generation.
         triangle: u32,
     }
 }
@@ -69,7 +69,9 @@ gpu_struct! {
         direction_met: u32,
         /// Slot of the cell there.
         slot_met: u32,
-        _pad0: u32,
-        _pad1: u32,
+        /// 1: what that cell sends is not known yet.
+        is_open: u32,
+        /// The cell's: `sample.wesl`.
+        generation: u32,
     }
 }

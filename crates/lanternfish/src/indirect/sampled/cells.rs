@@ -111,7 +111,8 @@ impl FrameCells<'_> {
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
         let first_round = parameters.round / self.together * self.together;
         let end_round = (first_round + self.together).min(self.rounds);
-        let Self { asking_round, sky_is_dark, .. } = *self;
+        let Self { sky_is_dark, .. } = *self;
+        let asking_round = if self.of_frame.first_samples().is_some() { parameters.round } else { self.asking_round };
         SampledParameters { first_round, end_round, asking_round, sky_is_dark, ..parameters }
     }
 
@@ -136,6 +137,18 @@ impl FrameCells<'_> {
         [shade.clone(), shadow.clone()]
     }
 
+    /// Samples cells where rays of this round ended, in the frame that all cells are new in: so that samples of one cell are not all in one
+    /// place.
+    pub fn sample(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        images: Option<&DeepImages>,
+    ) -> Result<(), RenderError> {
+        let Some(samples) = self.of_frame.first_samples() else { return Ok(()) };
+        self.cells.cache.update(frame, view, &mut self.of_frame, images, samples.div_ceil(self.rounds))
+    }
+
     /// Brings the cells up to date, and adds what they send to the pixels' sums. `summing`: bindings of the round, the sums and counters.
     pub fn gather(
         &mut self,
@@ -145,7 +158,7 @@ impl FrameCells<'_> {
         samples: [u32; 3],
         images: Option<&DeepImages>,
     ) -> Result<(), RenderError> {
-        self.cells.cache.update(frame, view, &mut self.of_frame, images)?;
+        self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX)?;
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
         Ok(())
