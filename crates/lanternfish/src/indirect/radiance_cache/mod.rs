@@ -69,6 +69,10 @@ const NEAR_EDGES: f32 = 64.0;
 const SHARE: u32 = 8;
 /// Samples that a cell gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
+/// How much more later samples of a cell count, and where they bring light of more bounces than those before: light of many bounces would come
+/// late.
+const HASTE: f32 = 4.0;
+const HASTE_OF_ALL_BOUNCES: f32 = 8.0;
 /// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
 /// Samples that what is known counts for once something has changed: less than [`FEWEST`], so that every cell gets another.
@@ -223,7 +227,7 @@ impl RadianceCache {
             blur: super::sampled::diffuse_blur(1, MOST as u32),
             remembered: if has_changed { REMEMBERED } else { MOST },
             frame: self.frame,
-            ..Default::default()
+            haste: if self.bounces == Bounces::All { HASTE_OF_ALL_BOUNCES } else { HASTE },
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;

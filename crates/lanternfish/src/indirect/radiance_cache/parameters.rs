@@ -28,7 +28,8 @@ gpu_struct! {
         remembered: f32,
         /// Frames of the cache so far.
         frame: u32,
-        _pad: u32,
+        /// How much more later samples count: the n-th one's share of the mean is haste / (n - 1 + haste).
+        haste: f32,
     }
 }
 
