@@ -64,10 +64,10 @@ named_enum! {
 }
 
 /// Smallest cells' edges up to which cells are as small.
-const NEAR_EDGES: f32 = 64.0;
+const NEAR_EDGES: f32 = 128.0;
 /// One of so many cells gets another sample in a frame.
 const SHARE: u32 = 8;
-/// Samples that a cell gets at least in the frame that it is new in.
+/// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
 /// How much more later samples of a cell count, and where they bring light of more bounces than those before: light of many bounces would come
 /// late.
@@ -90,7 +90,7 @@ pub(crate) struct RadianceCache {
     bounces: Bounces,
     /// Slots of the table: a power of two.
     slots: u32,
-    /// Samples of a cell in a picture's first frame.
+    /// Samples of a cell of generation 0 in a picture's first frame.
     first_samples: u32,
     /// Of rays between cells.
     tracer: Tracer,
@@ -122,6 +122,8 @@ pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     uniform: BufferPart,
     slots: Slots,
+    /// Of an update: which cells are due, what is found of each, and workgroups for all of them.
+    scratch: [wgpu::Buffer; 3],
     /// What is counted.
     pub counters: Counters,
 }
@@ -132,7 +134,7 @@ impl CacheOfFrame {
         self.parameters.frame
     }
 
-    /// Samples that each cell gets in the frame that all of them are new in; `None` in others.
+    /// Samples that a cell of generation 0 gets in the frame that all cells are new in; `None` in others.
     pub fn first_samples(&self) -> Option<u32> {
         (self.parameters.share == 0).then_some(self.parameters.fewest)
     }
@@ -231,7 +233,19 @@ impl RadianceCache {
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
-        Ok(CacheOfFrame { uniform: frame.uniform(&parameters), parameters, slots: table.slots.clone(), counters })
+        let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
+        let scratch = [
+            frame.scratch("radiance_cache/due", 4 * (u64::from(self.slots) + 1))?,
+            frame.scratch("radiance_cache/sampled", bytes)?,
+            frame.indirect("radiance_cache/workgroups")?,
+        ];
+        Ok(CacheOfFrame {
+            uniform: frame.uniform(&parameters),
+            parameters,
+            slots: table.slots.clone(),
+            scratch,
+            counters,
+        })
     }
 
     /// Takes more samples of cells that rays have asked for: up to so many of each that has few. `images`: where rays between cells go
@@ -243,11 +257,8 @@ impl RadianceCache {
         cache: &mut CacheOfFrame,
         images: Option<&DeepImages>,
         most: u32,
-    ) -> Result<(), RenderError> {
-        let due = frame.scratch("radiance_cache/due", 4 * (u64::from(self.slots) + 1))?;
-        let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
-        let sampled = frame.scratch("radiance_cache/sampled", bytes)?;
-        let workgroups_due = frame.indirect("radiance_cache/workgroups")?;
+    ) {
+        let [due, sampled, workgroups_due] = cache.scratch.clone();
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let Kernels { clear, choose, measure, light, light_environment, shadow, trace, meet, place, commit } =
@@ -288,6 +299,5 @@ impl RadianceCache {
         }
         // What was known counts for little once a frame.
         cache.parameters.remembered = MOST;
-        Ok(())
     }
 }

@@ -70,9 +70,8 @@ gpu_struct! {
         direction_met: u32,
         /// Slot of the cell there.
         slot_met: u32,
-        /// 1: what that cell sends is not known yet.
-        is_open: u32,
         /// The cell's: `sample.wesl`.
         generation: u32,
+        _pad: u32,
     }
 }

@@ -36,7 +36,7 @@ impl Slots {
 
     /// No cells.
     fn clear(&self, frame: &mut Frame<'_>) {
-        for buffer in [&self.keys, &self.winners, &self.light] {
+        for buffer in [&self.keys, &self.winners, &self.samples, &self.light] {
             frame.encoder().clear_buffer(buffer, 0, None);
         }
     }

@@ -137,16 +137,13 @@ impl FrameCells<'_> {
         [shade.clone(), shadow.clone()]
     }
 
-    /// Samples cells where rays of this round ended, in the frame that all cells are new in: so that samples of one cell are not all in one
-    /// place.
-    pub fn sample(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        images: Option<&DeepImages>,
-    ) -> Result<(), RenderError> {
-        let Some(samples) = self.of_frame.first_samples() else { return Ok(()) };
-        self.cells.cache.update(frame, view, &mut self.of_frame, images, samples.div_ceil(self.rounds))
+    /// In the frame that all cells are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one cell
+    /// are not all in one place.
+    pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, images: Option<&DeepImages>, round: u32) {
+        let Some(samples) = self.of_frame.first_samples() else { return };
+        let until = |round: u32| (u64::from(samples) * u64::from(round) / u64::from(self.rounds)) as u32;
+        let most = until(round + 1) - until(round);
+        self.cells.cache.update(frame, view, &mut self.of_frame, images, most);
     }
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums. `summing`: bindings of the round, the sums and counters.
@@ -158,7 +155,7 @@ impl FrameCells<'_> {
         samples: [u32; 3],
         images: Option<&DeepImages>,
     ) -> Result<(), RenderError> {
-        self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX)?;
+        self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
         Ok(())

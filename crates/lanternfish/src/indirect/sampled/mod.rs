@@ -226,7 +226,7 @@ impl IndirectPasses for SampledLight {
                     let [to_shade, to_look] = cells.find(frame, &tracing.with(&summing), samples);
                     frame.dispatch_indirect(shade, &shading, &to_shade);
                     frame.dispatch_indirect(&self.shadow, &looking, &to_look);
-                    cells.sample(frame, view_context, images)?;
+                    cells.sample(frame, view_context, images, round);
                 }
             }
             if round < emitter_rays {

@@ -49,8 +49,8 @@ pub struct Sampled {
     /// Cells that the radiance cache has room for, 64 to 524,288, rounded up to a power of two. More: fewer ends of rays are shaded because there is
     /// no room, and 392 bytes each.
     pub cache_cells: u32,
-    /// Samples that each cell of the radiance cache gets in a picture's first frame, at least 1. More: less noise in a picture of one frame,
-    /// and more of the bounces, slower.
+    /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
+    /// less noise in a picture of one frame, and more of the bounces, slower.
     pub cache_samples: u32,
 }
 

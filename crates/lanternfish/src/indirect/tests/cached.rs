@@ -58,7 +58,7 @@ fn gpu_every_bounce_is_the_path_tracers() {
         [("cornell", cornell(), looking(CAMERA.0, CAMERA.1), 256), ("hall", hall, inside, 128)]
     {
         let direct = Settings { indirect: Indirect::None, ..over_frames(sampled(Tracer::Bvh), 16) };
-        let cells = Sampled { cache_samples: 64, glossy_rays: 8, ..cached(Tracer::Bvh, Bounces::All) };
+        let cells = Sampled { glossy_rays: 8, ..cached(Tracer::Bvh, Bounces::All) };
         let indirect =
             mean(&picture(gpu, over_frames(cells, 16), &scene, &camera)) - mean(&picture(gpu, direct, &scene, &camera));
         let [truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
@@ -86,8 +86,8 @@ fn gpu_cached_light_is_the_same_again() {
     assert_eq!(first, again);
 }
 
-/// Ends of rays for whose cells there is no room are shaded: of one bounce nothing is lost, of every bounce what comes between cells is,
-/// and both are counted.
+/// Ends of rays for whose cells there is no room are shaded: of one bounce nothing is lost; of every bounce what cells without room send is
+/// guessed. Both are counted.
 #[test]
 fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_a_full_cache_loses_no_light_of_one_bounce") else { return };
@@ -136,7 +136,7 @@ fn gpu_caches_without_cells_or_samples_are_refused() {
     }
 }
 
-/// Cells move to another table now and then, with what they keep: a long mean is what a short one is.
+/// Cells move to another table now and then, with what they keep: a long mean is what a short one is, and the same again.
 #[test]
 fn gpu_cells_that_move_keep_their_light() {
     let Some(gpu) = testing::gpu("gpu_cells_that_move_keep_their_light") else { return };
@@ -144,9 +144,13 @@ fn gpu_cells_that_move_keep_their_light() {
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let rays = Sampled { diffuse_rays: 2, cache_samples: 64, ..cached(Tracer::Bvh, Bounces::All) };
     // More frames than cells are kept for.
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 140)).unwrap();
-    let uploaded = renderer.upload(&scene).unwrap();
-    let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+    let rendered = || {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 140)).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap()
+    };
+    let picture = rendered();
+    assert!(picture.radiance == rendered().radiance, "another picture from the same cells");
     let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/carry").count();
     let found = picture.radiance.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / picture.radiance.len() as f64;
     println!("{found:.4} of 2");
@@ -210,6 +214,7 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         let found = mean(&picture(gpu, over_frames(cells, 8), &scene, &dark));
         let truth = mean(&traced(&scene, &dark, u32::MAX, 512));
         println!("a wall of {thickness} edges: {:.4} of the light", found / truth);
-        assert!((found / truth - 1.0).abs() < 5.0, "{thickness}: {found} of {truth}");
+        // Light of so many bounces comes late. While all cells had the same say, it was 0.64.
+        assert!((0.8..1.02).contains(&(found / truth)), "{thickness}: {found} of {truth}");
     }
 }
