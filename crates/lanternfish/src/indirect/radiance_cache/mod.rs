@@ -120,6 +120,8 @@ struct Kernels {
 #[derive(Debug)]
 pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
+    /// All cells are.
+    is_new: bool,
     uniform: BufferPart,
     slots: Slots,
     /// Of an update: which cells are due, what is found of each, and workgroups for all of them.
@@ -136,7 +138,7 @@ impl CacheOfFrame {
 
     /// Samples that a cell of generation 0 gets in the frame that all cells are new in; `None` in others.
     pub fn first_samples(&self) -> Option<u32> {
-        (self.parameters.share == 0).then_some(self.parameters.fewest)
+        self.is_new.then_some(self.parameters.fewest)
     }
 
     /// Bindings by which cells are looked up, put in, asked for and read.
@@ -242,6 +244,7 @@ impl RadianceCache {
         Ok(CacheOfFrame {
             uniform: frame.uniform(&parameters),
             parameters,
+            is_new,
             slots: table.slots.clone(),
             scratch,
             counters,

@@ -154,10 +154,9 @@ impl FrameCells<'_> {
         summing: &Bindings<'_>,
         samples: [u32; 3],
         images: Option<&DeepImages>,
-    ) -> Result<(), RenderError> {
+    ) {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
-        Ok(())
     }
 }

@@ -235,7 +235,7 @@ impl IndirectPasses for SampledLight {
             if let Some(cells) = &mut cells
                 && round + 1 == parameters.end_round
             {
-                cells.gather(frame, view_context, &summing, samples, images)?;
+                cells.gather(frame, view_context, &summing, samples, images);
             }
         }
 
