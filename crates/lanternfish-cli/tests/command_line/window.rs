@@ -1,5 +1,7 @@
 //! The window as somebody sits before it: under a display of its own, driven by keys and a pointer.
 
+#[cfg(target_os = "linux")]
+mod dropped;
 mod panels;
 mod pictures;
 mod rest;

@@ -1,0 +1,138 @@
+//! A file that is dragged onto the window and let go there, by the protocol of X (XDND, version 5).
+
+use x11rb::{
+    connection::Connection,
+    protocol::{
+        Event,
+        xproto::{
+            Atom, ClientMessageEvent, ConnectionExt, CreateWindowAux, EventMask, PropMode, SELECTION_NOTIFY_EVENT,
+            SelectionNotifyEvent, Window, WindowClass,
+        },
+    },
+    rust_connection::RustConnection,
+    wrapper::ConnectionExt as _,
+};
+
+use super::*;
+
+/// Another program, from which something is dragged.
+struct Source {
+    server: RustConnection,
+    window: Window,
+    target: Window,
+}
+
+impl Source {
+    fn open(display: &Display) -> Self {
+        let (server, screen) = RustConnection::connect(Some(&display.name)).unwrap();
+        let root = server.setup().roots[screen].root;
+        let window = server.generate_id().unwrap();
+        let aux = CreateWindowAux::new();
+        server.create_window(0, window, root, -10, -10, 1, 1, 0, WindowClass::INPUT_ONLY, 0, &aux).unwrap();
+        let target = display.act("search --name Lanternfish").lines().next().unwrap().parse().unwrap();
+        Self { server, window, target }
+    }
+
+    fn atom(&self, name: &str) -> Atom {
+        self.server.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
+    }
+
+    fn tell(&self, message: &str, data: [u32; 5]) {
+        let event = ClientMessageEvent::new(32, self.target, self.atom(message), data);
+        self.server.send_event(false, self.target, EventMask::NO_EVENT, event).unwrap();
+        self.server.flush().unwrap();
+    }
+
+    /// Waits for an answer of the window, and meanwhile gives what it asks for: where the file is.
+    fn answer(&self, message: &str, path: &Path) {
+        let wanted = self.atom(message);
+        wait_for(message, || {
+            loop {
+                match self.server.poll_for_event().unwrap()? {
+                    Event::ClientMessage(answer) if answer.type_ == wanted => return Some(()),
+                    Event::SelectionRequest(asked) => {
+                        let place = format!("file://{}\r\n", path.display());
+                        let (to, property, kind) = (asked.requestor, asked.property, asked.target);
+                        self.server.change_property8(PropMode::REPLACE, to, property, kind, place.as_bytes()).unwrap();
+                        let given = SelectionNotifyEvent {
+                            response_type: SELECTION_NOTIFY_EVENT,
+                            sequence: 0,
+                            time: asked.time,
+                            requestor: to,
+                            selection: asked.selection,
+                            target: kind,
+                            property,
+                        };
+                        self.server.send_event(false, to, EventMask::NO_EVENT, given).unwrap();
+                        self.server.flush().unwrap();
+                    }
+                    _ => {}
+                }
+            }
+        });
+    }
+
+    /// Drags a file to the middle of the window, and lets it go.
+    fn drop(&self, path: &Path) {
+        self.server.set_selection_owner(self.window, self.atom("XdndSelection"), x11rb::CURRENT_TIME).unwrap();
+        self.tell("XdndEnter", [self.window, 5 << 24, self.atom("text/uri-list"), 0, 0]);
+        let place = (SIZE[0] as u32 / 2) << 16 | SIZE[1] as u32 / 2;
+        let copy = self.atom("XdndActionCopy");
+        self.tell("XdndPosition", [self.window, 0, place, x11rb::CURRENT_TIME, copy]);
+        self.answer("XdndStatus", path);
+        // What was asked for arrives after the first answer, as it does where a hand moves on.
+        self.tell("XdndPosition", [self.window, 0, place + 1, x11rb::CURRENT_TIME, copy]);
+        self.answer("XdndStatus", path);
+        sleep(Duration::from_millis(200));
+        self.tell("XdndDrop", [self.window, 0, x11rb::CURRENT_TIME, 0, 0]);
+        self.answer("XdndFinished", path);
+    }
+}
+
+/// A card of two triangles that shines blue, as a file of its own.
+fn write_card(folder: &Path) -> PathBuf {
+    let corners = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 0., 0.], [1., 1., 0.], [0., 1., 0.0f32]];
+    let bytes: Vec<u8> = corners.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+    fs::write(folder.join("card.bin"), &bytes).unwrap();
+    let scene = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+        "materials": [{ "emissiveFactor": [0, 0, 1], "doubleSided": true, "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 1] } }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
+        "bufferViews": [{ "buffer": 0, "byteLength": bytes.len() }],
+        "buffers": [{ "uri": "card.bin", "byteLength": bytes.len() }],
+    });
+    let path = folder.join("card.gltf");
+    fs::write(&path, scene.to_string()).unwrap();
+    path
+}
+
+/// A scene that is dropped is opened; what is no scene says why below the picture, which stays.
+#[test]
+fn gpu_a_dropped_file_is_opened() {
+    let Some(display) = Display::open("gpu_a_dropped_file_is_opened") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut view = open(&display, folder.path(), "--size 400x300");
+    display.settled("the panels", |screen| screen.iter().any(|pixel| pixel.iter().any(|byte| *byte > 0)));
+    display.act("key F3");
+    let cornell = display.settled("the Cornell box", is_picture);
+    let source = Source::open(&display);
+
+    let blue =
+        |screen: &[[u8; 3]]| screen.iter().filter(|pixel| pixel[0] > 200 && pixel[1].max(pixel[2]) < 150).count();
+    assert!(blue(&cornell) == 0);
+    source.drop(&write_card(folder.path()));
+    let card = display.settled("the card", |screen| 10 * blue(screen) > screen.len());
+    assert_eq!(display.act("search --name card.gltf").lines().count(), 1, "the window has the file's name");
+
+    let text = folder.path().join("text.gltf");
+    fs::write(&text, "no scene").unwrap();
+    source.drop(&text);
+    sleep(Duration::from_secs(1));
+    assert!(are_alike(&display.screen(), &card), "what is no scene changes nothing");
+    display.act("key F3");
+    display.settled("the panels, and what is wrong", |screen| !are_alike(screen, &card));
+    display.act("key Escape");
+    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+}
