@@ -1,35 +1,8 @@
 //! What moves in a scene by itself, beside the camera: the rain of lights, and the animations of its file.
 
-use lanternfish_scene::{Bounds, Scene, generate::light_rain};
+use lanternfish_scene::{Scene, generate::Rain};
 
 use crate::{args::TrackArgs, error::CliError};
-
-/// Light rain among a scene's lights.
-#[derive(Clone, Debug)]
-pub struct Rain {
-    /// Index of its first light in the scene's.
-    first: usize,
-    /// Where it falls: the scene's box when it was added, so that it falls there whatever else moves.
-    bounds: Bounds,
-    count: u32,
-    radius: Option<f32>,
-    seed: u32,
-}
-
-impl Rain {
-    /// Adds it to the scene, as it is at 0 s.
-    pub fn add(scene: &mut Scene, count: u32, radius: Option<f32>, seed: u32) -> Self {
-        let rain = Self { first: scene.lights.len(), bounds: scene.bounds(), count, radius, seed };
-        scene.lights.extend(light_rain(&rain.bounds, count, radius, seed, 0.0));
-        rain
-    }
-
-    /// Moves it to where it is at `time`, s.
-    fn fall(&self, scene: &mut Scene, time: f32) {
-        let lights = light_rain(&self.bounds, self.count, self.radius, self.seed, time);
-        scene.lights[self.first..][..lights.len()].clone_from_slice(&lights);
-    }
-}
 
 /// What is said where a time is asked for and nothing moves.
 pub const NOTHING_MOVES: &str =
@@ -60,6 +33,11 @@ impl Motion {
         self.animation
     }
 
+    /// The rain that falls.
+    pub fn rain(&self) -> Option<&Rain> {
+        self.rain.as_ref()
+    }
+
     /// Rain alone.
     pub fn of_rain(rain: Rain) -> Self {
         Self { rain: Some(rain), animation: None }
@@ -71,7 +49,7 @@ impl Motion {
     /// as it was loaded, never on the times before: frames come in any order.
     pub fn at_time(&self, scene: &mut Scene, time: f32) {
         if let Some(rain) = &self.rain {
-            rain.fall(scene, time);
+            rain.fall(&mut scene.lights, time);
         }
         if let Some(animation) = self.animation {
             scene.pose(animation, time);

@@ -8,7 +8,7 @@ use std::{
 
 use lanternfish::{rooms::Family as _, settings::Settings};
 use lanternfish_metrics::{ColorType, write_png};
-use lanternfish_scene::{Camera, Scene};
+use lanternfish_scene::{Camera, Scene, generate::Rain};
 use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
 
 use crate::{
@@ -67,10 +67,10 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
     let record = window.record.as_deref();
     let record = record.map(|path| Ok::<_, CliError>((STEP, recorder(&shot, path)?))).transpose()?;
     let size_is_chosen = shot.names().iter().any(|name| name == "size");
-    let Loaded { scene, camera, by_rig, moment } = loaded(&shot, &mut progress)?;
+    let Loaded { scene, camera, by_rig, moment, rain } = loaded(&shot, &mut progress)?;
     progress.finish();
     // What is opened now: a file that is dropped takes its place.
-    let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig)));
+    let opened = Rc::new(RefCell::new(shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone())));
     let open_another = Rc::clone(&opened);
     eyes.map(|eyes| stereo::cameras(eyes, &camera, size.width as f32 / size.height as f32)).transpose()?;
     let start = Start {
@@ -82,6 +82,7 @@ pub fn run(shot: Shot, window: &OnlyWindowArgs) -> Result<(), CliError> {
         size: [size.width, size.height],
         size_is_chosen,
         moment,
+        rain,
         kept: kept_at(),
         adapter,
         open: Box::new(move |path| {
@@ -140,8 +141,10 @@ struct Loaded {
     camera: Camera,
     /// How many of its lights, the last, are a rig's.
     by_rig: usize,
-    /// Which animation is shown, and when in it, s.
-    moment: Option<(usize, f32)>,
+    /// Which animation is shown, where there is one, and when, s.
+    moment: Option<(Option<usize>, f32)>,
+    /// Lights that fall.
+    rain: Option<Rain>,
 }
 
 fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
@@ -149,14 +152,14 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let (mut scene, motion) = lit_scene(args, progress)?;
     let size = args.output.size;
     let first = shot.first();
-    let animation = motion.and_then(|motion| motion.animation());
-    let moment = animation.zip(first.time);
+    let moment = motion.as_ref().and_then(|motion| Some((motion.animation(), first.time?)));
+    let rain = motion.as_ref().and_then(|motion| motion.rain().cloned());
     let camera = camera::choose(&scene, &first.view, size.width as f32 / size.height as f32)?;
     let lights = Lighting { is_seen: true, reaches_surfaces: true };
     let before = scene.lights.len();
     light_rig::light(&mut scene, &args.lights, &camera, lights, |note| progress.note(note))?;
     let by_rig = scene.lights.len() - before;
-    Ok(Loaded { scene, camera, by_rig, moment })
+    Ok(Loaded { scene, camera, by_rig, moment, rain })
 }
 
 /// A shot's settings for frames that follow each other: with a history, unless the shot says something of it.
@@ -174,10 +177,10 @@ fn dropped(path: &Path) -> Result<(shown::Opened, Opened), CliError> {
     let is_shot = shot::is_shot(&name);
     let shot = if is_shot { shot::read(path, Vec::new())? } else { shot::plain(&name) };
     let (settings, eyes) = (is_shot.then(|| in_window(&shot)), shot.args.stereo.stereo);
-    let Loaded { scene, camera, by_rig, moment } = loaded(&shot, &mut Progress::hidden())?;
+    let Loaded { scene, camera, by_rig, moment, rain } = loaded(&shot, &mut Progress::hidden())?;
     let name = shot.args.scene.to_string();
-    let now = shown::Opened::new(shot, &scene, &camera, by_rig);
-    Ok((now, Opened { name, scene, camera, eyes, settings, moment }))
+    let now = shown::Opened::new(shot, &scene, &camera, by_rig, rain.clone());
+    Ok((now, Opened { name, scene, camera, eyes, settings, moment, rain }))
 }
 
 /// What is seen, as a shot in the current folder under a name that is not taken, or as a line for a shell.
@@ -251,7 +254,7 @@ mod tests {
             dropped(&shot).unwrap().1
         };
         assert_eq!(opened("").moment, None);
-        assert_eq!(opened("time = 0.5").moment, Some((0, 0.5)));
-        assert_eq!(opened("animation = \"0\"").moment, Some((0, 0.0)));
+        assert_eq!(opened("time = 0.5").moment, Some((Some(0), 0.5)));
+        assert_eq!(opened("animation = \"0\"").moment, Some((Some(0), 0.0)));
     }
 }

@@ -36,7 +36,7 @@ use std::path::{Path, PathBuf};
 
 use lanternfish::Settings;
 use lanternfish_gpu::AdapterChoice;
-use lanternfish_scene::{Camera, Eyes, Scene};
+use lanternfish_scene::{Camera, Eyes, Scene, generate::Rain};
 
 pub use controls::Way;
 pub use error::ViewerError;
@@ -64,8 +64,8 @@ pub struct Shown<'a> {
     pub eyes: Option<Eyes>,
     /// Pixels across and down, of one eye.
     pub size: [u32; 2],
-    /// Which animation is shown, and when, s; none where nothing was played.
-    pub moment: Option<(usize, f32)>,
+    /// Which animation is shown, where there is one, and when, s; none where nothing was played.
+    pub moment: Option<(Option<usize>, f32)>,
 }
 
 /// How what is seen is written.
@@ -103,8 +103,10 @@ pub struct Start {
     pub size: [u32; 2],
     /// Whether somebody has chosen that size: else that of the last window is taken.
     pub size_is_chosen: bool,
-    /// Which animation is shown, and when in it, s; none: everything is as the file has it.
-    pub moment: Option<(usize, f32)>,
+    /// Which animation is shown, where there is one, and when, s; none: everything is as the file has it.
+    pub moment: Option<(Option<usize>, f32)>,
+    /// Lights that fall while time passes; the scene has them as they are at 0 s.
+    pub rain: Option<Rain>,
     /// A file where the window leaves its size, its place and whether panels are shown, for the next one.
     pub kept: Option<PathBuf>,
     /// Where to run.
@@ -133,8 +135,10 @@ pub struct Opened {
     pub eyes: Option<Eyes>,
     /// How it is rendered; none where it does not say, and is rendered as what was there before.
     pub settings: Option<Settings>,
-    /// Which animation is shown, and when in it, s.
-    pub moment: Option<(usize, f32)>,
+    /// Which animation is shown, where there is one, and when, s.
+    pub moment: Option<(Option<usize>, f32)>,
+    /// Lights that fall while time passes; the scene has them as they are at 0 s.
+    pub rain: Option<Rain>,
 }
 
 /// Opens the window, and returns when it is closed.

@@ -53,7 +53,9 @@ struct Viewer {
     /// Pixels of the window that the picture has.
     room: UVec2,
     /// The moment of the animation that is on the device.
-    moment: Option<(usize, f32)>,
+    moment: Option<(Option<usize>, f32)>,
+    /// Lights that fall while it is played.
+    rain: Option<lanternfish_scene::generate::Rain>,
     last: Instant,
     opened: Instant,
     frame_ms: f64,
@@ -92,11 +94,24 @@ impl Program for Viewer {
         }
         let (surface, gpu) = surface::open(events, display, attributes, &start.adapter)?;
         let Start {
-            name, scene, camera, eyes, settings, open, keep, write, record, shaders, moment, kept: keeps, ..
+            name,
+            scene,
+            camera,
+            eyes,
+            settings,
+            open,
+            keep,
+            write,
+            record,
+            shaders,
+            moment,
+            rain,
+            kept: keeps,
+            ..
         } = start;
         let mut controls = Controls::new(camera, scene.bounds().size().length());
         let recorder = record.map(|(step, keep)| Recorder::begin(&mut controls, step, keep));
-        let clip = player::clip_at(&scene, moment);
+        let clip = player::clip_at(&scene, rain.is_some(), moment);
         let seen = Seen::new(gpu, scene, &settings)?;
         let state = State {
             usual: settings.clone(),
@@ -127,6 +142,7 @@ impl Program for Viewer {
             room,
             // The scene is as it is at the start of what it plays.
             moment: moment.map(|(animation, _)| (animation, 0.0)),
+            rain,
             last,
             opened: last,
             frame_ms: 0.0,
@@ -266,9 +282,9 @@ impl Viewer {
 
     fn open_file(&mut self, path: &Path) {
         let opened = (self.open)(path);
-        let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, moment }| {
+        let done = opened.and_then(|Opened { name, scene, camera, eyes, settings, moment, rain }| {
             let controls = Controls::new(camera, scene.bounds().size().length());
-            let clip = player::clip_at(&scene, moment);
+            let clip = player::clip_at(&scene, rain.is_some(), moment);
             self.beside.let_go();
             if let Some(settings) = settings {
                 self.seen.set(&settings).map_err(|error| error.to_string())?;
@@ -281,7 +297,7 @@ impl Viewer {
                 self.state.stereo = Stereo::new(eyes);
                 self.state.show_stereo(true);
             }
-            self.moment = moment.map(|(animation, _)| (animation, 0.0));
+            (self.moment, self.rain) = (moment.map(|(animation, _)| (animation, 0.0)), rain);
             (self.state.pointed, self.memory) = (None, Memory::default());
             (self.state.overlays.birds_eye, self.state.overlays.wants_birds_eye) = (None, false);
             // What was recorded is of the scene that was there.

@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
-use lanternfish_scene::{Environment, Scene, generate::random_lights};
+use lanternfish_scene::{
+    Environment, Scene,
+    generate::{Rain, random_lights},
+};
 
 use crate::{
     args::{LightArgs, RenderArgs},
     error::CliError,
-    motion::{Motion, Rain},
+    motion::Motion,
     parse::LightSet,
     progress::Progress,
     scene,

@@ -1,14 +1,14 @@
 //! What is played: a scene in its light, and a camera for every frame.
 
 use lanternfish::settings::{Indirect, Occlusion, Settings};
-use lanternfish_scene::{Bounds, Camera, Eyes, Scene};
+use lanternfish_scene::{Bounds, Camera, Eyes, Scene, generate::Rain};
 
 use crate::{
     args::ViewArgs,
     camera,
     error::CliError,
     light_rig::{self, Lighting},
-    motion::{Motion, Rain},
+    motion::Motion,
     parse::Size,
     progress::Progress,
     render::lit_scene,

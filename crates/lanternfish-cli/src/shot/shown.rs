@@ -12,6 +12,7 @@ use lanternfish::{
 };
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
+    generate::Rain,
     rig::{self, LightRig},
 };
 
@@ -46,8 +47,10 @@ const SAME_PLACE: f32 = 1e-4;
 pub struct Opened {
     /// What said so.
     pub shot: Shot,
-    /// Lights of the file, and those made by rule: no flag moves them.
+    /// Lights of the file, and those made by rule, at 0 s: no flag but the time moves them.
     fixed: Vec<Light>,
+    /// Those of them that fall.
+    rain: Option<Rain>,
     /// What the rig has added, if it is the studio.
     of_studio: Vec<Light>,
     is_studio: bool,
@@ -66,19 +69,19 @@ pub struct Shown<'a> {
     pub eyes: Option<Eyes>,
     /// Pixels across and down, of one eye.
     pub size: [u32; 2],
-    /// Which animation is shown, and when, s.
-    pub moment: Option<(usize, f32)>,
+    /// Which animation is shown, where there is one, and when, s.
+    pub moment: Option<(Option<usize>, f32)>,
 }
 
 impl Opened {
-    /// `scene` as the shot's flags light it, seen first by `camera`; the last `by_rig` of its lights are a rig's.
-    pub fn new(shot: Shot, scene: &Scene, camera: &Camera, by_rig: usize) -> Self {
+    /// `scene` as the shot's flags light it at 0 s, seen first by `camera`; the last `by_rig` of its lights are a rig's, and those of `rain` fall.
+    pub fn new(shot: Shot, scene: &Scene, camera: &Camera, by_rig: usize, rain: Option<Rain>) -> Self {
         let flags = &shot.args.lights;
         let said = flags.points.len() + flags.disks.len() + flags.rectangles.len() + usize::from(flags.sun.is_some());
         let (before, of_rig) = scene.lights.split_at(scene.lights.len() - by_rig);
         let is_studio = flags.environment.is_none() && scene.environment == Some(rig::studio(camera));
         let of_studio = if is_studio { of_rig.to_vec() } else { Vec::new() };
-        Self { fixed: before[..before.len() - said].to_vec(), of_studio, is_studio, shot }
+        Self { fixed: before[..before.len() - said].to_vec(), rain, of_studio, is_studio, shot }
     }
 
     /// The shot of what is shown, and the camera that it gives: the one that is shown, but for rounding.
@@ -113,7 +116,9 @@ impl Opened {
             say("stereo", stereo::text(eyes));
         }
         if let Some((animation, time)) = shown.moment {
-            say("animation", animation.to_string());
+            if let Some(animation) = animation {
+                say("animation", animation.to_string());
+            }
             say("time", time.to_string());
         }
         if !stands {
@@ -126,7 +131,7 @@ impl Opened {
                 say("fov-y", fov_y.to_degrees().to_string());
             }
         }
-        self.lights(shown.scene, &mut say)?;
+        self.lights(shown, &mut say)?;
         words.sort_by_key(|(id, _)| keys.iter().position(|key| key.id == *id));
 
         let shot = Shot { args: parsed(&self.shot.args.scene, &words, &keys), track: None, words };
@@ -143,9 +148,13 @@ impl Opened {
         Ok((shot, camera))
     }
 
-    fn lights(&self, scene: &Scene, say: &mut impl FnMut(&str, String)) -> Result<(), CliError> {
+    fn lights(&self, shown: &Shown<'_>, say: &mut impl FnMut(&str, String)) -> Result<(), CliError> {
         let hint = "lights that were added may be anywhere; render it from a program, or leave these as they are";
-        let Some(more) = scene.lights.strip_prefix(&self.fixed[..]) else {
+        let (scene, mut fixed) = (shown.scene, self.fixed.clone());
+        if let (Some(rain), Some((_, time))) = (&self.rain, shown.moment) {
+            rain.fall(&mut fixed, time);
+        }
+        let Some(more) = scene.lights.strip_prefix(&fixed[..]) else {
             return Err(CliError::new("lights of the file were changed or deleted, which flags cannot say", hint));
         };
         let mut suns = 0;

@@ -4,6 +4,7 @@
 mod dropped;
 mod panels;
 mod pictures;
+mod rain;
 mod rest;
 mod stereo;
 

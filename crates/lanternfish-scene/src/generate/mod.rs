@@ -13,7 +13,7 @@ mod surface;
 mod texture;
 
 pub(crate) use build::Shape;
-pub use rain::light_rain;
+pub use rain::{Rain, light_rain};
 pub use random::random_lights;
 pub(crate) use surface::Surface;
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::hash::{hash, unit};
-use crate::{Bounds, Light};
+use crate::{Bounds, Light, Scene};
 
 /// How many lights reach a point, on average, when the radius is left to [`light_rain`].
 const LIGHTS_PER_POINT: f32 = 12.0;
@@ -56,6 +56,39 @@ pub fn light_rain(bounds: &Bounds, count: u32, radius: Option<f32>, seed: u32, t
         Light { range: Some(radius), ..Light::point(position, INTENSITY_PER_RADIUS2 * radius * radius * color) }
     };
     (0..count).map(drop).collect()
+}
+
+/// Light rain among a scene's lights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rain {
+    /// Index of its first light in the scene's.
+    first: usize,
+    /// Where it falls: the scene's box when it was added, so that it falls there whatever else moves.
+    bounds: Bounds,
+    count: u32,
+    radius: Option<f32>,
+    seed: u32,
+}
+
+impl Rain {
+    /// Adds [`light_rain`] to the scene, behind its other lights, as it is at 0 s.
+    pub fn add(scene: &mut Scene, count: u32, radius: Option<f32>, seed: u32) -> Self {
+        let rain = Self { first: scene.lights.len(), bounds: scene.bounds(), count, radius, seed };
+        scene.lights.extend(light_rain(&rain.bounds, count, radius, seed, 0.0));
+        rain
+    }
+
+    /// Moves its lights to where they are at `time`, s. `lights` are the scene's.
+    pub fn fall(&self, lights: &mut [Light], time: f32) {
+        let drops = light_rain(&self.bounds, self.count, self.radius, self.seed, time);
+        lights[self.first..][..drops.len()].clone_from_slice(&drops);
+    }
+
+    /// Whether a scene's lights are, of those of the rain, the same as `others`.
+    pub fn is_same(&self, lights: &[Light], others: &[Light]) -> bool {
+        let of_rain = |lights: &'_ [Light]| lights.get(self.first..self.first + self.count as usize).map(<[_]>::to_vec);
+        of_rain(lights) == of_rain(others)
+    }
 }
 
 /// The colour of luminance 1 at `hue` in 0..1, linear Rec. 709, as saturated as keeps the blue ones from glaring:

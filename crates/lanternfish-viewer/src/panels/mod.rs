@@ -85,10 +85,12 @@ impl State {
     }
 }
 
-/// An animation of the scene, and where in it the scene is.
+/// What is played: an animation of the scene, or light rain alone, and where in it the scene is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// Names of all that there are.
+    /// Whether there is rain, and no animation: `names` has the rain's alone.
+    pub is_rain_alone: bool,
+    /// Names of all animations.
     pub names: Vec<String>,
     /// Which of them, by its index.
     pub animation: usize,

@@ -35,9 +35,15 @@ impl Viewer {
         if let Some(clip) = &mut self.state.clip
             && player::play(&self.seen.scene, clip, &mut self.moment, seconds)
         {
-            let (animation, time) = (clip.animation, clip.time);
+            let (has_animation, animation, time) = (!clip.is_rain_alone, clip.animation, clip.time);
             self.let_go();
-            Arc::make_mut(&mut self.seen.scene).pose(animation, time);
+            let scene = Arc::make_mut(&mut self.seen.scene);
+            if has_animation {
+                scene.pose(animation, time);
+            }
+            if let Some(rain) = &self.rain {
+                rain.fall(&mut scene.lights, time);
+            }
             self.seen.update()?;
         }
         let share = self.pace.scale(u64::from(self.room.x) * u64::from(self.room.y), self.moves());
@@ -112,6 +118,10 @@ impl Viewer {
     pub(super) fn edit(&mut self, edit: Edit) {
         self.state.message.clear();
         let lights = edit.applied(&self.seen.scene.lights);
+        // Those that somebody has moved or deleted fall no more, nor do the others.
+        if self.rain.take_if(|rain| !rain.is_same(&self.seen.scene.lights, &lights)).is_some() {
+            self.state.clip.take_if(|clip| clip.is_rain_alone);
+        }
         self.let_go();
         if let Err(error) = self.seen.set_lights(lights) {
             self.state.message = error.to_string();

@@ -25,9 +25,9 @@ fn opened(flags: &str) -> (Opened, Scene) {
     let (scene_name, words) = (SceneName::from("demo:cornell"), words.collect::<Vec<_>>());
     let shot = Shot { args: parsed(&scene_name, &words, &keys), track: None, words };
     let mut scene = demo("cornell").unwrap();
-    crate::render::apply_lights(&mut scene, &shot.args.lights, shot.args.run.seed).unwrap();
+    let rain = crate::render::apply_lights(&mut scene, &shot.args.lights, shot.args.run.seed).unwrap();
     let camera = camera::choose(&scene, &shot.args.view, 1.5).unwrap();
-    (Opened::new(shot, &scene, &camera, 0), scene)
+    (Opened::new(shot, &scene, &camera, 0, rain), scene)
 }
 
 /// What is written is a file; what is read of that, and the scene in its light.
@@ -112,7 +112,7 @@ fn a_command_line_says_no_more_than_it_must() {
         camera: &camera,
         eyes: None,
         size: [300, 200],
-        moment: Some((1, 0.25)),
+        moment: Some((Some(1), 0.25)),
     };
     let line = command_line(&opened.shown(&shown).unwrap().0);
     assert_eq!(
@@ -162,6 +162,28 @@ fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
     let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.3 };
     assert!(refused(&|scene| scene.lights[4].kind = spot).contains("spot"));
     assert!(refused(&|scene| scene.lights.push(Light::directional(Vec3::NEG_X, Vec3::ONE))).contains("one sun"));
+}
+
+/// Rain that has fallen is said by the time, and no drop of it by itself; one that was moved by hand cannot be said.
+#[test]
+fn rain_is_said_by_its_time() {
+    let (opened, mut scene) = opened("--lights=rain:40 --point=0,1,0,2");
+    let camera = camera::choose(&scene, &opened.shot.args.view, 1.5).unwrap();
+    let settings = Settings::default();
+    let said = |scene: &Scene, moment| {
+        let shown = Shown { settings: &settings, scene, camera: &camera, eyes: None, size: [300, 200], moment };
+        opened.shown(&shown).map(|(shot, _)| shot).map_err(|error| error.to_string())
+    };
+    let rain = opened.rain.clone().unwrap();
+    rain.fall(&mut scene.lights, 1.5);
+    let (shot, mut lit) = read_again(&said(&scene, Some((None, 1.5))).unwrap());
+    assert_eq!(shot.first().time, Some(1.5));
+    assert_ne!(lit.lights, scene.lights);
+    rain.fall(&mut lit.lights, 1.5);
+    assert_eq!(lit.lights, scene.lights);
+    assert!(said(&scene, None).unwrap_err().contains("changed"), "at 0 s it is elsewhere");
+    scene.lights[7].position.x += 0.1;
+    assert!(said(&scene, Some((None, 1.5))).unwrap_err().contains("changed"));
 }
 
 #[test]
