@@ -74,29 +74,9 @@ fn named(scene: &Scene, wanted: &str) -> Result<usize, CliError> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-    use lanternfish_scene::{Light, generate::demo, motion::Animation};
+    use lanternfish_scene::motion::Animation;
 
     use super::*;
-
-    #[test]
-    fn rain_falls_among_the_other_lights_in_any_order() {
-        let mut scene = demo("cornell").unwrap();
-        let of_file = scene.lights.len();
-        let rain = Rain::add(&mut scene, 5, None, 3);
-        scene.lights.push(Light::point(Vec3::ONE, Vec3::ONE));
-        let (start, motion) = (scene.lights.clone(), Motion { rain: Some(rain), animation: None });
-        let mut at = |time| {
-            motion.at_time(&mut scene, time);
-            scene.lights.clone()
-        };
-        let later = at(0.7);
-        assert_eq!(at(0.0), start);
-        at(5.0);
-        assert_eq!(at(0.7), later);
-        let moved: Vec<_> = (0..start.len()).filter(|i| start[*i] != later[*i]).collect();
-        assert_eq!(moved, (of_file..of_file + 5).collect::<Vec<_>>());
-    }
 
     #[test]
     fn animations_are_found_by_name_and_by_number() {

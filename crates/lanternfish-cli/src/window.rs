@@ -9,7 +9,7 @@ use std::{
 use lanternfish::{rooms::Family as _, settings::Settings};
 use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene, generate::Rain};
-use lanternfish_viewer::{Form, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
+use lanternfish_viewer::{Form, Moment, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
 
 use crate::{
     args::OnlyWindowArgs,
@@ -141,8 +141,8 @@ struct Loaded {
     camera: Camera,
     /// How many of its lights, the last, are a rig's.
     by_rig: usize,
-    /// Which animation is shown, where there is one, and when, s.
-    moment: Option<(Option<usize>, f32)>,
+    /// The moment that is shown.
+    moment: Option<Moment>,
     /// Lights that fall.
     rain: Option<Rain>,
 }
@@ -152,7 +152,7 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     let (mut scene, motion) = lit_scene(args, progress)?;
     let size = args.output.size;
     let first = shot.first();
-    let moment = motion.as_ref().and_then(|motion| Some((motion.animation(), first.time?)));
+    let moment = motion.as_ref().and_then(|motion| Some(Moment { animation: motion.animation(), time: first.time? }));
     let rain = motion.as_ref().and_then(|motion| motion.rain().cloned());
     let camera = camera::choose(&scene, &first.view, size.width as f32 / size.height as f32)?;
     let lights = Lighting { is_seen: true, reaches_surfaces: true };
@@ -254,7 +254,7 @@ mod tests {
             dropped(&shot).unwrap().1
         };
         assert_eq!(opened("").moment, None);
-        assert_eq!(opened("time = 0.5").moment, Some((Some(0), 0.5)));
-        assert_eq!(opened("animation = \"0\"").moment, Some((Some(0), 0.0)));
+        assert_eq!(opened("time = 0.5").moment, Some(Moment { animation: Some(0), time: 0.5 }));
+        assert_eq!(opened("animation = \"0\"").moment, Some(Moment { animation: Some(0), time: 0.0 }));
     }
 }

@@ -64,8 +64,17 @@ pub struct Shown<'a> {
     pub eyes: Option<Eyes>,
     /// Pixels across and down, of one eye.
     pub size: [u32; 2],
-    /// Which animation is shown, where there is one, and when, s; none where nothing was played.
-    pub moment: Option<(Option<usize>, f32)>,
+    /// The moment that it is of; none where nothing was played.
+    pub moment: Option<Moment>,
+}
+
+/// A moment of what moves by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Index of the animation that is played. None: everything but light rain is as the file has it.
+    pub animation: Option<usize>,
+    /// Seconds.
+    pub time: f32,
 }
 
 /// How what is seen is written.
@@ -103,8 +112,8 @@ pub struct Start {
     pub size: [u32; 2],
     /// Whether somebody has chosen that size: else that of the last window is taken.
     pub size_is_chosen: bool,
-    /// Which animation is shown, where there is one, and when, s; none: everything is as the file has it.
-    pub moment: Option<(Option<usize>, f32)>,
+    /// The moment that is shown; none: everything is as the file has it.
+    pub moment: Option<Moment>,
     /// Lights that fall while time passes; the scene has them as they are at 0 s.
     pub rain: Option<Rain>,
     /// A file where the window leaves its size, its place and whether panels are shown, for the next one.
@@ -135,8 +144,8 @@ pub struct Opened {
     pub eyes: Option<Eyes>,
     /// How it is rendered; none where it does not say, and is rendered as what was there before.
     pub settings: Option<Settings>,
-    /// Which animation is shown, where there is one, and when, s.
-    pub moment: Option<(Option<usize>, f32)>,
+    /// The moment that is shown; none: everything is as the file has it.
+    pub moment: Option<Moment>,
     /// Lights that fall while time passes; the scene has them as they are at 0 s.
     pub rain: Option<Rain>,
 }

@@ -1,58 +1,59 @@
 //! What a scene plays, its animations and light rain: which moment of it is shown.
 
-use lanternfish_scene::Scene;
+use lanternfish_scene::{Scene, motion::Animation};
 
-use crate::panels::Clip;
+use crate::{Moment, panels::Clip};
 
-/// How long rain falls until it begins anew, s, where there is no animation to end.
+/// Seconds of light rain that can be chosen, where there is no animation to end.
 const OF_RAIN: f32 = 60.0;
 
 /// What a scene has to play; none where it has neither animations nor rain. Rain falls beside any animation.
 pub fn clip_of(scene: &Scene, has_rain: bool) -> Option<Clip> {
     let animations = &scene.motion.animations;
-    let name = |(i, animation): (usize, &lanternfish_scene::motion::Animation)| match animation.name.as_str() {
+    let name = |(i, animation): (usize, &Animation)| match animation.name.as_str() {
         "" => i.to_string(),
         name => name.to_owned(),
     };
-    let is_rain_alone = animations.is_empty();
-    if is_rain_alone && !has_rain {
-        return None;
-    }
-    let names = match is_rain_alone {
-        true => vec!["light rain".to_owned()],
-        false => animations.iter().enumerate().map(name).collect(),
-    };
-    Some(Clip { is_rain_alone, names, animation: 0, duration: duration(scene, 0), time: 0.0, is_playing: false })
+    let names = animations.iter().enumerate().map(name).collect();
+    let animation = (!animations.is_empty()).then_some(0);
+    let duration = duration(scene, animation);
+    (animation.is_some() || has_rain).then_some(Clip {
+        names,
+        animation,
+        duration,
+        has_rain,
+        time: 0.0,
+        is_playing: false,
+    })
 }
 
-/// How long an animation is, s; else the rain.
-fn duration(scene: &Scene, animation: usize) -> f32 {
-    scene.motion.animations.get(animation).map_or(OF_RAIN, lanternfish_scene::motion::Animation::duration)
-}
-
-/// The same at a moment: which animation, by its index, and when, s. What the scene has not is not played.
-pub fn clip_at(scene: &Scene, has_rain: bool, moment: Option<(Option<usize>, f32)>) -> Option<Clip> {
+/// What a scene has to play, at a moment. An animation that the scene has not is not played.
+pub fn clip_at(scene: &Scene, has_rain: bool, moment: Option<Moment>) -> Option<Clip> {
     let mut clip = clip_of(scene, has_rain)?;
-    if let Some((animation, time)) = moment
+    if let Some(Moment { animation, time }) = moment
         && animation.is_none_or(|animation| animation < clip.names.len())
     {
-        let animation = animation.unwrap_or(0);
-        let duration = duration(scene, animation);
-        (clip.animation, clip.duration, clip.time) = (animation, duration, time.rem_euclid(duration.max(1e-3)));
+        (clip.animation, clip.duration) = (animation, duration(scene, animation));
+        clip.go_on(time);
     }
     Some(clip)
 }
 
-/// Lets `seconds` pass; says whether the moment that is shown now is another than before: the scene is to be posed so then.
-pub fn play(scene: &Scene, clip: &mut Clip, shown: &mut Option<(Option<usize>, f32)>, seconds: f32) -> bool {
+/// Seconds until an animation ends; of light rain alone, as many as can be chosen.
+fn duration(scene: &Scene, animation: Option<usize>) -> f32 {
+    animation.map_or(OF_RAIN, |animation| scene.motion.animations[animation].duration())
+}
+
+/// Lets `seconds` pass; says whether the moment that is shown now is another than before: the scene is to be brought to it then.
+pub fn play(scene: &Scene, clip: &mut Clip, shown: &mut Option<Moment>, seconds: f32) -> bool {
     clip.duration = duration(scene, clip.animation);
     if clip.is_playing {
-        clip.time += seconds;
+        clip.go_on(seconds);
+    } else if clip.time > clip.duration {
+        // Another animation was chosen.
+        clip.go_on(0.0);
     }
-    if clip.time > clip.duration {
-        clip.time = clip.time.rem_euclid(clip.duration.max(1e-3));
-    }
-    let now = ((!clip.is_rain_alone).then_some(clip.animation), clip.time);
+    let now = Moment { animation: clip.animation, time: clip.time };
     if *shown == Some(now) || (shown.is_none() && clip.time == 0.0 && !clip.is_playing) {
         return false;
     }
@@ -64,7 +65,7 @@ pub fn play(scene: &Scene, clip: &mut Clip, shown: &mut Option<(Option<usize>, f
 mod tests {
     use lanternfish_scene::{
         Scene, generate,
-        motion::{Animation, Channel, Interpolation, Node, Property, Sampler},
+        motion::{Channel, Interpolation, Node, Property, Sampler},
     };
 
     use super::*;
@@ -79,14 +80,18 @@ mod tests {
         scene
     }
 
+    fn of(animation: Option<usize>, time: f32) -> Option<Moment> {
+        Some(Moment { animation, time })
+    }
+
     #[test]
     fn time_passes_and_begins_anew() {
         assert_eq!(clip_of(&generate::demo("cornell").unwrap(), false), None);
         let scene = animated();
         let at = |moment| clip_at(&scene, false, moment).map(|clip| (clip.animation, clip.time, clip.is_playing));
         assert_eq!(
-            (at(Some((Some(0), 2.5))), at(Some((Some(7), 1.0))), at(None)),
-            (Some((0, 0.5, false)), at(None), Some((0, 0.0, false)))
+            (at(of(Some(0), 2.5)), at(of(Some(7), 1.0)), at(None)),
+            (Some((Some(0), 0.5, false)), at(None), Some((Some(0), 0.0, false)))
         );
         let mut clip = clip_of(&scene, false).unwrap();
         assert_eq!((clip.names.as_slice(), clip.duration), (&["0".to_owned()][..], 2.0));
@@ -104,13 +109,20 @@ mod tests {
     #[test]
     fn rain_is_played_beside_animations_and_alone() {
         let still = generate::demo("cornell").unwrap();
-        let mut alone = clip_at(&still, true, Some((None, 3.0))).unwrap();
-        assert_eq!((alone.is_rain_alone, alone.time, alone.names.len()), (true, 3.0, 1));
-        let mut shown = None;
-        assert!(play(&still, &mut alone, &mut shown, 0.0) && shown == Some((None, 3.0)), "it opens at that moment");
+        let mut alone = clip_at(&still, true, of(None, 100.0)).unwrap();
+        assert_eq!((alone.animation, alone.time), (None, 100.0), "rain has no end");
+        let mut shown = of(None, 0.0);
+        assert!(play(&still, &mut alone, &mut shown, 0.0) && shown == of(None, 100.0), "it opens at that moment");
         alone.is_playing = true;
-        assert!(play(&still, &mut alone, &mut shown, 0.5) && shown == Some((None, 3.5)));
-        let beside = clip_of(&animated(), true).unwrap();
-        assert_eq!((beside.is_rain_alone, beside.duration), (false, 2.0));
+        assert!(play(&still, &mut alone, &mut shown, 0.5) && shown == of(None, 100.5));
+        assert_eq!(alone.without_rain(), None);
+
+        let scene = animated();
+        let beside = clip_at(&scene, true, of(Some(0), 2.5)).unwrap();
+        assert_eq!((beside.animation, beside.duration, beside.time), (Some(0), 2.0, 2.5), "rain falls on");
+        // An animation that nobody has chosen rests.
+        let mut resting = clip_at(&scene, true, of(None, 0.0)).unwrap();
+        assert!(!play(&scene, &mut resting, &mut of(None, 0.0), 0.0) && resting.animation.is_none());
+        assert_eq!(beside.without_rain().map(|clip| clip.has_rain), Some(false));
     }
 }

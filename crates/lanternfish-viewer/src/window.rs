@@ -9,13 +9,14 @@ use std::{
 };
 
 use glam::UVec2;
+use lanternfish_scene::generate::Rain;
 use winit::{
     event_loop::{ActiveEventLoop, OwnedDisplayHandle},
     window::Window,
 };
 
 use crate::{
-    Keeper, Opened, Opener, Start, ViewerError, Writer,
+    Keeper, Moment, Opened, Opener, Start, ViewerError, Writer,
     beside::Beside,
     clusters,
     controls::Controls,
@@ -52,10 +53,10 @@ struct Viewer {
     pace: Pace,
     /// Pixels of the window that the picture has.
     room: UVec2,
-    /// The moment of the animation that is on the device.
-    moment: Option<(Option<usize>, f32)>,
-    /// Lights that fall while it is played.
-    rain: Option<lanternfish_scene::generate::Rain>,
+    /// The moment of animations and rain that is on the device.
+    moment: Option<Moment>,
+    /// Lights that fall while time passes.
+    rain: Option<Rain>,
     last: Instant,
     opened: Instant,
     frame_ms: f64,
@@ -141,7 +142,7 @@ impl Program for Viewer {
             pace: Pace::default(),
             room,
             // The scene is as it is at the start of what it plays.
-            moment: moment.map(|(animation, _)| (animation, 0.0)),
+            moment: moment.map(|moment| Moment { time: 0.0, ..moment }),
             rain,
             last,
             opened: last,
@@ -297,7 +298,7 @@ impl Viewer {
                 self.state.stereo = Stereo::new(eyes);
                 self.state.show_stereo(true);
             }
-            (self.moment, self.rain) = (moment.map(|(animation, _)| (animation, 0.0)), rain);
+            (self.moment, self.rain) = (moment.map(|moment| Moment { time: 0.0, ..moment }), rain);
             (self.state.pointed, self.memory) = (None, Memory::default());
             (self.state.overlays.birds_eye, self.state.overlays.wants_birds_eye) = (None, false);
             // What was recorded is of the scene that was there.

@@ -15,6 +15,7 @@ use lanternfish_scene::{
     generate::Rain,
     rig::{self, LightRig},
 };
+use lanternfish_viewer::Moment;
 
 use super::{
     Shot,
@@ -47,7 +48,7 @@ const SAME_PLACE: f32 = 1e-4;
 pub struct Opened {
     /// What said so.
     pub shot: Shot,
-    /// Lights of the file, and those made by rule, at 0 s: no flag but the time moves them.
+    /// Lights of the file, and those made by rule, at 0 s: what moves them is the shot's time.
     fixed: Vec<Light>,
     /// Those of them that fall.
     rain: Option<Rain>,
@@ -69,8 +70,8 @@ pub struct Shown<'a> {
     pub eyes: Option<Eyes>,
     /// Pixels across and down, of one eye.
     pub size: [u32; 2],
-    /// Which animation is shown, where there is one, and when, s.
-    pub moment: Option<(Option<usize>, f32)>,
+    /// The moment that it is of; none where nothing was played.
+    pub moment: Option<Moment>,
 }
 
 impl Opened {
@@ -115,9 +116,14 @@ impl Opened {
         if let Some(eyes) = shown.eyes.filter(|_| are_other_eyes) {
             say("stereo", stereo::text(eyes));
         }
-        if let Some((animation, time)) = shown.moment {
-            if let Some(animation) = animation {
-                say("animation", animation.to_string());
+        if let Some(Moment { animation, time }) = shown.moment {
+            match animation {
+                Some(animation) => say("animation", animation.to_string()),
+                None if shown.scene.motion.animations.is_empty() => {}
+                None => {
+                    let what = "flags cannot say that rain falls while the file's animations rest";
+                    return Err(CliError::new(what, "choose an animation below the picture"));
+                }
             }
             say("time", time.to_string());
         }
@@ -151,11 +157,19 @@ impl Opened {
     fn lights(&self, shown: &Shown<'_>, say: &mut impl FnMut(&str, String)) -> Result<(), CliError> {
         let hint = "lights that were added may be anywhere; render it from a program, or leave these as they are";
         let (scene, mut fixed) = (shown.scene, self.fixed.clone());
-        if let (Some(rain), Some((_, time))) = (&self.rain, shown.moment) {
-            rain.fall(&mut fixed, time);
+        if let Some(Moment { animation, time }) = shown.moment {
+            if let Some(animation) = animation.filter(|animation| *animation < scene.motion.animations.len()) {
+                scene.motion.lights_at(&mut fixed, animation, time);
+            }
+            if let Some(rain) = &self.rain {
+                rain.fall(&mut fixed, time);
+            }
         }
         let Some(more) = scene.lights.strip_prefix(&fixed[..]) else {
-            return Err(CliError::new("lights of the file were changed or deleted, which flags cannot say", hint));
+            return Err(CliError::new(
+                "lights of the file, or of --lights, were changed or deleted, which flags cannot say",
+                hint,
+            ));
         };
         let mut suns = 0;
         for light in more.iter().filter(|light| !self.of_studio.contains(light)) {

@@ -78,16 +78,21 @@ impl Rain {
         rain
     }
 
-    /// Moves its lights to where they are at `time`, s. `lights` are the scene's.
+    /// Moves its lights to where they are at `time`, s; any time will do. `lights` are the scene's, in the order in which they were when the rain was
+    /// added: fewer panic.
     pub fn fall(&self, lights: &mut [Light], time: f32) {
         let drops = light_rain(&self.bounds, self.count, self.radius, self.seed, time);
         lights[self.first..][..drops.len()].clone_from_slice(&drops);
     }
 
-    /// Whether a scene's lights are, of those of the rain, the same as `others`.
-    pub fn is_same(&self, lights: &[Light], others: &[Light]) -> bool {
-        let of_rain = |lights: &'_ [Light]| lights.get(self.first..self.first + self.count as usize).map(<[_]>::to_vec);
-        of_rain(lights) == of_rain(others)
+    /// The indices of its lights among the scene's.
+    pub fn indices(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.count as usize
+    }
+
+    /// A light that stood before its own was deleted.
+    pub fn moves_up(&mut self) {
+        self.first -= 1;
     }
 }
 
@@ -178,5 +183,30 @@ mod tests {
             assert!((color.dot(LUMINANCE) - 1.0).abs() < 1e-5);
             assert!(color.min_element() / color.max_element() < 0.11, "{color} is not saturated");
         }
+    }
+
+    #[test]
+    fn rain_falls_among_the_other_lights_in_any_order() {
+        let mut scene = super::super::demo("cornell").unwrap();
+        let mut rain = Rain::add(&mut scene, 5, None, 3);
+        let drops = rain.indices();
+        scene.lights.push(Light::point(Vec3::ONE, Vec3::ONE));
+        let start = scene.lights.clone();
+        let mut at = |time| {
+            rain.fall(&mut scene.lights, time);
+            scene.lights.clone()
+        };
+        let later = at(0.7);
+        assert_eq!(at(0.0), start);
+        at(-5.0);
+        assert_eq!(at(0.7), later);
+        assert_eq!(
+            (0..start.len()).filter(|i| start[*i] != later[*i]).collect::<Vec<_>>(),
+            drops.clone().collect::<Vec<_>>()
+        );
+        scene.lights.remove(0);
+        rain.moves_up();
+        rain.fall(&mut scene.lights, 0.0);
+        assert_eq!(scene.lights, start[1..]);
     }
 }

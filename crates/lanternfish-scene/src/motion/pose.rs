@@ -65,6 +65,20 @@ impl Motion {
         let place = |bound: &BoundLight| (bound.index, place_light(&bound.light, &pose.world_from_node[bound.node]));
         self.lights.iter().map(place)
     }
+
+    /// Moves those of a scene's lights that go with nodes to where they are at `time`, seconds, of an animation of [`Motion::animations`], by its
+    /// index. Panics where there is no such animation.
+    pub fn lights_at(&self, lights: &mut [Light], animation: usize, time: f32) {
+        let animation = &self.animations[animation];
+        self.place_lights(lights, &self.pose(Some((animation, animation.moment(time)))));
+    }
+
+    fn place_lights(&self, lights: &mut [Light], pose: &Pose) {
+        for (index, placed) in self.placed_lights(pose) {
+            let light = &mut lights[index];
+            *light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..light.clone() });
+        }
+    }
 }
 
 impl Scene {
@@ -93,10 +107,7 @@ impl Scene {
             let camera = &mut self.cameras[bound.index];
             *camera = place_camera(camera, &pose.world_from_node[bound.node]);
         }
-        for (index, placed) in motion.placed_lights(pose) {
-            let light = &mut self.lights[index];
-            *light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..light.clone() });
-        }
+        motion.place_lights(&mut self.lights, pose);
         let joints: Vec<Vec<Affine3A>> = (0..motion.skins.len()).map(|skin| motion.joints(skin, pose)).collect();
         for deformed in &motion.meshes {
             let joints = deformed.skin.map_or(&[][..], |skin| &joints[skin]);

@@ -17,7 +17,7 @@ const KEYS: [(&str, &str); 19] = [
     ("B", "Another picture on the right of a line, or none"),
     ("T", "Two eyes: stereo, side by side; or one"),
     ("V", "The view from above: a second camera looks at the first one and its clusters"),
-    ("Space", "Play and pause the animation"),
+    ("Space", "Play and pause animations and light rain"),
     (", .", "A frame back, on"),
     ("F2", "A screenshot"),
     ("F3", "Hide and show the panels"),
@@ -78,7 +78,7 @@ pub fn take(ui: &Ui, state: &mut State, asked: &mut Asked) {
         if let Some(clip) = &mut state.clip {
             clip.is_playing ^= pressed(Key::Space);
             let step = f32::from(i8::from(pressed(Key::Period)) - i8::from(pressed(Key::Comma))) / 24.0;
-            clip.time = (clip.time + step).rem_euclid(clip.duration.max(1e-3));
+            clip.go_on(step);
         }
     });
     if focuses {

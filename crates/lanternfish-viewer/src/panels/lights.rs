@@ -35,6 +35,15 @@ pub enum Edit {
 }
 
 impl Edit {
+    /// The index of the light that it changes, and whether that one goes; none where one comes.
+    pub fn changed(&self) -> Option<(usize, bool)> {
+        match self {
+            Self::Set(index, _) => Some((*index, false)),
+            Self::Remove(index) => Some((*index, true)),
+            Self::Add(_) => None,
+        }
+    }
+
     /// The lights afterwards.
     pub fn applied(self, lights: &[Light]) -> Vec<Light> {
         let mut lights = lights.to_vec();

@@ -85,21 +85,36 @@ impl State {
     }
 }
 
-/// What is played: an animation of the scene, or light rain alone, and where in it the scene is.
+/// What is played, an animation of the scene or light rain or both, and which moment of it is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// Whether there is rain, and no animation: `names` has the rain's alone.
-    pub is_rain_alone: bool,
     /// Names of all animations.
     pub names: Vec<String>,
-    /// Which of them, by its index.
-    pub animation: usize,
-    /// How long it is, s.
+    /// Which of them is played, by its index. None: light rain alone.
+    pub animation: Option<usize>,
+    /// Seconds until the animation begins anew; of light rain alone, as many as can be chosen.
     pub duration: f32,
-    /// What is shown of it, s.
+    /// Whether there is light rain. It falls on where an animation begins anew.
+    pub has_rain: bool,
+    /// When, s.
     pub time: f32,
     /// Whether time passes.
     pub is_playing: bool,
+}
+
+impl Clip {
+    /// Lets `seconds` pass. An animation begins anew after its end by itself; time does so where nothing else needs it.
+    pub fn go_on(&mut self, seconds: f32) {
+        self.time += seconds;
+        if !self.has_rain {
+            self.time = self.time.rem_euclid(self.duration.max(1e-3));
+        }
+    }
+
+    /// What is left where the rain falls no more.
+    pub fn without_rain(self) -> Option<Self> {
+        self.animation.map(|_| Self { has_rain: false, ..self })
+    }
 }
 
 /// What the panels tell of.
@@ -249,21 +264,22 @@ fn focus(state: &mut State, asked: &mut Asked) {
     }
 }
 
-/// The animation, and what went wrong.
+/// What is played, and what went wrong.
 fn below(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| {
         if let Some(clip) = &mut state.clip {
             if ui.button(if clip.is_playing { "Pause" } else { "Play" }).clicked() {
                 clip.is_playing = !clip.is_playing;
             }
-            let name = clip.names.get(clip.animation).map_or("", String::as_str);
+            let name = clip.animation.and_then(|animation| clip.names.get(animation));
+            let name = name.map_or("light rain", String::as_str);
             egui::ComboBox::from_id_salt("animation").selected_text(name).show_ui(ui, |ui| {
                 for (i, name) in clip.names.iter().enumerate() {
-                    ui.selectable_value(&mut clip.animation, i, name);
+                    ui.selectable_value(&mut clip.animation, Some(i), name);
                 }
             });
-            let duration = clip.duration;
-            ui.add(egui::Slider::new(&mut clip.time, 0.0..=duration).suffix(" s"));
+            let times = clip.time.min(0.0)..=clip.duration.max(clip.time);
+            ui.add(egui::Slider::new(&mut clip.time, times).suffix(" s"));
         }
         ui.label(format!("{:.2} m/s", state.controls.speed))
             .on_hover_text("How fast the camera flies: the wheel changes it");

@@ -10,7 +10,7 @@ use crate::{
     Form, Shown,
     background::Found,
     overlay::BirdsEye,
-    panels::{Edit, Pointed, State},
+    panels::{Clip, Edit, Pointed, State},
     player,
     seen::at_rest,
     wipe::Other,
@@ -35,10 +35,10 @@ impl Viewer {
         if let Some(clip) = &mut self.state.clip
             && player::play(&self.seen.scene, clip, &mut self.moment, seconds)
         {
-            let (has_animation, animation, time) = (!clip.is_rain_alone, clip.animation, clip.time);
+            let (animation, time) = (clip.animation, clip.time);
             self.let_go();
             let scene = Arc::make_mut(&mut self.seen.scene);
-            if has_animation {
+            if let Some(animation) = animation {
                 scene.pose(animation, time);
             }
             if let Some(rain) = &self.rain {
@@ -117,17 +117,27 @@ impl Viewer {
     /// Changes a light.
     pub(super) fn edit(&mut self, edit: Edit) {
         self.state.message.clear();
+        let changed = edit.changed();
         let lights = edit.applied(&self.seen.scene.lights);
-        // Those that somebody has moved or deleted fall no more, nor do the others.
-        if self.rain.take_if(|rain| !rain.is_same(&self.seen.scene.lights, &lights)).is_some() {
-            self.state.clip.take_if(|clip| clip.is_rain_alone);
-        }
         self.let_go();
-        if let Err(error) = self.seen.set_lights(lights) {
-            self.state.message = error.to_string();
+        match self.seen.set_lights(lights) {
+            Ok(()) => self.mind_the_rain(changed),
+            Err(error) => self.state.message = error.to_string(),
         }
         // While it is dragged, pictures are small ones.
         self.moved = Some(Instant::now());
+    }
+
+    /// Rain of which a light was changed by hand, or deleted, falls no more.
+    fn mind_the_rain(&mut self, changed: Option<(usize, bool)>) {
+        let (Some(rain), Some((index, is_gone))) = (&mut self.rain, changed) else { return };
+        if rain.indices().contains(&index) {
+            self.rain = None;
+            self.state.message = "The rain stands still: one of its lights was changed by hand".to_owned();
+            self.state.clip = self.state.clip.take().and_then(Clip::without_rain);
+        } else if is_gone && index < rain.indices().start {
+            rain.moves_up();
+        }
     }
 
     /// Writes what is seen as it will be at rest, and goes on with the camera of what was written.

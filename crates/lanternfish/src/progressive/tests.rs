@@ -271,8 +271,8 @@ fn checks() -> (Scene, Camera) {
     (scene, Camera::look_at(aside, Vec3::ZERO, projection))
 }
 
-/// Textures of a mean are not blurred over the pixel a second time. While levels were finer with each frame, and anisotropic filters as long as a
-/// pixel, the mean of 64 frames was off by 0.036, as that of 16 was.
+/// Textures of a mean are not blurred over the pixel a second time. Means of 1, 4, 16 and 64 frames are off by 0.043, 0.036, 0.033 and 0.0074 on
+/// Mesa's software adapter. While levels were finer with each frame, and anisotropic filters as long as a pixel, it was 0.036 with 64, as with 16.
 #[test]
 fn gpu_textures_converge_to_what_the_pixel_covers() {
     let Some(gpu) = testing::gpu("gpu_textures_converge_to_what_the_pixel_covers") else { return };
@@ -294,7 +294,8 @@ fn gpu_textures_converge_to_what_the_pixel_covers() {
         off(&|i| picture.radiance[i][0])
     });
     println!("deviation {}, errors of 1, 4, 16, 64 frames: {errors:?}", off(&|_| mean));
-    assert!(errors[3] < 0.012 && errors[0] > 0.03, "{errors:?}");
+    // Half as much again as was found.
+    assert!(errors[3] < 0.011 && errors[3] < 0.5 * errors[2], "{errors:?}");
 }
 
 #[test]

@@ -112,7 +112,7 @@ fn a_command_line_says_no_more_than_it_must() {
         camera: &camera,
         eyes: None,
         size: [300, 200],
-        moment: Some((Some(1), 0.25)),
+        moment: Some(Moment { animation: Some(1), time: 0.25 }),
     };
     let line = command_line(&opened.shown(&shown).unwrap().0);
     assert_eq!(
@@ -157,7 +157,7 @@ fn lights_by_hand_are_said_and_what_cannot_be_said_is_an_error() {
         change(&mut scene);
         written(&scene).unwrap_err()
     };
-    assert!(refused(&|scene| scene.lights[0].intensity *= 2.0).contains("of the file were changed"));
+    assert!(refused(&|scene| scene.lights[0].intensity *= 2.0).contains("of the file, or of --lights, were changed"));
     assert!(refused(&|scene| drop(scene.lights.remove(1))).contains("deleted"));
     let spot = LightKind::Spot { inner_angle: 0.1, outer_angle: 0.3 };
     assert!(refused(&|scene| scene.lights[4].kind = spot).contains("spot"));
@@ -176,14 +176,14 @@ fn rain_is_said_by_its_time() {
     };
     let rain = opened.rain.clone().unwrap();
     rain.fall(&mut scene.lights, 1.5);
-    let (shot, mut lit) = read_again(&said(&scene, Some((None, 1.5))).unwrap());
+    let (shot, mut lit) = read_again(&said(&scene, Some(Moment { animation: None, time: 1.5 })).unwrap());
     assert_eq!(shot.first().time, Some(1.5));
     assert_ne!(lit.lights, scene.lights);
     rain.fall(&mut lit.lights, 1.5);
     assert_eq!(lit.lights, scene.lights);
     assert!(said(&scene, None).unwrap_err().contains("changed"), "at 0 s it is elsewhere");
     scene.lights[7].position.x += 0.1;
-    assert!(said(&scene, Some((None, 1.5))).unwrap_err().contains("changed"));
+    assert!(said(&scene, Some(Moment { animation: None, time: 1.5 })).unwrap_err().contains("changed"));
 }
 
 #[test]
