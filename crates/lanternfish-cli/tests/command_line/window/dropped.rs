@@ -76,7 +76,7 @@ impl Source {
     fn drop(&self, path: &Path) {
         self.server.set_selection_owner(self.window, self.atom("XdndSelection"), x11rb::CURRENT_TIME).unwrap();
         self.tell("XdndEnter", [self.window, 5 << 24, self.atom("text/uri-list"), 0, 0]);
-        let place = (SIZE[0] as u32 / 2) << 16 | SIZE[1] as u32 / 2;
+        let place = ((SIZE[0] as u32 / 2) << 16) | (SIZE[1] as u32 / 2);
         let copy = self.atom("XdndActionCopy");
         self.tell("XdndPosition", [self.window, 0, place, x11rb::CURRENT_TIME, copy]);
         self.answer("XdndStatus", path);
