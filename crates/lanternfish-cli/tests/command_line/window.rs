@@ -153,6 +153,22 @@ fn screenshot(display: &Display, folder: &Path) -> PathBuf {
     })
 }
 
+/// Saves a shot of a picture at rest, closes the window, and renders the shot: it is the picture, to the bit. Gives the shot's text.
+fn saved_as_seen(display: &Display, folder: &Path, mut view: Running) -> String {
+    display.act("key F4");
+    let shot = folder.join("lanternfish-1.toml");
+    wait_for("a shot", || shot.exists().then_some(()));
+    let seen = screenshot(display, folder);
+    display.act("key Escape");
+    assert!(wait_for("the end", || view.0.try_wait().unwrap()).success());
+    let output = lanternfish(folder).args(["render", "lanternfish-1.toml", "-o", "rendered.png"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let (seen, rendered) = (read_png(&seen).unwrap(), read_png(&folder.join("rendered.png")).unwrap());
+    assert_eq!((seen.width, seen.height), (SIZE[0], SIZE[1]));
+    assert!(seen.pixels == rendered.pixels, "the window and the rendered shot differ");
+    fs::read_to_string(&shot).unwrap()
+}
+
 /// Opens a window of the Cornell box in the corner of the display, and gives it the keys. What it says is in the folder's `log`.
 fn open(display: &Display, folder: &Path, words: &str) -> Running {
     let words = format!("view demo:cornell --adapter cpu --indirect none {words}");
