@@ -18,9 +18,6 @@ use crate::{
     shaders::SHADERS,
 };
 
-/// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.
-const MOST_BYTES: u64 = 96 << 20;
-
 /// The cache, and the passes by which a pixel's rays find its cells and read them.
 #[derive(Debug)]
 pub(super) struct Cells {
@@ -61,17 +58,16 @@ impl Cells {
         self.cache.forget();
     }
 
-    /// The cells for so many rounds of a frame's rays.
+    /// The cells for so many rounds of a frame's rays, of which so many are traced together.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         sums: &PixelSums,
-        rounds: u32,
+        [rounds, together]: [u32; 2],
     ) -> Result<FrameCells<'a>, RenderError> {
-        let bytes = 4 * u64::from(sums.size.x) * u64::from(sums.size.y);
-        let together = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
-        let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
+        let rays = u64::from(sums.size.x) * u64::from(sums.size.y) * u64::from(together);
+        let slots = frame.scratch("indirect/cells/slots", 4 * rays)?;
         let counts = frame.zeroed("indirect/cells/counts", 12)?;
         let dispatches = [
             frame.indirect("indirect/cells/insert_workgroups")?,
@@ -81,7 +77,7 @@ impl Cells {
         let of_frame = self.cache.begin(frame, view)?;
         let asking_round = of_frame.number() % rounds.max(1);
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, together, rounds, asking_round, sky_is_dark })
+        Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, rounds, asking_round, sky_is_dark })
     }
 }
 
@@ -95,7 +91,6 @@ pub(super) struct FrameCells<'a> {
     counts: wgpu::Buffer,
     /// Workgroups of a round's passes: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
-    together: u32,
     rounds: u32,
     asking_round: u32,
     sky_is_dark: u32,
@@ -109,11 +104,9 @@ impl FrameCells<'_> {
 
     /// The parameters of a round, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
-        let first_round = parameters.round / self.together * self.together;
-        let end_round = (first_round + self.together).min(self.rounds);
         let Self { sky_is_dark, .. } = *self;
         let asking_round = if self.of_frame.first_samples().is_some() { parameters.round } else { self.asking_round };
-        SampledParameters { first_round, end_round, asking_round, sky_is_dark, ..parameters }
+        SampledParameters { has_cells: 1, asking_round, sky_is_dark, ..parameters }
     }
 
     /// Looks up the cells of a round's rays; gives the workgroups by which what is not in cells is shaded, and by which lights are looked for

@@ -1,7 +1,7 @@
 //! Indirect light by rays from every pixel [Niessner2010, §4, §5].
 //!
-//! 1. Rounds: one ray a pixel each, traced (`trace.wesl`); its end shaded (`shade.wesl`); and the light that was chosen for it looked
-//!    for (`shadow.wesl`). Three passes, since what they read together is more than one may bind. Where triangles shine, a ray
+//! 1. Rounds: one ray a pixel each, traced (`trace.wesl`, many rounds at once); its end shaded (`shade.wesl`); and the light that was
+//!    chosen for it looked for (`shadow.wesl`). Three passes, since what they read together is more than one may bind. Where triangles shine, a ray
 //!    from the pixel to one of them (`emitters.wesl`).
 //! 2. What rays have brought is made the picture's, bounded and filtered (`smoothing/`).
 
@@ -68,10 +68,12 @@ gpu_struct! {
         glossy_blur: f32,
         /// Rays from a pixel to emissive triangles; 0 where nothing shines.
         emitter_rays: u32,
-        /// First of the rounds whose ends are looked up in the radiance cache together.
+        /// First of the rounds that are traced together.
         first_round: u32,
         /// The round behind the last of those.
         end_round: u32,
+        /// 1: the ends of rays bring what the radiance cache keeps.
+        has_cells: u32,
         /// The round whose rays say where cells are sampled next.
         asking_round: u32,
         /// 1: rays that leave the scene bring nothing.
@@ -179,6 +181,7 @@ impl IndirectPasses for SampledLight {
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
         let targets = Targets::new(frame, sums.size, rounds)?;
+        let together = targets.rounds;
         let [width, height, _] = self.trace.workgroup_size();
         let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
@@ -199,16 +202,20 @@ impl IndirectPasses for SampledLight {
 
         let images = images.filter(|_| settings.tracer.uses_deep_images());
         let mut cells = match &mut self.cells {
-            Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds)?),
+            Some(cells) => Some(cells.begin(frame, view_context, &sums, [rounds, together])?),
             None => None,
         };
         for round in 0..rounds {
-            let parameters = SampledParameters { round, ..parameters };
+            let first_round = round / together * together;
+            let end_round = (first_round + together).min(rounds);
+            let parameters = SampledParameters { round, first_round, end_round, ..parameters };
             let parameters = cells.as_ref().map_or(parameters, |cells| cells.parameters(parameters));
             let uniform = frame.uniform(&parameters);
             let round_bindings = seen.clone().part("sampled", &uniform);
             let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
-            rays::dispatch(frame, &self.trace, &tracing, samples, images);
+            if round == first_round {
+                rays::dispatch(frame, &self.trace, &tracing, samples, images);
+            }
             let summing =
                 round_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());
             let mut shading =
@@ -233,7 +240,7 @@ impl IndirectPasses for SampledLight {
                 frame.dispatch(&self.emitters, &looking, samples);
             }
             if let Some(cells) = &mut cells
-                && round + 1 == parameters.end_round
+                && round + 1 == end_round
             {
                 cells.gather(frame, view_context, &summing, samples, images);
             }

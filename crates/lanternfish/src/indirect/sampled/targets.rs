@@ -10,9 +10,15 @@ use crate::{error::RenderError, indirect::Counters};
 const COUNTERS: &[&str] =
     &["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays", "indirect/lost_cells"];
 
+/// Bytes of what rays met at most: rounds whose rays are more are traced in parts.
+const MOST_BYTES: u64 = 96 << 20;
+
 /// What is written for one view of a frame, of so many samples across and down.
 #[derive(Debug)]
 pub(super) struct Targets {
+    /// Rounds that are traced together.
+    pub rounds: u32,
+    /// What their rays met.
     pub hits: wgpu::Buffer,
     pub light_rays: wgpu::Buffer,
     pub counters: Counters,
@@ -21,8 +27,11 @@ pub(super) struct Targets {
 impl Targets {
     pub fn new(frame: &mut Frame<'_>, samples: UVec2, rounds: u32) -> Result<Self, RenderError> {
         let count = u64::from(samples.x) * u64::from(samples.y);
+        let bytes = size_of::<SampledHit>() as u64 * count;
+        let together = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
         Ok(Self {
-            hits: frame.scratch("indirect/hits", size_of::<SampledHit>() as u64 * count)?,
+            rounds: together,
+            hits: frame.scratch("indirect/hits", bytes * u64::from(together))?,
             light_rays: frame.scratch("indirect/light_rays", size_of::<LightRay>() as u64 * count)?,
             counters: Counters::new(frame, "indirect/ray_counters", rounds, COUNTERS)?,
         })
