@@ -89,7 +89,7 @@ pub(super) struct FrameCells<'a> {
     slots: wgpu::Buffer,
     /// `open_passes.wesl`.
     counts: wgpu::Buffer,
-    /// Workgroups of a round's passes: insert, shade, shadow.
+    /// Workgroups of passes for which rays may have left something: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
     rounds: u32,
     asking_round: u32,
@@ -105,13 +105,27 @@ impl FrameCells<'_> {
     /// The parameters of a round, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
         let Self { sky_is_dark, .. } = *self;
-        let asking_round = if self.of_frame.first_samples().is_some() { parameters.round } else { self.asking_round };
-        SampledParameters { has_cells: 1, asking_round, sky_is_dark, ..parameters }
+        let (found_end, asking_round) = match self.of_frame.first_samples() {
+            // A share of the samples is taken behind each round.
+            Some(_) => (parameters.round + 1, parameters.round),
+            None => (parameters.end_round, self.asking_round),
+        };
+        SampledParameters { has_cells: 1, found_end, asking_round, sky_is_dark, ..parameters }
     }
 
-    /// Looks up the cells of a round's rays; gives the workgroups by which what is not in cells is shaded, and by which lights are looked for
-    /// from there. `tracing`: bindings of the round, its hits, sums and counters.
-    pub fn find(&mut self, frame: &mut Frame<'_>, tracing: &Bindings<'_>, samples: [u32; 3]) -> [wgpu::Buffer; 2] {
+    /// Whether ends are looked up in this round; else they were in one before.
+    pub fn looks_up(&self, parameters: &SampledParameters) -> bool {
+        self.of_frame.first_samples().is_some() || parameters.round == parameters.first_round
+    }
+
+    /// The workgroups by which what is not in cells is shaded, and by which lights are looked for from there.
+    pub fn left_over(&self) -> [&wgpu::Buffer; 2] {
+        let [_, shade, shadow] = &self.dispatches;
+        [shade, shadow]
+    }
+
+    /// Looks up the cells of the rays of some rounds. `tracing`: bindings of the first of them, its hits, sums and counters.
+    pub fn find(&mut self, frame: &mut Frame<'_>, tracing: &Bindings<'_>, samples: [u32; 3]) {
         let of_frame = self.of_frame.bindings();
         let [insert, shade, shadow] = &self.dispatches;
         let finding = tracing
@@ -127,7 +141,6 @@ impl FrameCells<'_> {
         frame.dispatch_indirect(&self.cells.insert, &finding, insert);
         frame.dispatch_indirect(&self.cells.place, &finding, insert);
         frame.dispatch(&self.cells.before_shade, &finding, [1; 3]);
-        [shade.clone(), shadow.clone()]
     }
 
     /// In the frame that all cells are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one cell

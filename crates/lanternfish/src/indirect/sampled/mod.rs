@@ -74,6 +74,8 @@ gpu_struct! {
         end_round: u32,
         /// 1: the ends of rays bring what the radiance cache keeps.
         has_cells: u32,
+        /// The round behind the last whose ends are looked up together, from `round` on.
+        found_end: u32,
         /// The round whose rays say where cells are sampled next.
         asking_round: u32,
         /// 1: rays that leave the scene bring nothing.
@@ -230,9 +232,12 @@ impl IndirectPasses for SampledLight {
                     frame.dispatch(&self.shadow, &looking, samples);
                 }
                 Some(cells) => {
-                    let [to_shade, to_look] = cells.find(frame, &tracing.with(&summing), samples);
-                    frame.dispatch_indirect(shade, &shading, &to_shade);
-                    frame.dispatch_indirect(&self.shadow, &looking, &to_look);
+                    if cells.looks_up(&parameters) {
+                        cells.find(frame, &tracing.with(&summing), samples);
+                    }
+                    let [to_shade, to_look] = cells.left_over();
+                    frame.dispatch_indirect(shade, &shading, to_shade);
+                    frame.dispatch_indirect(&self.shadow, &looking, to_look);
                     cells.sample(frame, view_context, images, round);
                 }
             }
