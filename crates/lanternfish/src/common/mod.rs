@@ -2,6 +2,8 @@
 //! size of dispatches over lists.
 
 pub mod random;
+#[cfg(test)]
+mod tests;
 
 /// Workgroups along x of passes over lists: the shaders' `WIDTH`.
 pub(crate) const WIDTH: u32 = 1024;

@@ -3,6 +3,7 @@ mod counts;
 mod emission;
 mod history;
 mod noise;
+mod rounds;
 mod tracers;
 
 use glam::{UVec2, Vec3, Vec4};

@@ -26,8 +26,9 @@ pub struct Times {
 }
 
 impl Times {
-    /// Times of a picture, from the passes of its frames. Each frame traces `rounds` rounds of one ray a pixel; the first `skipped` of
-    /// them do not count for `counted_trace_ms` and `counted_shade_ms`.
+    /// Times of a picture, from the passes of its frames. Each frame traces `rounds` rounds of one ray a pixel, many in one pass, and shades each
+    /// by itself; the first `skipped` of them do not count for `counted_trace_ms`, where all rounds are taken to last as long, and
+    /// `counted_shade_ms`.
     pub fn of(frames: &[Vec<PassTime>], rounds: u32, skipped: u32) -> Self {
         let mut times = Self::default();
         for passes in frames {
@@ -47,7 +48,7 @@ impl Times {
                 let all = all(name);
                 all[skipped as usize * all.len() / rounds as usize..].iter().sum::<f64>()
             };
-            times.counted_trace_ms += counted(TRACE);
+            times.counted_trace_ms += sum(TRACE) * f64::from(rounds - skipped) / f64::from(rounds);
             times.counted_shade_ms += counted(SHADE) + counted(SHADOW);
         }
         times
@@ -74,16 +75,14 @@ mod tests {
 
     #[test]
     fn rounds_that_do_not_count_are_left_out_of_the_rate_alone() {
-        // Two rounds through two chunks each.
+        // Two rounds, traced through two chunks.
         let passes = frame(&[
             ("prepass", 1.0),
             ("deep_images/sort", 100.0),
-            (TRACE, 2.0),
-            (TRACE, 3.0),
+            (TRACE, 6.0),
+            (TRACE, 10.0),
             (SHADE, 3.0),
             (SHADOW, 1.0),
-            (TRACE, 5.0),
-            (TRACE, 6.0),
             (SHADE, 5.0),
             (SHADOW, 2.0),
             ("indirect/resolve", 8.0),
@@ -98,7 +97,7 @@ mod tests {
             filter_ms: 19.0,
             images_ms: 100.0,
             frame_ms: 55.0,
-            counted_trace_ms: 11.0,
+            counted_trace_ms: 8.0,
             counted_shade_ms: 7.0,
         };
         assert_eq!(times, expected);

@@ -121,9 +121,11 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
             Some((distance, _)) => (found - distance).abs() < 1e-4 * grid.radius.max(distance),
             None => found == -1.0,
         };
-        let (mut met, mut other, mut other_turned) = (0, 0, 0);
-        for ((ray, found), [distance, depth, triangle, _]) in rays.iter().zip(traced).zip(answers) {
+        let (mut met, mut other, mut other_turned, mut depths) = (0, 0, 0, 0.0);
+        for ((ray, found), [distance, depth, triangle, along]) in rays.iter().zip(traced).zip(answers) {
             assert!((found - distance).abs() < 1e-5 * grid.radius, "{what} {entry}: {found}, {distance}");
+            assert!(along >= 0.0, "{what} {entry}: a step went elsewhere than a search");
+            depths += along;
             other += usize::from(!agrees(ray, found));
             let turned = TracedRay { image_and_side: ray.image_and_side ^ 1, direction: -ray.direction, ..*ray };
             other_turned += usize::from(!agrees(&turned, found));
@@ -137,6 +139,8 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
         assert!(200 * other <= RAYS, "{what} {entry}: {other} of {RAYS} rays");
         // It can fail: rays the other way meet something else.
         assert!(2 * other_turned > met && 2 * met > RAYS, "{what} {entry}: {other_turned}, {met}");
+        // There is something to step to.
+        assert!(entry == "across" || depths > 1.2 * met as f32, "{what} {entry}: {depths} depths, {met}");
     }
 }
 

@@ -1,5 +1,7 @@
 //! Rays whose ends are cells of the radiance cache.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
@@ -17,6 +19,9 @@ use crate::{
     settings::DeepImageSettings,
     shaders::SHADERS,
 };
+
+/// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.
+const MOST_BYTES: u64 = 96 << 20;
 
 /// The cache, and the passes by which a pixel's rays find its cells and read them.
 #[derive(Debug)]
@@ -58,16 +63,17 @@ impl Cells {
         self.cache.forget();
     }
 
-    /// The cells for so many rounds of a frame's rays, of which so many are traced together.
+    /// The cells for so many rounds of a frame's rays.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         sums: &PixelSums,
-        [rounds, together]: [u32; 2],
+        rounds: u32,
     ) -> Result<FrameCells<'a>, RenderError> {
-        let rays = u64::from(sums.size.x) * u64::from(sums.size.y) * u64::from(together);
-        let slots = frame.scratch("indirect/cells/slots", 4 * rays)?;
+        let bytes = 4 * u64::from(sums.size.x) * u64::from(sums.size.y);
+        let together = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
+        let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
         let counts = frame.zeroed("indirect/cells/counts", 12)?;
         let dispatches = [
             frame.indirect("indirect/cells/insert_workgroups")?,
@@ -77,7 +83,7 @@ impl Cells {
         let of_frame = self.cache.begin(frame, view)?;
         let asking_round = of_frame.number() % rounds.max(1);
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, rounds, asking_round, sky_is_dark })
+        Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, together, rounds, asking_round, sky_is_dark })
     }
 }
 
@@ -91,6 +97,8 @@ pub(super) struct FrameCells<'a> {
     counts: wgpu::Buffer,
     /// Workgroups of passes for which rays may have left something: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
+    /// Rounds whose ends are gathered together.
+    together: u32,
     rounds: u32,
     asking_round: u32,
     sky_is_dark: u32,
@@ -102,20 +110,25 @@ impl FrameCells<'_> {
         self.of_frame.counters.clone()
     }
 
+    /// The rounds whose ends are gathered with those of this one.
+    pub fn gathered_with(&self, round: u32) -> Range<u32> {
+        let first = round / self.together * self.together;
+        first..(first + self.together).min(self.rounds)
+    }
+
     /// The parameters of a round, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
-        let Self { sky_is_dark, .. } = *self;
         let (found_end, asking_round) = match self.of_frame.first_samples() {
             // A share of the samples is taken behind each round.
             Some(_) => (parameters.round + 1, parameters.round),
-            None => (parameters.end_round, self.asking_round),
+            None => (parameters.traced_end, self.asking_round),
         };
-        SampledParameters { has_cells: 1, found_end, asking_round, sky_is_dark, ..parameters }
+        SampledParameters { has_cells: 1, found_end, asking_round, sky_is_dark: self.sky_is_dark, ..parameters }
     }
 
     /// Whether ends are looked up in this round; else they were in one before.
     pub fn looks_up(&self, parameters: &SampledParameters) -> bool {
-        self.of_frame.first_samples().is_some() || parameters.round == parameters.first_round
+        self.of_frame.first_samples().is_some() || parameters.round == parameters.traced_first
     }
 
     /// The workgroups by which what is not in cells is shaded, and by which lights are looked for from there.

@@ -13,6 +13,8 @@ use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
 
 pub use self::settings::{HitLight, Sampled};
+#[cfg(test)]
+pub(crate) use self::targets::MOST_ROUNDS_IN_TESTS;
 use self::{
     cells::Cells,
     settings::{LEAST_CELLS, MOST_CELLS, MOST_SAMPLES},
@@ -69,6 +71,10 @@ gpu_struct! {
         /// Rays from a pixel to emissive triangles; 0 where nothing shines.
         emitter_rays: u32,
         /// First of the rounds that are traced together.
+        traced_first: u32,
+        /// The round behind the last of those.
+        traced_end: u32,
+        /// First of the rounds whose ends are gathered from cells together.
         first_round: u32,
         /// The round behind the last of those.
         end_round: u32,
@@ -183,7 +189,6 @@ impl IndirectPasses for SampledLight {
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
         let targets = Targets::new(frame, sums.size, rounds)?;
-        let together = targets.rounds;
         let [width, height, _] = self.trace.workgroup_size();
         let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
@@ -204,18 +209,25 @@ impl IndirectPasses for SampledLight {
 
         let images = images.filter(|_| settings.tracer.uses_deep_images());
         let mut cells = match &mut self.cells {
-            Some(cells) => Some(cells.begin(frame, view_context, &sums, [rounds, together])?),
+            Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds)?),
             None => None,
         };
         for round in 0..rounds {
-            let first_round = round / together * together;
-            let end_round = (first_round + together).min(rounds);
-            let parameters = SampledParameters { round, first_round, end_round, ..parameters };
+            let of_cells = cells.as_ref().map_or(0..rounds, |cells| cells.gathered_with(round));
+            let traced = targets.traced_with(round, of_cells.clone());
+            let parameters = SampledParameters {
+                round,
+                traced_first: traced.start,
+                traced_end: traced.end,
+                first_round: of_cells.start,
+                end_round: of_cells.end,
+                ..parameters
+            };
             let parameters = cells.as_ref().map_or(parameters, |cells| cells.parameters(parameters));
             let uniform = frame.uniform(&parameters);
             let round_bindings = seen.clone().part("sampled", &uniform);
             let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
-            if round == first_round {
+            if round == traced.start {
                 rays::dispatch(frame, &self.trace, &tracing, samples, images);
             }
             let summing =
@@ -245,7 +257,7 @@ impl IndirectPasses for SampledLight {
                 frame.dispatch(&self.emitters, &looking, samples);
             }
             if let Some(cells) = &mut cells
-                && round + 1 == end_round
+                && round + 1 == of_cells.end
             {
                 cells.gather(frame, view_context, &summing, samples, images);
             }

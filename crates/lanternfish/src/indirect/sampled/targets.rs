@@ -1,7 +1,9 @@
 //! What the passes of sampled indirect light write beside the pixels' sums.
 
+use std::ops::Range;
+
 use glam::UVec2;
-use lanternfish_gpu::Frame;
+use lanternfish_gpu::{Frame, faulty_software};
 
 use super::{LightRay, SampledHit};
 use crate::{error::RenderError, indirect::Counters};
@@ -10,14 +12,34 @@ use crate::{error::RenderError, indirect::Counters};
 const COUNTERS: &[&str] =
     &["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays", "indirect/lost_cells"];
 
-/// Bytes of what rays met at most: rounds whose rays are more are traced in parts.
+/// Bytes of what rays met at most, which fits a storage binding: rounds whose rays are more, 8.4 million, are traced in parts.
 const MOST_BYTES: u64 = 96 << 20;
+/// Rays at most that an invocation traces one after the other: all of `quality good`, and no pass of some 1,000 pixels takes long.
+const MOST_ROUNDS: u64 = 16;
+
+#[cfg(test)]
+thread_local! {
+    /// What stands for [`MOST_ROUNDS`] in tests.
+    pub(crate) static MOST_ROUNDS_IN_TESTS: std::cell::Cell<u64> = const { std::cell::Cell::new(MOST_ROUNDS) };
+}
+
+/// Rays that an invocation traces at most. Old software drivers end loops early: there one.
+fn most_rounds(device: &wgpu::Device) -> u64 {
+    if faulty_software(&device.adapter_info()) {
+        return 1;
+    }
+    #[cfg(test)]
+    let most = MOST_ROUNDS_IN_TESTS.get();
+    #[cfg(not(test))]
+    let most = MOST_ROUNDS;
+    most
+}
 
 /// What is written for one view of a frame, of so many samples across and down.
 #[derive(Debug)]
 pub(super) struct Targets {
     /// Rounds that are traced together.
-    pub rounds: u32,
+    together: u32,
     /// What their rays met.
     pub hits: wgpu::Buffer,
     pub light_rays: wgpu::Buffer,
@@ -28,13 +50,22 @@ impl Targets {
     pub fn new(frame: &mut Frame<'_>, samples: UVec2, rounds: u32) -> Result<Self, RenderError> {
         let count = u64::from(samples.x) * u64::from(samples.y);
         let bytes = size_of::<SampledHit>() as u64 * count;
-        let together = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
+        let most = (MOST_BYTES / bytes.max(1)).clamp(1, most_rounds(frame.device));
+        // Parts of one size, or nearly.
+        let parts = rounds.div_ceil(most as u32).max(1);
+        let together = rounds.div_ceil(parts).max(1);
         Ok(Self {
-            rounds: together,
+            together,
             hits: frame.scratch("indirect/hits", bytes * u64::from(together))?,
             light_rays: frame.scratch("indirect/light_rays", size_of::<LightRay>() as u64 * count)?,
             counters: Counters::new(frame, "indirect/ray_counters", rounds, COUNTERS)?,
         })
+    }
+
+    /// The rounds that are traced with this one, of those in which it is.
+    pub fn traced_with(&self, round: u32, among: Range<u32>) -> Range<u32> {
+        let first = among.start + (round - among.start) / self.together * self.together;
+        first..(first + self.together).min(among.end)
     }
 }
 
