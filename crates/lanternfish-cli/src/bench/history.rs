@@ -41,6 +41,8 @@ struct Row {
     errors: Errors,
     /// HDR-FLIP to the new truth, so many frames after a light has changed.
     after_change: [f64; AFTER.len()],
+    /// Device milliseconds of those frames, deep images left aside.
+    after_change_ms: [f64; AFTER.len()],
 }
 
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
@@ -59,12 +61,21 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
             let errors = bench.keep(name, &walked)?;
             let mut after_change = [0.0; AFTER.len()];
             let pictures = bench.after_change(settings, BEFORE, &changed, &AFTER)?;
-            for ((flip, picture), after) in after_change.iter_mut().zip(&pictures).zip(AFTER) {
+            let mut after_change_ms = [0.0; AFTER.len()];
+            for (k, (picture, after)) in pictures.iter().zip(AFTER).enumerate() {
                 bench.keep(&format!("{name}, {after} after the change"), picture)?;
-                *flip = bench.against(picture, &changed_truth)?.0;
+                after_change[k] = bench.against(picture, &changed_truth)?.0;
+                after_change_ms[k] = frame_ms(&picture.report.passes);
             }
             let frame_ms = frame_ms(&walked.report.passes);
-            Ok::<_, CliError>(Row { name: name.clone(), frames: bench.steps(), frame_ms, errors, after_change })
+            Ok::<_, CliError>(Row {
+                name: name.clone(),
+                frames: bench.steps(),
+                frame_ms,
+                errors,
+                after_change,
+                after_change_ms,
+            })
         })?);
     }
     let flicker = bench.flicker(&asked, &mut progress)?;
@@ -110,14 +121,23 @@ fn to_markdown(report: &Report) -> String {
              The walk is the shot's track up to its middle; without a track it is one frame. *Energy*: of indirect light alone, over the \
              path tracer's one bounce. *FLIP*: HDR-FLIP of the whole picture. *After the change*: HDR-FLIP to the path tracer's picture \
              of the new light, the camera at rest and each frame by itself; the first light is off, or dimmed to a tenth where it is \
-             the only one.\n\n\
-             | | frames | frame, ms | energy | FLIP | after the change: frame 1 | frame 4 | frame 16 |\n\
-             |---|---:|---:|---:|---:|---:|---:|---:|\n";
-    for Row { name, frames, frame_ms, errors, after_change: [first, fourth, last] } in &report.rows {
+             the only one; and the ms of these frames, the first of which everything may have to be found anew in.\n\n\
+             | | frames | frame, ms | energy | FLIP | after the change: frame 1 | frame 4 | frame 16 | ms: 1 | 4 | 16 |\n\
+             |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
+    for Row {
+        name,
+        frames,
+        frame_ms,
+        errors,
+        after_change: [first, fourth, last],
+        after_change_ms: [ms1, ms4, ms16],
+    } in &report.rows
+    {
         let Errors { indirect_energy, flip } = errors;
         writeln!(
             page,
-            "| {name} | {frames} | {frame_ms:.1} | {indirect_energy:.3} | {flip:.4} | {first:.4} | {fourth:.4} | {last:.4} |"
+            "| {name} | {frames} | {frame_ms:.1} | {indirect_energy:.3} | {flip:.4} | {first:.4} | {fourth:.4} | {last:.4} | {ms1:.0} | {ms4:.0} | \
+             {ms16:.0} |"
         )
         .expect("String");
     }

@@ -18,7 +18,7 @@ use self::{
     parameters::{CellSample, RadianceCacheParameters, SampledCell},
     table::{Rehash, Slots, Table},
 };
-use super::{Counters, sampled::Sampled};
+use super::{Counters, history::DOUBTED, sampled::Sampled};
 use crate::{
     common::workgroups,
     context::ViewContext,
@@ -65,7 +65,7 @@ named_enum! {
 
 /// Smallest cells' edges up to which cells are as small.
 const NEAR_EDGES: f32 = 128.0;
-/// One of so many cells gets another sample in a frame.
+/// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do.
 const SHARE: u32 = 8;
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
@@ -75,8 +75,10 @@ const HASTE: f32 = 4.0;
 const HASTE_OF_ALL_BOUNCES: f32 = 8.0;
 /// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
-/// Samples that what is known counts for once something has changed: less than [`FEWEST`], so that every cell gets another.
+/// Samples that what is known counts for once something has changed.
 const REMEMBERED: f32 = 3.0;
+/// The haste with which the next sample is all that counts.
+const FORGETTING: f32 = 1e30;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
 /// Slots of a table at least: those that one workgroup looks at.
@@ -92,6 +94,8 @@ pub(crate) struct RadianceCache {
     slots: u32,
     /// Samples of a cell of generation 0 in a picture's first frame.
     first_samples: u32,
+    /// How much more later samples count.
+    haste: f32,
     /// Of rays between cells.
     tracer: Tracer,
     kernels: Kernels,
@@ -122,6 +126,8 @@ pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     /// All cells are.
     is_new: bool,
+    /// Rounds of samples of all cells whose turn it is.
+    rounds_of_all: u32,
     uniform: BufferPart,
     slots: Slots,
     /// Of an update: which cells are due, what is found of each, and workgroups for all of them.
@@ -178,6 +184,10 @@ impl RadianceCache {
             bounces,
             slots,
             first_samples: cache_samples,
+            haste: match bounces {
+                Bounces::One => HASTE,
+                Bounces::All => HASTE_OF_ALL_BOUNCES,
+            },
             tracer,
             kernels,
             rehash: Rehash::new(device)?,
@@ -216,6 +226,14 @@ impl RadianceCache {
         }
         let state = [scene.generation(), scene.revision()];
         let has_changed = std::mem::replace(&mut table.state, state) != state;
+        // While things change in every frame, a cell is the mean of two or three; a change that comes alone is followed at once.
+        let is_change_alone = has_changed && table.since_change >= DOUBTED;
+        if has_changed {
+            table.since_change = 0;
+        } else if is_first_view {
+            table.since_change = table.since_change.saturating_add(1);
+        }
+        let share = if table.since_change < DOUBTED { 1 } else { SHARE };
         let is_new = is_first || self.frame == 0;
         self.update += 1;
         self.frame += 1;
@@ -224,14 +242,14 @@ impl RadianceCache {
             update: self.update,
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
-            share: if is_new { 0 } else { SHARE },
+            share: if is_new { 0 } else { share },
             fewest: if is_new { self.first_samples } else { FEWEST },
             most: MOST,
             kept: KEPT,
             blur: super::sampled::diffuse_blur(1, MOST as u32),
             remembered: if has_changed { REMEMBERED } else { MOST },
             frame: self.frame,
-            haste: if self.bounces == Bounces::All { HASTE_OF_ALL_BOUNCES } else { HASTE },
+            haste: if is_change_alone { FORGETTING } else { self.haste },
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
@@ -245,6 +263,8 @@ impl RadianceCache {
             uniform: frame.uniform(&parameters),
             parameters,
             is_new,
+            // Light of many bounces has to find its new way.
+            rounds_of_all: if is_change_alone && self.bounces == Bounces::All { FEWEST } else { 1 },
             slots: table.slots.clone(),
             scratch,
             counters,
@@ -269,11 +289,17 @@ impl RadianceCache {
         let light = if environment.is_some() { light_environment } else { light };
         let images = images.filter(|_| self.tracer.uses_deep_images());
         for round in 0..most.min(cache.parameters.fewest) {
-            // New cells get one sample after the other; the others one in the first round.
-            let share = if round == 0 { cache.parameters.share } else { 0 };
+            // New cells get one sample after the other; the others one in the first round, or in so many.
+            let share = if round < cache.rounds_of_all { cache.parameters.share } else { 0 };
             let remembered = if round == 0 { cache.parameters.remembered } else { MOST };
-            let uniform =
-                frame.uniform(&RadianceCacheParameters { update: self.update, share, remembered, ..cache.parameters });
+            let haste = if round < cache.rounds_of_all { cache.parameters.haste } else { self.haste };
+            let uniform = frame.uniform(&RadianceCacheParameters {
+                update: self.update,
+                share,
+                remembered,
+                haste,
+                ..cache.parameters
+            });
             self.update += 1;
             let bindings = shared.clone().part("radiance_cache", &uniform);
             let choosing = bindings
@@ -300,7 +326,9 @@ impl RadianceCache {
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
         }
-        // What was known counts for little once a frame.
+        // Once a frame it is all cells' turn, and what was known counts for little.
+        cache.parameters.share = 0;
         cache.parameters.remembered = MOST;
+        cache.parameters.haste = self.haste;
     }
 }

@@ -63,6 +63,8 @@ pub(super) struct Table {
     pub used_in: u64,
     /// Numbers of where things are, and of all that an update brings, when cells were last looked up.
     pub state: [u64; 2],
+    /// Frames since that has changed.
+    pub since_change: u32,
     /// Edge of the smallest cells, m.
     pub edge: f32,
     pub slots: Slots,
@@ -78,6 +80,7 @@ impl Table {
             order: scene.triangle_order(),
             used_in: 0,
             state: [scene.generation(), scene.revision()],
+            since_change: u32::MAX,
             edge: edge_in(scene),
             slots: Slots::new(frame.device, slots)?,
             other: Slots::new(frame.device, slots)?,
@@ -95,6 +98,7 @@ impl Table {
         self.slots.clear(frame);
         self.order = scene.triangle_order();
         self.state = [scene.generation(), scene.revision()];
+        self.since_change = u32::MAX;
         self.edge = edge_in(scene);
         self.moved_at = 0;
     }

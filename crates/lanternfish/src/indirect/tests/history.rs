@@ -5,7 +5,7 @@ use glam::Affine3A;
 use crate::{
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     rooms::Family as _,
-    settings::{History, HitLight},
+    settings::{Bounces, History, HitLight},
 };
 
 use super::*;
@@ -132,6 +132,40 @@ fn gpu_light_that_changes_is_followed() {
     let left = mean(&render(&mut renderer, &uploaded));
     // But where too few pixels around are of the same surface to say so.
     assert!(left < 1e-3 * mean(&truth), "{left} is left of {}", mean(&truth));
+}
+
+/// A bright lamp goes out and a dim one stays: its light is gone at once, from what pixels know and from cells; with every bounce it goes within
+/// a few frames.
+#[test]
+fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
+    let Some(gpu) = testing::gpu("gpu_a_bright_lamp_that_goes_out_leaves_no_glow") else { return };
+    let camera = looking(CAMERA.0, CAMERA.1);
+    let dark = cornell();
+    let lamp = |x: f32, intensity: f32| Light::point(Vec3::new(x, 1.7, 0.0), Vec3::splat(intensity));
+    let dim = Scene { lights: vec![lamp(0.5, 1.0)], ..dark.clone() };
+    let bright = Scene { lights: vec![lamp(0.5, 1.0), lamp(-0.5, 50.0)], ..dark };
+    for (hit_light, bounces, most) in [
+        (HitLight::Shaded, Bounces::One, [1.1, 1.05, 1.05]),
+        (HitLight::Cached, Bounces::One, [1.1, 1.05, 1.05]),
+        (HitLight::Cached, Bounces::All, [3.5, 2.2, 1.4]),
+    ] {
+        let rays = Sampled { diffuse_rays: 8, hit_light, bounces, filter_radius: 4, ..few(History::On) };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(rays)).unwrap();
+        let mut uploaded = renderer.upload(&bright).unwrap();
+        let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
+            pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap())
+        };
+        (0..16).for_each(|_| {
+            render(&mut renderer, &uploaded);
+        });
+        let again = Settings { accumulate: 16, ..settings(Sampled { history: History::Off, ..rays }) };
+        let expected = mean(&picture(gpu, again, &dim, &camera));
+        renderer.update(&mut uploaded, &dim).unwrap();
+        let left: Vec<f64> = (0..16).map(|_| mean(&render(&mut renderer, &uploaded)) / expected).collect();
+        let left = [0, 3, 15].map(|k: usize| left[k]);
+        println!("{hit_light}, {bounces}: {left:.3?} of the light after 1, 4 and 16 frames");
+        assert!(left.iter().zip(most).all(|(left, most)| (0.9..most).contains(left)), "{left:?}");
+    }
 }
 
 /// What a thing that moves uncovers gets nothing of what was in front of it, and the thing keeps what it knows.
