@@ -121,7 +121,7 @@ fn to_markdown(report: &Report) -> String {
              The walk is the shot's track up to its middle; without a track it is one frame. *Energy*: of indirect light alone, over the \
              path tracer's one bounce. *FLIP*: HDR-FLIP of the whole picture. *After the change*: HDR-FLIP to the path tracer's picture \
              of the new light, the camera at rest and each frame by itself; the first light is off, or dimmed to a tenth where it is \
-             the only one; and the ms of these frames, the first of which everything may have to be found anew in.\n\n\
+             the only one; and the ms of these frames, of one run each: in the first, and a little less for some more, the radiance cache samples all its cells.\n\n\
              | | frames | frame, ms | energy | FLIP | after the change: frame 1 | frame 4 | frame 16 | ms: 1 | 4 | 16 |\n\
              |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n";
     for Row {

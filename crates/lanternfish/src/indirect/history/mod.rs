@@ -69,7 +69,7 @@ pub(super) const HISTORY: KnobWords = KnobWords::new(
 
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
 const MOST: f32 = 32.0;
-/// Frames for which what is known is doubted after a change of the scene.
+/// Frames for which what pixels know is doubted after a change of the scene, and cells of the radiance cache get samples in each.
 pub(super) const DOUBTED: u32 = 8;
 const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where nothing is.

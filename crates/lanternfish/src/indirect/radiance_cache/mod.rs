@@ -2,7 +2,7 @@
 //!
 //! 1. Whoever has traced rays looks up the cells in which they ended (`table.wesl`), and says for one of the rays that ended in each where
 //!    the cell's light is sampled next.
-//! 2. Update: cells that are new, and a share of the others, get another sample (`due.wesl`): one light and the ray to it (`light.wesl`,
+//! 2. Update: cells that are new, and a share of the others, or all for some frames after a change, get another sample (`due.wesl`): one light and the ray to it (`light.wesl`,
 //!    `shadow.wesl`), and, for more than one bounce, a ray that brings what the cell in which it ends has sent so far (`trace.wesl`,
 //!    `meet.wesl`). It is added to the cell's mean (`commit.wesl`).
 //! 3. Whoever has traced rays reads what the cells send.
@@ -16,7 +16,7 @@ use lanternfish_scene::named_enum;
 
 use self::{
     parameters::{CellSample, RadianceCacheParameters, SampledCell},
-    table::{Rehash, Slots, Table},
+    table::{Change, Rehash, Slots, Table},
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
 use crate::{
@@ -75,9 +75,9 @@ const HASTE: f32 = 4.0;
 const HASTE_OF_ALL_BOUNCES: f32 = 8.0;
 /// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
-/// Samples that what is known counts for once something has changed.
+/// Samples that what is known counts for while the scene changes in every frame: a cell is the mean of two or three.
 const REMEMBERED: f32 = 3.0;
-/// The haste with which the next sample is all that counts.
+/// The haste with which the next sample is all that counts: after a change that comes alone.
 const FORGETTING: f32 = 1e30;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
@@ -224,32 +224,34 @@ impl RadianceCache {
             table.begin(frame, scene);
             (self.update, self.frame) = (0, 0);
         }
-        let state = [scene.generation(), scene.revision()];
-        let has_changed = std::mem::replace(&mut table.state, state) != state;
-        // While things change in every frame, a cell is the mean of two or three; a change that comes alone is followed at once.
-        let is_change_alone = has_changed && table.since_change >= DOUBTED;
-        if has_changed {
-            table.since_change = 0;
-        } else if is_first_view {
-            table.since_change = table.since_change.saturating_add(1);
-        }
-        let share = if table.since_change < DOUBTED { 1 } else { SHARE };
         let is_new = is_first || self.frame == 0;
         self.update += 1;
         self.frame += 1;
+        let change = match table.follow(scene, is_first_view) {
+            // Cells know little yet.
+            Change::Alone if self.frame <= DOUBTED => Change::Ongoing,
+            change => change,
+        };
+        // One view of a frame will do.
+        let is_doubted = change != Change::Long && is_first_view;
         let parameters = RadianceCacheParameters {
             slot_mask: self.slots - 1,
             update: self.update,
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
-            share: if is_new { 0 } else { share },
+            share: match is_new {
+                true => 0,
+                false if is_doubted => 1,
+                false => SHARE,
+            },
             fewest: if is_new { self.first_samples } else { FEWEST },
             most: MOST,
             kept: KEPT,
             blur: super::sampled::diffuse_blur(1, MOST as u32),
-            remembered: if has_changed { REMEMBERED } else { MOST },
+            remembered: if matches!(change, Change::Ongoing | Change::Alone) { REMEMBERED } else { MOST },
             frame: self.frame,
-            haste: if is_change_alone { FORGETTING } else { self.haste },
+            haste: if change == Change::Alone { FORGETTING } else { self.haste },
+            fades: u32::from(!is_new),
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
@@ -264,7 +266,7 @@ impl RadianceCache {
             parameters,
             is_new,
             // Light of many bounces has to find its new way.
-            rounds_of_all: if is_change_alone && self.bounces == Bounces::All { FEWEST } else { 1 },
+            rounds_of_all: if change == Change::Alone && self.bounces == Bounces::All { FEWEST } else { 1 },
             slots: table.slots.clone(),
             scratch,
             counters,
@@ -290,15 +292,16 @@ impl RadianceCache {
         let images = images.filter(|_| self.tracer.uses_deep_images());
         for round in 0..most.min(cache.parameters.fewest) {
             // New cells get one sample after the other; the others one in the first round, or in so many.
-            let share = if round < cache.rounds_of_all { cache.parameters.share } else { 0 };
-            let remembered = if round == 0 { cache.parameters.remembered } else { MOST };
-            let haste = if round < cache.rounds_of_all { cache.parameters.haste } else { self.haste };
+            let is_of_all = round < cache.rounds_of_all;
+            let is_first = round == 0;
+            let parameters = cache.parameters;
             let uniform = frame.uniform(&RadianceCacheParameters {
                 update: self.update,
-                share,
-                remembered,
-                haste,
-                ..cache.parameters
+                share: if is_of_all { parameters.share } else { 0 },
+                remembered: if is_first { parameters.remembered } else { MOST },
+                haste: if is_of_all { parameters.haste } else { self.haste },
+                fades: if is_first { parameters.fades } else { 0 },
+                ..parameters
             });
             self.update += 1;
             let bindings = shared.clone().part("radiance_cache", &uniform);
@@ -326,9 +329,8 @@ impl RadianceCache {
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
         }
-        // Once a frame it is all cells' turn, and what was known counts for little.
-        cache.parameters.share = 0;
-        cache.parameters.remembered = MOST;
-        cache.parameters.haste = self.haste;
+        // Once a frame it is all cells' turn, they fade, and what was known counts for little.
+        cache.parameters =
+            RadianceCacheParameters { share: 0, remembered: MOST, haste: self.haste, fades: 0, ..cache.parameters };
     }
 }

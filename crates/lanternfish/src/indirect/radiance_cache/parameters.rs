@@ -30,6 +30,8 @@ gpu_struct! {
         frame: u32,
         /// How much more later samples count: the n-th one's share of the mean is haste / (n - 1 + haste).
         haste: f32,
+        /// 1: cells that nothing asks for go on to the next generation, when it is their turn.
+        fades: u32,
     }
 }
 

@@ -3,7 +3,9 @@
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, storage_buffer};
 
 use super::parameters::{CellSample, RadianceCacheParameters};
-use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, shaders::SHADERS};
+use crate::{
+    common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::DOUBTED, shaders::SHADERS,
+};
 
 /// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
 const CELLS_ALONG: f32 = 128.0;
@@ -62,15 +64,28 @@ pub(super) struct Table {
     /// The last frame that has used it: its number.
     pub used_in: u64,
     /// Numbers of where things are, and of all that an update brings, when cells were last looked up.
-    pub state: [u64; 2],
-    /// Frames since that has changed.
-    pub since_change: u32,
+    state: [u64; 2],
+    /// Frames since that has changed; `u32::MAX`: it has not.
+    since_change: u32,
     /// Edge of the smallest cells, m.
     pub edge: f32,
     pub slots: Slots,
     other: Slots,
     /// The frame before which cells moved.
     moved_at: u32,
+}
+
+/// What has become of a scene since its cells were last looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Change {
+    /// Nothing, for longer than pixels doubt what they know.
+    Long,
+    /// Nothing, but a short time ago it has changed.
+    Recent,
+    /// It has changed, and had a short time ago.
+    Ongoing,
+    /// It has changed, after a long time.
+    Alone,
 }
 
 impl Table {
@@ -91,6 +106,19 @@ impl Table {
     /// Whether its cells are of this scene as it is.
     pub fn is_of(&self, scene: &GpuScene) -> bool {
         self.order == scene.triangle_order()
+    }
+
+    /// What has become of the scene; asked once a view. `is_first_view`: of its frame.
+    pub fn follow(&mut self, scene: &GpuScene, is_first_view: bool) -> Change {
+        let state = [scene.generation(), scene.revision()];
+        if std::mem::replace(&mut self.state, state) != state {
+            let before = std::mem::replace(&mut self.since_change, 0);
+            return if before < DOUBTED { Change::Ongoing } else { Change::Alone };
+        }
+        if is_first_view {
+            self.since_change = self.since_change.saturating_add(1);
+        }
+        if self.since_change < DOUBTED { Change::Recent } else { Change::Long }
     }
 
     /// No cells, for a picture of this scene.

@@ -6,11 +6,12 @@
 //! 2. What rays have brought is made the picture's, bounded and filtered (`smoothing/`).
 
 mod cells;
+pub(super) mod sample_order;
 mod settings;
 mod targets;
 
 use glam::Vec3;
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 
 pub use self::settings::{HitLight, Sampled};
 #[cfg(test)]
@@ -126,6 +127,7 @@ pub struct SampledLight {
     /// Frames that a picture is the mean of, at least.
     frames: u32,
     trace: ComputeKernel,
+    sample_order: wgpu::Buffer,
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
     shadow: ComputeKernel,
@@ -156,6 +158,7 @@ impl SampledLight {
             settings,
             frames,
             trace: kernel("indirect/sampled/trace", &tracing, "trace", "indirect/trace")?,
+            sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
             shade: kernel("indirect/sampled/shade", &[], "shade", "indirect/shade")?,
             shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
             shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
@@ -189,7 +192,7 @@ impl IndirectPasses for SampledLight {
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
         let targets = Targets::new(frame, sums.size, rounds)?;
-        let [width, height, _] = self.trace.workgroup_size();
+        let [width, height, _] = self.shade.workgroup_size();
         let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
@@ -228,7 +231,8 @@ impl IndirectPasses for SampledLight {
             let round_bindings = seen.clone().part("sampled", &uniform);
             let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
             if round == traced.start {
-                rays::dispatch(frame, &self.trace, &tracing, samples, images);
+                let ordered = tracing.clone().buffer("sample_order", &self.sample_order);
+                rays::dispatch(frame, &self.trace, &ordered, sample_order::workgroups(sums.size), images);
             }
             let summing =
                 round_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());

@@ -62,7 +62,7 @@ named_enum! {
         #[default]
         Shaded = "shaded": "Each end is shaded: a light is chosen for it and looked for",
         /// From the radiance cache: cells in space keep what the surfaces in them send, and a share of them is brought up to date in each
-        /// frame.
+        /// frame, and all of them for some frames after a change of the scene.
         Cached = "cached": "From the radiance cache: cells in space keep what their surfaces send",
     }
 }

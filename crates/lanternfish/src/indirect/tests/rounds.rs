@@ -1,7 +1,16 @@
-//! Rounds of rays that are traced together.
+//! Rounds of rays that are traced together, and in which order.
+
+use std::collections::HashSet;
+
+use glam::{UVec4, Vec4Swizzles};
+use lanternfish_gpu::{Bindings, uniform_buffer_of};
 
 use super::*;
-use crate::{indirect::sampled::MOST_ROUNDS_IN_TESTS, settings::HitLight};
+use crate::{
+    indirect::sampled::{MOST_ROUNDS_IN_TESTS, sample_order},
+    settings::HitLight,
+    testing::ask_about,
+};
 
 /// A mean of two frames, of which so many rounds are traced together.
 fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
@@ -39,4 +48,32 @@ fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
     // It can fail: fewer rays are off by more.
     let fewer = traced_together(gpu, 16, Sampled { diffuse_rays: 3, ..rays });
     assert!(off(&fewer, &all) > 0.06, "{}", off(&fewer, &all));
+}
+
+/// Every pixel of a picture is gone through once, block by block, and those that follow each other have shifts that are alike: the order that the
+/// host makes is that of the shaders' shifts.
+#[test]
+fn gpu_pixels_in_order_cover_the_picture_and_go_the_same_way() {
+    let Some(gpu) = testing::gpu("gpu_pixels_in_order_cover_the_picture_and_go_the_same_way") else { return };
+    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
+    let size = UVec2::new(90, 40);
+    let [width, height, _] = sample_order::workgroups(size);
+    let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
+    let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
+    let about = Bindings::new().buffer("sample_order", &order);
+    let pixels = ask_about(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    let seen: HashSet<_> = pixels.iter().map(|pixel| (pixel.x as u32, pixel.y as u32)).collect();
+    assert_eq!(seen.len(), (96 * 64) as usize);
+    assert!((0..size.y).all(|y| (0..size.x).all(|x| seen.contains(&(x, y)))), "a pixel is left out");
+    assert!(
+        pixels
+            .chunks(1024)
+            .all(|block| block.iter().all(|pixel| (pixel.xy() / 32.0).floor() == (block[0].xy() / 32.0).floor())),
+        "a block is left before its end"
+    );
+    // Along a torus, by the mean of both axes: any two points are a quarter apart, of 1,024 even ones neighbours a thirtieth.
+    let apart = |a: f32, b: f32| (a - b).abs().min(1.0 - (a - b).abs());
+    let steps = pixels.windows(2).map(|pair| 0.5 * (apart(pair[0].z, pair[1].z) + apart(pair[0].w, pair[1].w)));
+    let mean = steps.sum::<f32>() / pixels.len() as f32;
+    assert!(mean < 0.05, "{mean}");
 }
