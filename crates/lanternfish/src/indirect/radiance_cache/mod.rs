@@ -15,7 +15,7 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growt
 use lanternfish_scene::named_enum;
 
 use self::{
-    parameters::{CellSample, RadianceCacheParameters, SampledCell},
+    parameters::{CellSample, DueCell, RadianceCacheParameters, SampledCell},
     table::{Change, Rehash, Slots, Table},
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
@@ -48,6 +48,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<RadianceCacheParameters>(),
         SharedStruct::of::<CellSample>(),
         SharedStruct::of::<SampledCell>(),
+        SharedStruct::of::<DueCell>(),
     ],
 };
 
@@ -77,6 +78,8 @@ const HASTE_OF_ALL_BOUNCES: f32 = 8.0;
 const MOST: f32 = 128.0;
 /// Samples that what is known counts for while the scene changes in every frame: a cell is the mean of two or three.
 const REMEMBERED: f32 = 3.0;
+/// Where nothing changes it counts for as many as there were.
+const ALL: f32 = f32::MAX;
 /// The haste with which the next sample is all that counts: after a change that comes alone.
 const FORGETTING: f32 = 1e30;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
@@ -104,6 +107,8 @@ pub(crate) struct RadianceCache {
     /// Updates so far, and frames: a view each.
     update: u32,
     frame: u32,
+    /// Frames so far in which what was known counted for few samples.
+    changes: u32,
 }
 
 #[derive(Debug)]
@@ -194,6 +199,7 @@ impl RadianceCache {
             table: None,
             update: 0,
             frame: 0,
+            changes: 0,
         })
     }
 
@@ -215,14 +221,14 @@ impl RadianceCache {
             Some(table) => table,
             none => {
                 frame.forget_bind_groups();
-                (self.update, self.frame) = (0, 0);
+                (self.update, self.frame, self.changes) = (0, 0, 0);
                 none.insert(Table::new(frame, scene, self.slots)?)
             }
         };
         let is_first_view = std::mem::replace(&mut table.used_in, number) != number;
         if !table.is_of(scene) || (is_first && is_first_view) {
             table.begin(frame, scene);
-            (self.update, self.frame) = (0, 0);
+            (self.update, self.frame, self.changes) = (0, 0, 0);
         }
         let is_new = is_first || self.frame == 0;
         self.update += 1;
@@ -232,6 +238,8 @@ impl RadianceCache {
             Change::Alone if self.frame <= DOUBTED => Change::Ongoing,
             change => change,
         };
+        let has_changed = matches!(change, Change::Ongoing | Change::Alone);
+        self.changes += u32::from(has_changed);
         // One view of a frame will do.
         let is_doubted = change != Change::Long && is_first_view;
         let parameters = RadianceCacheParameters {
@@ -239,25 +247,28 @@ impl RadianceCache {
             update: self.update,
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
-            share: match is_new {
-                true => 0,
-                false if is_doubted => 1,
-                false => SHARE,
+            share: if is_new {
+                0
+            } else if is_doubted {
+                1
+            } else {
+                SHARE
             },
             fewest: if is_new { self.first_samples } else { FEWEST },
             most: MOST,
             kept: KEPT,
             blur: super::sampled::diffuse_blur(1, MOST as u32),
-            remembered: if matches!(change, Change::Ongoing | Change::Alone) { REMEMBERED } else { MOST },
+            remembered: if has_changed { REMEMBERED } else { ALL },
             frame: self.frame,
             haste: if change == Change::Alone { FORGETTING } else { self.haste },
             fades: u32::from(!is_new),
+            changes: self.changes,
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
         let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
         let scratch = [
-            frame.scratch("radiance_cache/due", 4 * (u64::from(self.slots) + 1))?,
+            frame.scratch("radiance_cache/due", 4 + size_of::<DueCell>() as u64 * u64::from(self.slots))?,
             frame.scratch("radiance_cache/sampled", bytes)?,
             frame.indirect("radiance_cache/workgroups")?,
         ];
@@ -298,7 +309,7 @@ impl RadianceCache {
             let uniform = frame.uniform(&RadianceCacheParameters {
                 update: self.update,
                 share: if is_of_all { parameters.share } else { 0 },
-                remembered: if is_first { parameters.remembered } else { MOST },
+                remembered: if is_first { parameters.remembered } else { ALL },
                 haste: if is_of_all { parameters.haste } else { self.haste },
                 fades: if is_first { parameters.fades } else { 0 },
                 ..parameters
@@ -331,6 +342,6 @@ impl RadianceCache {
         }
         // Once a frame it is all cells' turn, they fade, and what was known counts for little.
         cache.parameters =
-            RadianceCacheParameters { share: 0, remembered: MOST, haste: self.haste, fades: 0, ..cache.parameters };
+            RadianceCacheParameters { share: 0, remembered: ALL, haste: self.haste, fades: 0, ..cache.parameters };
     }
 }

@@ -32,6 +32,8 @@ gpu_struct! {
         haste: f32,
         /// 1: cells that nothing asks for go on to the next generation, when it is their turn.
         fades: u32,
+        /// Times so far that what was known counted for few samples.
+        changes: u32,
     }
 }
 
@@ -42,6 +44,16 @@ gpu_struct! {
         p_world: Vec3,
         /// In the order of the BVH's leaves; the four top bits say which side of it, and the cell's generation.
         triangle: u32,
+    }
+}
+
+gpu_struct! {
+    /// A cell that gets another sample.
+    pub struct DueCell {
+        /// The cell's slot.
+        slot: u32,
+        /// Which of its rays: `due_list.wesl`.
+        ray: u32,
     }
 }
 
