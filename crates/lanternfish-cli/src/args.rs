@@ -393,6 +393,7 @@ impl RenderArgs {
             ray_culling: technique.ray_culling,
             light_radius: self.lights.light_radius,
             shadow_rays: technique.shadow_rays,
+            history: technique.history,
             occlusion: self.indirect.occlusion(),
             attenuation: self.lights.attenuation,
             range_threshold: self.lights.range_threshold,

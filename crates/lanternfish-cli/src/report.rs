@@ -132,6 +132,7 @@ pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str
         ("ray-culling", settings.ray_culling.to_string()),
         ("light-radius", settings.light_radius.to_string()),
         ("shadow-rays", settings.shadow_rays.to_string()),
+        ("history", settings.history.to_string()),
         ("attenuation", settings.attenuation.to_string()),
         ("range-threshold", settings.range_threshold.to_string()),
         ("materials", settings.materials.to_string()),

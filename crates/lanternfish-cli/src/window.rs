@@ -6,7 +6,7 @@ use std::{
     rc::Rc,
 };
 
-use lanternfish::{rooms::Family as _, settings::Settings};
+use lanternfish::settings::{History, Settings};
 use lanternfish_metrics::{ColorType, write_png};
 use lanternfish_scene::{Camera, Scene, generate::Rain};
 use lanternfish_viewer::{Form, Moment, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
@@ -165,8 +165,8 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
 /// A shot's settings for frames that follow each other: with a history, unless the shot says something of it.
 fn in_window(shot: &Shot) -> Settings {
     let mut settings = shot.args.settings();
-    if let (Some(room), false) = (settings.indirect.room_mut(), shot.names().iter().any(|name| name == "history")) {
-        room.set("history", "on").expect("rooms take what they know");
+    if !shot.names().iter().any(|name| name == "history") {
+        settings.history = History::On;
     }
     settings
 }

@@ -51,6 +51,9 @@ pub struct Settings {
     pub anisotropy: Anisotropy,
     /// Where light comes from that is not straight from the listed lights.
     pub indirect: Indirect,
+    /// Whether what pixels saw in the frames before is mixed with what they see now: indirect light, and what of a light that has a size
+    /// reaches them.
+    pub history: History,
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
     /// once, where it covers the pixel. Debug views take one.
     pub samples: Samples,
@@ -94,6 +97,7 @@ impl Settings {
             textures: TextureBinding::Auto,
             anisotropy: Anisotropy::Auto,
             indirect: Indirect::None,
+            history: History::Off,
             samples: Samples::One,
             accumulate: 1,
         }
@@ -102,6 +106,11 @@ impl Settings {
     /// Whether any light may be seen in part.
     pub(crate) fn casts_soft_shadows(&self) -> bool {
         self.light_radius > 0.0
+    }
+
+    /// Whether anything is mixed with what the frames before have found: motion is looked for then.
+    pub(crate) fn keeps_history(&self) -> bool {
+        self.history == History::On && (self.indirect != Indirect::None || self.shadows != Shadows::None)
     }
 
     /// Whether openness is looked for: rays of indirect light may see the surroundings themselves.

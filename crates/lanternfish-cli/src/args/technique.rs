@@ -1,7 +1,7 @@
 //! Flags of how the picture is found.
 
 use clap::Args;
-use lanternfish::settings::{Culling, RayCulling, Samples, Settings, Shadows, TextureBinding};
+use lanternfish::settings::{Culling, History, RayCulling, Samples, Settings, Shadows, TextureBinding};
 
 use super::rooms::{KnobFlags, RoomFlag};
 use crate::choices::choice;
@@ -24,6 +24,13 @@ pub struct TechniqueArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=255), allow_hyphen_values = true)]
     #[arg(default_value_t = Settings::default().shadow_rays, hide_short_help = true)]
     pub shadow_rays: u32,
+    /// Whether indirect light and soft shadows are mixed with those of the frames before, along surfaces.
+    ///
+    /// On: less noise while the view moves, and light that changes is followed late. The first picture, and its mean, are the same with
+    /// either. In a window: on.
+    #[arg(long, value_name = "ON|OFF", value_parser = choice::<History>(), hide_short_help = true)]
+    #[arg(default_value_t = Settings::default().history)]
+    pub history: History,
     #[command(flatten)]
     culling: RoomFlag<Culling>,
     #[command(flatten)]

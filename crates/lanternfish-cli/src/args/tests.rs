@@ -61,6 +61,7 @@ fn every_flag_reaches_its_setting() {
         accumulate: 5,
         light_radius: 0.2,
         shadow_rays: 7,
+        history: History::On,
         indirect: Indirect::Sampled(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,
@@ -68,7 +69,6 @@ fn every_flag_reaches_its_setting() {
             resolution: IndirectResolution::Half,
             filter_radius: 2,
             clamp: IndirectClamp::Off,
-            history: History::On,
             ..Sampled::default()
         }),
     };

@@ -95,11 +95,10 @@ fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("within-texel, cached", Sampled { tracer: Tracer::WithinTexel, ..cached }),
     ];
     let ways = ways.into_iter().take(if quick { 1 } else { usize::MAX });
-    let with_history = ways
-        .flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, Sampled { history: *history, ..rays })));
-    let configuration = |(name, rays): (&str, Sampled)| Configuration {
-        name: format!("{name}, history {}", rays.history),
-        settings: Settings { indirect: Indirect::Sampled(rays), ..look.clone() },
+    let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
+    let configuration = |(name, rays, history): (&str, Sampled, History)| Configuration {
+        name: format!("{name}, history {history}"),
+        settings: Settings { indirect: Indirect::Sampled(rays), history, ..look.clone() },
         has_steps: false,
     };
     with_history.map(configuration).collect()

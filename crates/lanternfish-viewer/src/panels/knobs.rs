@@ -53,9 +53,7 @@ fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message
     let value = Value { now: say(family), usual: say(usual), names };
     if let Some(text) = widget(ui, &choice, &value) {
         let of_usual = (usual.name() == text).then_some(*usual);
-        let before = *family;
         *family = of_usual.or_else(|| F::named(&text)).unwrap_or(*family);
-        keep_history(&before, family);
     }
     let Some(room) = family.room() else { return };
     let (knobs, name) = (room.knobs(), family.name());
@@ -70,14 +68,6 @@ fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message
             }
         }
     });
-}
-
-/// Whether frames before are known stays as it was, whichever room finds the light.
-fn keep_history<F: Family>(before: &F, family: &mut F) {
-    let said = before.room().and_then(|room| room.get("history"));
-    if let (Some(said), Some(room)) = (said, family.room_mut()) {
-        room.set("history", &said).expect("it is a room's own word");
-    }
 }
 
 /// A row: the name, the value, and where it is another than before, a click back. What it was changed to.

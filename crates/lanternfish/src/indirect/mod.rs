@@ -75,11 +75,6 @@ pub(crate) trait IndirectRoom: AnyRoom {
         true
     }
 
-    /// Whether pixels keep what they saw in the frames before: motion is found then.
-    fn keeps_history(&self) -> bool {
-        false
-    }
-
     /// Takes the settings of the nearest blended surfaces, which are smooth, and for which there are no deep images.
     fn look_at_glass(&mut self) {}
 
@@ -142,11 +137,6 @@ impl Indirect {
     /// Whether the chosen room finds the light of the surroundings.
     pub fn sees_surroundings(&self) -> bool {
         self.chosen().is_some_and(|room| room.sees_surroundings())
-    }
-
-    /// Whether the chosen room keeps what pixels saw in the frames before.
-    pub(crate) fn keeps_history(&self) -> bool {
-        self.chosen().is_some_and(|room| room.keeps_history())
     }
 
     /// What the chosen room reads of a scene.

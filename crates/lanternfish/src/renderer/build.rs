@@ -94,7 +94,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
     let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::None;
     let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
-    let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.indirect.keeps_history();
+    let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
     // What is found for a pixel is of the surface at its middle.
     let one_sample = asks_for_normals && settings.samples != Samples::One;
     let passes = Passes {

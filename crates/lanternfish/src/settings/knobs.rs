@@ -34,6 +34,15 @@ impl Settings {
         Knob::new("shadows", "NAME", Range::Names, "How shadows are found.", |s: &mut Self| &mut s.shadows).with_default(),
         Knob::new("shadow-rays", "N", Range::Count(1, 255), "Rays to each light that has a size. More: less noise, slower.", |s: &mut Self| &mut s.shadow_rays)
         .with_default(),
+        Knob::new(
+            "history",
+            "ON|OFF",
+            Range::Names,
+            "Whether indirect light and soft shadows are mixed with those of the frames before, along surfaces. On: less noise while the view moves, and light \
+             that changes is followed late.",
+            |s: &mut Self| &mut s.history,
+        )
+        .with_default(),
         Knob::new("ray-culling", "NAME", Range::Names, "Which shadow rays are not traced because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
         .with_default(),
         Knob::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.attenuation).with_default(),

@@ -11,7 +11,7 @@ use crate::{
     occlusion::{self, OcclusionPasses},
     prepass::Prepass,
     rays::Tracer,
-    settings::Settings,
+    settings::{History, Settings},
 };
 
 /// Compiled when the first blended surface is drawn.
@@ -32,7 +32,7 @@ struct Passes {
 impl NearestBlended {
     /// Glass is smooth: rays go through the BVH, from every pixel, and there is one about the mirror direction at least.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
-        let mut settings = settings.clone();
+        let mut settings = Settings { history: History::Off, ..settings.clone() };
         if let Some(room) = settings.indirect.chosen_mut() {
             room.look_at_glass();
         }

@@ -52,6 +52,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         occlusion: _,
         deep_images: _,
         accumulate: _,
+        // Of one picture it changes nothing: `lanternfish bench history`.
+        history: _,
         // The shot's, and the truth's as well.
         attenuation: _,
         range_threshold: _,

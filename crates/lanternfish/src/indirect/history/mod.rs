@@ -11,7 +11,6 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     prepass::{KEPT_FRAMES, Motion, Surface, ViewKey},
-    rooms::{KnobWords, Range},
     shaders::{Root, SHADERS, Shaders},
     texture::described,
     view::View,
@@ -57,15 +56,6 @@ named_enum! {
         On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
     }
 }
-
-/// The setting that rooms whose sums are smoothed have in common.
-pub(super) const HISTORY: KnobWords = KnobWords::new(
-    "history",
-    "ON|OFF",
-    Range::Names,
-    "Whether indirect light is mixed with that of the frames before, along surfaces. On: less noise while the view moves, \
-     and light that changes is followed late. The first picture, and its mean, are the same with either",
-);
 
 /// Frames that a pixel knows of at most while its view moves. More: less noise, more lag.
 const MOST: f32 = 32.0;

@@ -127,7 +127,7 @@ impl PhotonPasses {
                     gather: kernel("gather", &[LightCulling::feature(settings.culling)], "gather")?,
                 },
             },
-            smoothing: Smoothing::new(device, room.history)?,
+            smoothing: Smoothing::new(device, settings.history)?,
             count: uniform_buffer_of(device, "indirect/photon_splatting/count", &[0u32; 4]),
             most_slots: u64::from(room.chunk).min(limit) as u32,
         })

@@ -8,7 +8,6 @@ use crate::{
     gpu_scene::Parts,
     indirect::{
         IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
-        history::{HISTORY, History},
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
     rays::Tracer,
@@ -53,8 +52,6 @@ pub struct PhotonSplatting {
     pub filter_radius: u32,
     /// Whether what a pixel gets is bounded by what the pixels around it do.
     pub clamp: IndirectClamp,
-    /// Whether what pixels saw in the frames before is mixed with what they see now.
-    pub history: History,
 }
 
 impl Default for PhotonSplatting {
@@ -71,7 +68,6 @@ impl Default for PhotonSplatting {
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::Off,
-            history: History::Off,
         }
     }
 }
@@ -140,7 +136,6 @@ impl Room for PhotonSplatting {
         Knob { words: RESOLUTION, of: |room| &mut room.resolution },
         Knob { words: FILTER, of: |room| &mut room.filter_radius },
         Knob { words: CLAMP, of: |room| &mut room.clamp },
-        Knob { words: HISTORY, of: |room| &mut room.history },
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -162,12 +157,7 @@ impl IndirectRoom for PhotonSplatting {
         false
     }
 
-    fn keeps_history(&self) -> bool {
-        self.history == History::On
-    }
-
     fn look_at_glass(&mut self) {
-        self.history = History::Off;
         self.tracer = self.tracer.exact();
         self.resolution = IndirectResolution::Full;
     }

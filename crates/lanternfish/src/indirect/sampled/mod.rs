@@ -33,7 +33,7 @@ use crate::{
     error::RenderError,
     prepass::Surface,
     rays::{self, Tracer},
-    settings::DeepImageSettings,
+    settings::{DeepImageSettings, Settings},
     shaders::{Root, SHADERS, Shaders},
 };
 
@@ -140,32 +140,32 @@ impl SampledLight {
     /// Compiles the passes.
     pub fn new(
         device: &wgpu::Device,
-        settings: Sampled,
-        deep_images: DeepImageSettings,
-        frames: u32,
+        sampled: Sampled,
+        settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        check(&settings, &deep_images)?;
-        settings.tracer.check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
+        let deep_images = settings.deep_images;
+        check(&sampled, &deep_images)?;
+        sampled.tracer.check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
         let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
             let shader = SHADERS.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
-        let tracing = settings.tracer.features(&deep_images);
+        let tracing = sampled.tracer.features(&deep_images);
         let exact_tracer = tracer.unwrap_or(Tracer::Bvh).exact();
         let exact = exact_tracer.features(&deep_images);
         Ok(Self {
-            settings,
-            frames,
+            settings: sampled,
+            frames: settings.accumulate,
             trace: kernel("indirect/sampled/trace", &tracing, "trace", "indirect/trace")?,
             sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
             shade: kernel("indirect/sampled/shade", &[], "shade", "indirect/shade")?,
             shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
             shadow: kernel("indirect/sampled/shadow", &exact, "shadow", "indirect/shadow")?,
             emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
-            cells: match settings.hit_light {
+            cells: match sampled.hit_light {
                 HitLight::Shaded => None,
-                HitLight::Cached => Some(Cells::new(device, &settings, exact_tracer, &deep_images)?),
+                HitLight::Cached => Some(Cells::new(device, &sampled, exact_tracer, &deep_images)?),
             },
             smoothing: Smoothing::new(device, settings.history)?,
         })

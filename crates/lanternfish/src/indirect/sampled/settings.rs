@@ -7,8 +7,7 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     indirect::{
-        History, IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
-        history::HISTORY,
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
         radiance_cache::Bounces,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
@@ -40,8 +39,6 @@ pub struct Sampled {
     /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and less light
     /// where few rays find it.
     pub clamp: IndirectClamp,
-    /// Whether what pixels saw in the frames before is mixed with what they see now.
-    pub history: History,
     /// Where the light comes from that the ends of rays send.
     pub hit_light: HitLight,
     /// How often light is reflected before it comes to the surface that is seen.
@@ -83,7 +80,6 @@ impl Quality {
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::On,
-            history: History::Off,
             hit_light: HitLight::Shaded,
             bounces: Bounces::One,
             cache_cells: 1 << 17,
@@ -123,7 +119,6 @@ impl Room for Sampled {
         Knob { words: RESOLUTION, of: |sampled| &mut sampled.resolution },
         Knob { words: FILTER, of: |sampled| &mut sampled.filter_radius },
         Knob { words: CLAMP, of: |sampled| &mut sampled.clamp },
-        Knob { words: HISTORY, of: |sampled| &mut sampled.history },
         Knob::new(
             "hit-light",
             "NAME",
@@ -165,12 +160,7 @@ impl IndirectRoom for Sampled {
         Parts::HITS | self.tracer.parts()
     }
 
-    fn keeps_history(&self) -> bool {
-        self.history == History::On
-    }
-
     fn look_at_glass(&mut self) {
-        self.history = History::Off;
         self.tracer = self.tracer.exact();
         self.resolution = IndirectResolution::Full;
         self.glossy_rays = self.glossy_rays.max(1);
@@ -187,6 +177,6 @@ impl IndirectRoom for Sampled {
         // Lambertian surfaces do not shine.
         let glossy_rays = if settings.materials == Materials::Lambert { 0 } else { self.glossy_rays };
         let sampled = Self { glossy_rays, ..*self };
-        Ok(Box::new(SampledLight::new(device, sampled, settings.deep_images, settings.accumulate, tracer)?))
+        Ok(Box::new(SampledLight::new(device, sampled, settings, tracer)?))
     }
 }

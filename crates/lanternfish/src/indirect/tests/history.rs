@@ -4,15 +4,18 @@ use glam::Affine3A;
 
 use crate::{
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
-    rooms::Family as _,
     settings::{Bounces, History, HitLight},
 };
 
 use super::*;
 
 /// Few rays of both kinds, not filtered.
-fn few(history: History) -> Sampled {
-    Sampled { diffuse_rays: 2, glossy_rays: 1, history, ..sampled(Tracer::Bvh) }
+fn few() -> Sampled {
+    Sampled { diffuse_rays: 2, glossy_rays: 1, ..sampled(Tracer::Bvh) }
+}
+
+fn keeping(history: History, sampled: Sampled) -> Settings {
+    Settings { history, ..settings(sampled) }
 }
 
 const CAMERA: ([f32; 3], [f32; 3]) = ([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
@@ -26,7 +29,7 @@ fn pixels(picture: &crate::Picture) -> Vec<Vec3> {
 fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     let Some(gpu) = testing::gpu("gpu_a_first_frame_and_its_mean_know_of_nothing_before") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few(History::Off) };
+    let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few() };
     let rooms = [
         Indirect::Sampled(usual),
         Indirect::Sampled(Sampled { hit_light: HitLight::Cached, ..usual }),
@@ -36,12 +39,11 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     ];
     for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
         for room in rooms {
-            let of = |history: &str| {
-                let mut indirect = room;
-                indirect.room_mut().unwrap().set("history", history).unwrap();
-                picture(gpu, Settings { accumulate, samples, indirect, ..settings(usual) }, &scene, &camera)
+            let of = |history| {
+                let settings = Settings { accumulate, samples, history, indirect: room, ..settings(usual) };
+                picture(gpu, settings, &scene, &camera)
             };
-            assert!(of("off") == of("on"), "{accumulate} frames, {samples:?}, {room:?}");
+            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {room:?}");
         }
     }
 }
@@ -54,12 +56,12 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     let scene = cornell();
     let at = |step: u32| looking([0.02 * step as f32, 1.0, 2.6 - 0.01 * step as f32], CAMERA.1);
     let last = 12;
-    let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few(History::Off) };
+    let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few() };
     let truth = picture(gpu, settings(many), &scene, &at(last));
     let direct = picture(gpu, Settings { indirect: Indirect::None, ..settings(many) }, &scene, &at(last));
     let light = mean(&truth) - mean(&direct);
     let walked = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(history))).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let mut pictures = (0..=last).map(|step| renderer.render(&uploaded, &at(step), SIZE.x, SIZE.y).unwrap());
         pixels(&pictures.by_ref().last().unwrap())
@@ -71,7 +73,7 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     assert!(kept < 0.5 * noise && (brought - 1.0).abs() < 0.03, "{noise}, {kept}, {brought}");
 
     let rested = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(history))).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         (0..last).for_each(|step| {
             renderer.refine(&uploaded, &[(&at(step), SIZE.x, SIZE.y)]).unwrap();
@@ -102,7 +104,7 @@ fn gpu_light_that_changes_is_followed() {
     let lit = cornell();
     let with_lamp =
         |intensity: Vec3| Scene { lights: vec![Light::point(Vec3::new(0.0, 1.2, 0.5), intensity)], ..lit.clone() };
-    let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(History::On))).unwrap();
+    let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(History::On, few())).unwrap();
     let mut uploaded = renderer.upload(&lit).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
         pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap())
@@ -112,8 +114,8 @@ fn gpu_light_that_changes_is_followed() {
     });
     let dim = with_lamp(Vec3::new(0.5, 0.5, 1.0));
     renderer.update(&mut uploaded, &dim).unwrap();
-    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..few(History::Off) }), &dim, &camera);
-    let alone = off(&picture(gpu, settings(few(History::Off)), &dim, &camera), &truth);
+    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..few() }), &dim, &camera);
+    let alone = off(&picture(gpu, settings(few()), &dim, &camera), &truth);
     let frames: Vec<f64> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &truth)).collect();
     println!("off by {:.3?}; a frame by itself by {alone:.3}", [0, 3, 15].map(|k: usize| frames[k]));
     assert!(frames[0] < 1.5 * alone && frames[3] < alone && frames[15] < 0.5 * alone, "{frames:?}");
@@ -151,8 +153,8 @@ fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
         (HitLight::Cached, Bounces::One, [1.2, 1.05, 1.05]),
         (HitLight::Cached, Bounces::All, [9.0, 4.5, 2.5]),
     ] {
-        let rays = Sampled { diffuse_rays: 8, hit_light, bounces, filter_radius: 4, ..few(History::On) };
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(rays)).unwrap();
+        let rays = Sampled { diffuse_rays: 8, hit_light, bounces, filter_radius: 4, ..few() };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(History::On, rays)).unwrap();
         let mut uploaded = renderer.upload(&lit).unwrap();
         let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
             mean(&pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap()))
@@ -161,7 +163,7 @@ fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
             render(&mut renderer, &uploaded);
         });
         let mut after = |scene: &Scene| {
-            let again = Settings { accumulate: 16, ..settings(Sampled { history: History::Off, ..rays }) };
+            let again = Settings { accumulate: 16, ..settings(rays) };
             let direct = mean(&picture(gpu, Settings { indirect: Indirect::None, ..settings(rays) }, scene, &camera));
             let expected = mean(&picture(gpu, again, scene, &camera)) - direct;
             renderer.update(&mut uploaded, scene).unwrap();
@@ -191,13 +193,13 @@ fn gpu_what_moves_keeps_its_light_and_leaves_none_behind() {
     let camera = looking([0.0, 3.0, 0.5], [0.0, 0.0, 0.0]);
     let card = |step: u32| Affine3A::from_translation(Vec3::new(0.04 * step as f32 - 0.3, 0.0, 0.0));
     scene.instances[1].world_from_object = card(11);
-    let many = Sampled { diffuse_rays: 512, ..few(History::Off) };
+    let many = Sampled { diffuse_rays: 512, ..few() };
     let truth = picture(gpu, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = card(10);
     let before = picture(gpu, settings(many), &scene, &camera);
     scene.instances[1].world_from_object = Affine3A::IDENTITY;
     let of = |history| {
-        let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings(few(history))).unwrap();
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let moved = (0..12).map(|step| {
             renderer.move_instances(&mut uploaded, &[(1, card(step))]).unwrap();

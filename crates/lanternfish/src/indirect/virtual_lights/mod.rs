@@ -115,7 +115,7 @@ impl VirtualLightPasses {
             culling: LightCulling::new(device, settings.culling, Samples::One)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,
-            smoothing: Smoothing::new(device, room.history)?,
+            smoothing: Smoothing::new(device, settings.history)?,
         })
     }
 }

@@ -6,7 +6,6 @@ use crate::{
     gpu_scene::Parts,
     indirect::{
         IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
-        history::{HISTORY, History},
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
     rays::Tracer,
@@ -68,8 +67,6 @@ pub struct VirtualLights {
     pub filter_radius: u32,
     /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do.
     pub clamp: IndirectClamp,
-    /// Whether what pixels saw in the frames before is mixed with what they see now.
-    pub history: History,
 }
 
 impl Default for VirtualLights {
@@ -98,7 +95,6 @@ impl Default for VirtualLights {
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::On,
-            history: History::Off,
         }
     }
 }
@@ -255,7 +251,6 @@ impl Room for VirtualLights {
         Knob { words: RESOLUTION, of: |room| &mut room.resolution },
         Knob { words: FILTER, of: |room| &mut room.filter_radius },
         Knob { words: CLAMP, of: |room| &mut room.clamp },
-        Knob { words: HISTORY, of: |room| &mut room.history },
     ];
     const SHADERS: Shaders = DECLARED;
 }
@@ -284,12 +279,7 @@ impl IndirectRoom for VirtualLights {
         false
     }
 
-    fn keeps_history(&self) -> bool {
-        self.history == History::On
-    }
-
     fn look_at_glass(&mut self) {
-        self.history = History::Off;
         self.range_tracer = self.range_tracer.exact();
         if let Shadows::Traced(tracer) = &mut self.shadows {
             *tracer = tracer.exact();
