@@ -16,7 +16,7 @@ use crate::{
     prepass::{Prepass, ShownViews},
     progressive::Progressive,
     request::{SurfaceSource, Target},
-    shading::{Arriving, Forward, LightSums, NearestBlended, Sums},
+    shading::{Arriving, Forward, LightSums, NearestBlended, OpenShares, SteadyShares, Sums},
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
@@ -38,6 +38,8 @@ pub(crate) struct Passes {
     pub indirect: Option<Box<dyn IndirectPasses>>,
     /// Where light arrives otherwise than straight from the lights.
     pub nearest_blended: Option<NearestBlended>,
+    /// Where what of lights reaches pixels is mixed with what has in the frames before.
+    pub open_shares: Option<OpenShares>,
     pub forward: Forward,
     /// Where sums are wanted in the place of a picture.
     pub sums: LightSums,
@@ -94,6 +96,15 @@ impl Shaded {
     }
 }
 
+/// Which bits of visibility are in their buffer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Traced {
+    /// None.
+    Nothing,
+    /// Those of the last band.
+    LastBand,
+}
+
 impl Passes {
     /// Forgets what rooms keep from frame to frame: the last one was not handed to the device, or the device refused it.
     pub fn forget(&mut self) {
@@ -105,6 +116,9 @@ impl Passes {
         }
         if let Some(indirect) = &mut self.indirect {
             indirect.forget();
+        }
+        if let Some(shares) = &mut self.open_shares {
+            shares.forget();
         }
         self.light_culling.forget();
         self.forget_shown();
@@ -245,8 +259,11 @@ impl Passes {
         arriving: &Arriving,
     ) -> Result<(Radiance, Option<VisibilityPlan>), RenderError> {
         let radiance = self.forward.target(frame, view.view.size);
-        let plan = self.by_bands(frame, view, lights, |passes, frame, visibility| {
-            passes.forward.record(frame, view, lights, arriving, visibility, &radiance)
+        let plan = self.plan(frame, view, lights)?;
+        let shares = self.steady_shares(frame, view, lights, plan.as_ref())?;
+        let traced = shares.as_ref().map_or(Traced::Nothing, |_| Traced::LastBand);
+        self.by_bands(frame, view, lights, (plan.as_ref(), traced), |passes, frame, visibility| {
+            passes.forward.record(frame, view, lights, arriving, (visibility, shares.as_ref()), &radiance)
         })?;
         Ok((radiance, plan))
     }
@@ -260,36 +277,66 @@ impl Passes {
         arriving: Arriving,
     ) -> Result<Shaded, RenderError> {
         let sums = self.sums.target(frame, view);
-        let visibility = self.by_bands(frame, view, &lights, |passes, frame, visibility| {
+        let plan = self.plan(frame, view, &lights)?;
+        self.by_bands(frame, view, &lights, (plan.as_ref(), Traced::Nothing), |passes, frame, visibility| {
             passes.sums.record(frame, view, &lights, &arriving, visibility, &sums)
         })?;
         let Sums { direct, indirect } = sums;
         let shaded = Shaded::of_lights(Radiance { target: direct, drawn: None }, lights);
-        Ok(Shaded { indirect_light: Some(indirect), visibility, openness: arriving.openness, ..shaded })
+        Ok(Shaded { indirect_light: Some(indirect), visibility: plan, openness: arriving.openness, ..shaded })
     }
 
-    /// Traces the shadows of a view, and lights by them. Where the visibility of all pixels does not fit one buffer, in bands of rows.
+    /// How the shadows of a view are traced, where there are any.
+    fn plan(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        lights: &LightLists,
+    ) -> Result<Option<VisibilityPlan>, RenderError> {
+        self.shadows.as_mut().map(|shadows| shadows.plan(frame, view, lights)).transpose()
+    }
+
+    /// How much of the light of lights that have a size reaches each pixel, mixed with what has in the frames before; where that is kept.
+    fn steady_shares(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        lights: &LightLists,
+        plan: Option<&VisibilityPlan>,
+    ) -> Result<Option<SteadyShares>, RenderError> {
+        let Some(mut shares) = self.open_shares.take_if(|shares| shares.are_of(view.scene)) else { return Ok(None) };
+        let found = shares.target(frame, view.view.size);
+        let recorded = self.by_bands(frame, view, lights, (plan, Traced::Nothing), |_, frame, visibility| {
+            visibility.map_or(Ok(()), |visibility| shares.find(frame, view, lights, visibility, &found))
+        });
+        let steady = recorded.map(|()| shares.steady(frame, view, found));
+        self.open_shares = Some(shares);
+        steady.map(Some)
+    }
+
+    /// Traces the shadows of a view, and goes on with them. Where the visibility of all pixels does not fit one buffer, in bands of rows.
     fn by_bands(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         lights: &LightLists,
-        mut light: impl FnMut(&mut Self, &mut Frame<'_>, Option<&Visibility<'_>>) -> Result<(), RenderError>,
-    ) -> Result<Option<VisibilityPlan>, RenderError> {
-        let Some(shadows) = &mut self.shadows else {
-            light(self, frame, None)?;
-            return Ok(None);
-        };
-        let uses_deep_images = shadows.uses_deep_images();
-        let plan = shadows.plan(frame, view, lights)?;
-        for band in plan.bands() {
-            let Some(shadows) = &mut self.shadows else { unreachable!("asked above") };
+        (plan, traced): (Option<&VisibilityPlan>, Traced),
+        mut go_on: impl FnMut(&mut Self, &mut Frame<'_>, Option<&Visibility<'_>>) -> Result<(), RenderError>,
+    ) -> Result<(), RenderError> {
+        let Some(plan) = plan else { return go_on(self, frame, None) };
+        let is_traced = traced == Traced::LastBand && plan.bands().len() == 1;
+        for (index, band) in plan.bands() {
+            let Some(shadows) = &mut self.shadows else { unreachable!("they made the plan") };
+            let uses_deep_images = shadows.uses_deep_images() && !is_traced;
             let images = self.deep_images.as_mut().filter(|_| uses_deep_images);
             let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
-            let visibility = shadows.record(frame, view, lights, images, &plan, band);
-            light(self, frame, Some(&visibility))?;
+            let visibility = match is_traced {
+                true => plan.band(frame, view.middle.size.y, &band),
+                false => shadows.record(frame, view, lights, images, plan, (index, band)),
+            };
+            go_on(self, frame, Some(&visibility))?;
         }
-        Ok(Some(plan))
+        Ok(())
     }
 
     /// Blended surfaces, over the picture so far; gives the indirect light at the nearest of them.

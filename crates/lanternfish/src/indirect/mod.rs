@@ -177,7 +177,7 @@ impl IndirectSums {
 }
 
 /// A texture for the four layers.
-fn layers_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+pub(crate) fn layers_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "indirect/layers", size, wgpu::TextureFormat::Rgba16Float, LAYERS)
 }
 

@@ -20,7 +20,7 @@ use crate::{
     settings::{
         DebugView, Exposure, Indirect, Occlusion, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap,
     },
-    shading::{self, Forward, LightSums, NearestBlended},
+    shading::{self, Forward, LightSums, NearestBlended, OpenShares},
     shadows::{self, Shadows},
     sky::Sky,
     texture::{RADIANCE_FORMAT, described},
@@ -113,6 +113,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         deep_images,
         indirect: indirect::passes(device, &settings, tracer)?,
         nearest_blended: finds_arriving.then(|| NearestBlended::new(&settings, tracer)),
+        open_shares: OpenShares::new(device, &settings)?,
         forward: Forward::new(&settings, tracer),
         sums: LightSums::new(&settings, tracer),
         sky: Sky::new(),

@@ -14,8 +14,8 @@ use crate::{
     lights::AREA_LIGHTS,
     rooms::Family,
     settings::{
-        Attenuation, Culling, DebugView, DeepDepth, DeepSearch, Indirect, Occlusion, RayCulling, Sampled, Samples,
-        Settings, ToneMap, Tracer,
+        Attenuation, Culling, DebugView, DeepDepth, DeepSearch, History, Indirect, Occlusion, RayCulling, Sampled,
+        Samples, Settings, ToneMap, Tracer,
     },
     shading, shadows,
 };
@@ -47,9 +47,15 @@ fn all_settings() -> Vec<Settings> {
     let all = with(&all, &[Occlusion::None, Occlusion::deep(None)], |s, v| s.occlusion = v);
     let all = with(&all, DeepDepth::ALL, |s, v| s.deep_images.depth = v);
     let all = with(&all, DeepSearch::ALL, |s, v| s.deep_images.search = v);
-    with(&all, &[None, Some(DebugView::RayCount), Some(DebugView::Motion), Some(DebugView::Indirect)], |s, v| {
-        s.debug_view = v
-    })
+    let all =
+        with(&all, &[None, Some(DebugView::RayCount), Some(DebugView::Motion), Some(DebugView::Indirect)], |s, v| {
+            s.debug_view = v
+        });
+    // Which rays are traced, and what they are traced through, is nothing to a history.
+    let usual = Settings::default();
+    let is_usual = |s: &&Settings| (s.ray_culling, s.deep_images) == (usual.ray_culling, usual.deep_images);
+    let with_history = all.iter().filter(is_usual).map(|s| Settings { history: History::On, ..s.clone() });
+    with_history.chain(all.iter().cloned()).collect()
 }
 
 /// Features by module, of rooms that say which they are; what they refuse is no variant.
@@ -75,6 +81,10 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
             }
             let Some(tracer) = tracer else { continue };
             for has_areas in [false, true] {
+                if settings.history == History::On && (has_areas || settings.light_radius > 0.0) {
+                    let features = shading::open_share_features(&settings, has_areas);
+                    asked.entry("shading/open_shares").or_default().insert(features);
+                }
                 let Ok([plan, trace]) = shadows::features(&settings, tracer, has_areas) else { continue };
                 asked.entry("shadows/plan").or_default().insert(plan);
                 asked.entry("shadows/trace").or_default().insert(trace);

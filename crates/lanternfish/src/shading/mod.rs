@@ -2,6 +2,7 @@
 
 mod arriving;
 mod nearest_blended;
+mod open_shares;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -18,19 +19,20 @@ use crate::{
     occlusion,
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
     rays::Tracer,
-    settings::{Indirect, Settings},
+    settings::{History, Indirect, Settings},
     shaders::{Root, Shaders},
-    shadows::{SOFT, Visibility},
+    shadows::{SHADOW_HISTORY, SOFT, Visibility},
     texture::{RADIANCE_FORMAT, Radiance, frame_target},
 };
 
 pub use self::arriving::Arriving;
-#[cfg(test)]
-pub(crate) use self::sums::sums_features;
 pub(crate) use self::{
     nearest_blended::NearestBlended,
+    open_shares::{OpenShares, SteadyShares},
     sums::{LightSums, Sums},
 };
+#[cfg(test)]
+pub(crate) use self::{open_shares::open_share_features, sums::sums_features};
 
 /// Blended surfaces: the colour is premultiplied.
 const TRANSPARENT: Feature = Feature("transparent");
@@ -44,6 +46,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
         Root::by_settings("shading/forward"),
         Root::by_settings("shading/sums"),
+        Root::by_settings("shading/open_shares"),
         Root::of("shading/dim", &[TEXTURES]),
     ],
     structs: &[],
@@ -51,7 +54,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
 
 /// The passes that shade opaque and blended surfaces.
 #[derive(Debug)]
-pub struct Forward {
+pub(crate) struct Forward {
     opaque: SceneRaster,
     /// Multiplies the picture by what surfaces let through.
     dim: SceneRaster,
@@ -129,7 +132,8 @@ impl Forward {
         Radiance { target: target("radiance", wgpu::TextureUsages::COPY_SRC, 1), drawn }
     }
 
-    /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows. The
+    /// Shades the visible opaque surfaces of the visibility's rows, or of the whole view where there are no shadows; `shares` of the whole
+    /// view, where shadows have a history. The
     /// call for the first row clears the target to the sky.
     pub fn record(
         &mut self,
@@ -137,7 +141,7 @@ impl Forward {
         ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         arriving: &Arriving,
-        visibility: Option<&Visibility<'_>>,
+        (visibility, shares): (Option<&Visibility<'_>>, Option<&SteadyShares>),
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;
@@ -149,6 +153,8 @@ impl Forward {
             rows = visibility.rows.clone();
             bindings = bindings.with(more);
         }
+        let shares = shares.map(SteadyShares::bindings);
+        let bindings = shares.iter().fold(bindings, |bindings, more| bindings.with(more));
         let load = if rows.start == 0 { wgpu::LoadOp::Clear(sky(scene.sky)) } else { wgpu::LoadOp::Load };
         frame.render("shading/forward", &[Some(radiance.color(load))], Some(surface.read_depth()), |groups, pass| {
             // Mesa's software driver misplaces a scissor by half a pixel where there are several samples: there the shader looks.
@@ -212,6 +218,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
         }
         blended.push(SHADOW_RAYS);
         blended.extend(tracing);
+        opaque.extend((settings.history == History::On).then_some(SHADOW_HISTORY));
         if settings.casts_soft_shadows() {
             opaque.push(SOFT);
             blended.push(SOFT);

@@ -10,7 +10,7 @@ use crate::{
     lights::AREA_LIGHTS,
     prepass::{GivenSurfaces, Prepass},
     rays::Tracer,
-    settings::{Samples, Settings},
+    settings::{History, Samples, Settings},
     shaders::SHADERS,
     shadows::Visibility,
     texture::{RADIANCE_FORMAT, frame_target},
@@ -37,9 +37,9 @@ pub(crate) struct Sums {
     pub indirect: wgpu::TextureView,
 }
 
-/// Features of the shader, before that of a scene with area lights. There is one sample a pixel.
+/// Features of the shader, before that of a scene with area lights. There is one sample a pixel, and nothing is kept from frame to frame.
 pub(crate) fn sums_features(settings: &Settings, tracer: Option<Tracer>) -> Vec<Feature> {
-    let [opaque, _] = features(&Settings { samples: Samples::One, ..settings.clone() }, tracer);
+    let [opaque, _] = features(&Settings { samples: Samples::One, history: History::Off, ..settings.clone() }, tracer);
     opaque
 }
 

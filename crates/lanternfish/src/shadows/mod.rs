@@ -24,7 +24,7 @@ use crate::{
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
     rays::{self, Tracer},
-    settings::{DebugView, DeepImageSettings, DeepStore, RayCulling, Settings},
+    settings::{DebugView, DeepImageSettings, DeepStore, History, RayCulling, Settings},
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -51,6 +51,8 @@ gpu_struct! {
 
 /// Lights have a size: several rays go to each.
 pub(crate) const SOFT: Feature = Feature("soft");
+/// Which points of lights that have a size rays end on goes on from frame to frame, whether or not the view rests.
+pub(crate) const SHADOW_HISTORY: Feature = Feature("shadow_history");
 /// Visibility bits are written, not read.
 const VISIBILITY_WRITTEN: Feature = Feature("visibility_written");
 /// Normals from two samples of depth an axis decide which rays are not traced.
@@ -117,6 +119,11 @@ pub struct Visibility<'p> {
 }
 
 impl Visibility<'_> {
+    /// Blocks of its pixels, across and down: a workgroup each.
+    pub fn blocks(&self) -> [u32; 3] {
+        [self.plan.grid.columns, (self.rows.end - self.rows.start).div_ceil(BLOCK_EDGE), 1]
+    }
+
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().part("visibility_grid", &self.grid).buffer("visibility_words", &self.plan.words)
@@ -125,8 +132,15 @@ impl Visibility<'_> {
 
 impl VisibilityPlan {
     /// Bands of rows of blocks, top to bottom.
-    pub fn bands(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
+    pub fn bands(&self) -> impl ExactSizeIterator<Item = (usize, Range<u32>)> {
         self.bands.iter().cloned().enumerate()
+    }
+
+    /// The bits of one band, of a picture of so many rows, once they are there.
+    pub fn band(&self, frame: &mut Frame<'_>, height: u32, band: &Range<u32>) -> Visibility<'_> {
+        let grid = VisibilityGrid { first_row: band.start, end_row: band.end, ..self.grid };
+        let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(height);
+        Visibility { plan: self, grid: frame.uniform(&grid), rows }
     }
 
     /// Rays (low 16 bits) and open rays (high 16 bits) of every pixel, where they were asked for.
@@ -252,9 +266,7 @@ impl Shadows {
         plan: &'p VisibilityPlan,
         (index, band): (usize, Range<u32>),
     ) -> Visibility<'p> {
-        let grid = VisibilityGrid { first_row: band.start, end_row: band.end, ..plan.grid };
-        let rows = BLOCK_EDGE * band.start..(BLOCK_EDGE * band.end).min(surface.size.y);
-        let visibility = Visibility { plan, grid: frame.uniform(&grid), rows };
+        let visibility = plan.band(frame, surface.size.y, &band);
         let mut bindings = buffer
             .bindings()
             .with(&scene.bindings())
@@ -307,6 +319,8 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
         RayCulling::Surface => Some(CULL_SURFACE),
     });
     trace.extend(counts_rays(settings).then_some(RAY_COUNTS));
+    let is_steadied = settings.history == History::On && (has_areas || settings.casts_soft_shadows());
+    trace.extend(is_steadied.then_some(SHADOW_HISTORY));
     Ok([plan, trace])
 }
 

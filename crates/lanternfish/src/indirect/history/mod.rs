@@ -37,10 +37,14 @@ gpu_struct! {
         has_moved: u32,
         /// 1: the scene has changed a short time ago.
         has_changed: u32,
+        /// Frames that what is known counts for at most then.
+        doubtful: f32,
         /// Frames whose mean the sums were bounded for; 0: they are not bounded.
         bounded_frames: f32,
         /// Of these, the ones that the picture is the mean of in any case.
         asked_frames: f32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
@@ -65,10 +69,20 @@ const KEPT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Position, 3 × 32-bit float; normal, octahedral, 2 × 16 bits; all zero where nothing is.
 const PLACES_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
+/// What a change of the scene, whatever it is, does to what pixels know.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Doubt {
+    /// For so many frames, that of the change among them, it is held to what the pixels around say of now.
+    pub lasts: u32,
+    /// And counts for so many frames at most. More: less noise, more lag; 0: it is forgotten.
+    pub counts: f32,
+}
+
 /// The pass, and what each view has kept.
 #[derive(Debug)]
 pub(super) struct Histories {
     mix: ComputeKernel,
+    doubt: Doubt,
     views: HashMap<ViewKey, Kept>,
 }
 
@@ -94,9 +108,10 @@ pub(super) fn most_known(view: &View) -> f32 {
 
 impl Histories {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
+    pub fn new(device: &wgpu::Device, doubt: Doubt) -> Result<Self, RenderError> {
         let shader = SHADERS.link("indirect/history/mix", &[])?;
-        Ok(Self { mix: ComputeKernel::new(device, &shader, "mix_history", "indirect/history"), views: HashMap::new() })
+        let mix = ComputeKernel::new(device, &shader, "mix_history", "indirect/history");
+        Ok(Self { mix, doubt, views: HashMap::new() })
     }
 
     /// Forgets all.
@@ -134,9 +149,11 @@ impl Histories {
             rested: before.map_or(0, |before| before.rested) as f32,
             most: MOST,
             has_moved: before.map_or(0, |before| u32::from(before.has_moved)),
-            has_changed: before.map_or(0, |before| u32::from(before.since_change < DOUBTED)),
+            doubtful: self.doubt.counts,
+            has_changed: before.map_or(0, |before| u32::from(before.since_change < self.doubt.lasts)),
             bounded_frames,
             asked_frames,
+            _pad: 0,
         });
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
         let bindings = bindings.with(&kept.bindings()).texture("filtered_sums", found).texture("filtered", mixed);

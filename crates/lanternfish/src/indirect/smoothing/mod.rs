@@ -5,12 +5,16 @@
 //! 3. Mix with what the frames before have found, where that is kept ([`History`]).
 //! 4. Filter, along x and along y (`filter.wesl`).
 
+mod steady;
+
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
+pub(crate) use self::steady::Steady;
+pub(crate) use super::history::Doubt;
 use super::{
-    history::{self, Histories, History},
+    history::{self, DOUBTED, Histories, History},
     layers_target,
 };
 use crate::{
@@ -90,6 +94,8 @@ pub(super) const CLAMP: KnobWords = KnobWords::new(
                        `quality best` off",
 );
 
+/// What other surfaces send goes on changing for some frames.
+const DOUBT: Doubt = Doubt { lasts: DOUBTED, counts: 4.0 };
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;
 /// Largest reach of the filter, pixels.
@@ -158,7 +164,7 @@ impl Smoothing {
             filter: kernel("filter", "filter_axis", "indirect/filter")?,
             histories: match history {
                 History::Off => None,
-                History::On => Some(Histories::new(device)?),
+                History::On => Some(Histories::new(device, DOUBT)?),
             },
         })
     }

@@ -1,0 +1,186 @@
+//! Soft shadows that pixels keep from the frames before.
+
+use glam::{Vec3, Vec4};
+use lanternfish_gpu::{Gpu, testing};
+use lanternfish_scene::{Camera, Light, Scene, generate};
+
+use crate::{
+    Renderer, Settings,
+    settings::{Attenuation, History, Samples, Shadows},
+    testing::looking,
+};
+
+const SIZE: (u32, u32) = (64, 48);
+
+fn settings(history: History, shadow_rays: u32) -> Settings {
+    let attenuation = Attenuation::Physical;
+    Settings {
+        light_radius: 0.15,
+        shadow_rays,
+        history,
+        attenuation,
+        shadows: Shadows::BVH,
+        ..Settings::direct_light()
+    }
+}
+
+/// Two lamps of different colours in the Cornell box, one of which the blocks hide from much of the floor.
+fn box_of_two() -> Scene {
+    let mut scene = generate::demo("cornell").unwrap();
+    scene.lights = vec![
+        Light::point(Vec3::new(0.4, 1.7, 0.5), Vec3::new(3.0, 2.0, 0.5)),
+        Light::point(Vec3::new(-0.7, 1.2, 0.6), Vec3::new(0.3, 0.8, 2.0)),
+    ];
+    scene
+}
+
+/// The same, and a rectangle.
+fn with_rectangle() -> Scene {
+    let mut scene = box_of_two();
+    scene.lights.truncate(1);
+    let down = Light::rectangle(Vec3::new(-0.4, 1.8, 0.2), -Vec3::Y, Vec3::X, [0.6, 0.3], Vec3::splat(6.0));
+    scene.lights.push(down);
+    scene
+}
+
+fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
+    Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
+}
+
+/// The last of the pictures along a walk.
+fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Camera]) -> Vec<Vec3> {
+    let mut renderer = renderer(gpu, settings);
+    let uploaded = renderer.upload(scene).unwrap();
+    let mut last = Vec::new();
+    for camera in cameras {
+        let picture = renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap();
+        last = picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
+    }
+    last
+}
+
+fn mean(picture: &[Vec3]) -> f32 {
+    picture.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / picture.len() as f32
+}
+
+fn off(picture: &[Vec3], truth: &[Vec3]) -> f32 {
+    let apart: f32 = picture.iter().zip(truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
+    apart / (mean(truth) * truth.len() as f32)
+}
+
+fn steps(count: u32) -> Vec<Camera> {
+    let at = |step: u32| looking([0.01 * step as f32, 1.0, 2.6 - 0.005 * step as f32], [0.0, 0.8, 0.0]);
+    (0..count).map(at).collect()
+}
+
+/// The first picture of a renderer, and a mean, are what they are without a history, to the bit; hard shadows always.
+#[test]
+fn gpu_first_pictures_and_hard_shadows_are_the_same_with_a_history() {
+    let name = "gpu_first_pictures_and_hard_shadows_are_the_same_with_a_history";
+    let Some(gpu) = testing::gpu(name) else { return };
+    for scene in [box_of_two(), with_rectangle()] {
+        for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
+            let of = |history| {
+                let settings = Settings { accumulate, samples, ..settings(history, 2) };
+                walked(gpu, settings, &scene, &steps(1))
+            };
+            assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}");
+        }
+    }
+    let hard = |history| walked(gpu, Settings { light_radius: 0.0, ..settings(history, 2) }, &box_of_two(), &steps(4));
+    assert!(hard(History::Off) == hard(History::On));
+}
+
+/// While the camera moves, rays of the frames before count along surfaces: less noise, and as much light. Once it rests, means are as right.
+#[test]
+fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
+    let name = "gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away";
+    let Some(gpu) = testing::gpu(name) else { return };
+    let walk = steps(16);
+    let last = &walk[walk.len() - 1..];
+    for (which, scene) in [("disks", box_of_two()), ("a rectangle", with_rectangle())] {
+        let truth = walked(gpu, Settings { accumulate: 16, ..settings(History::Off, 32) }, &scene, last);
+        let exact = walked(gpu, Settings { light_radius: 0.0, ..settings(History::Off, 32) }, &scene, last);
+        // One frame: its own points of pixels.
+        let still = walked(gpu, settings(History::Off, 255), &scene, last);
+        let [without, with] =
+            [History::Off, History::On].map(|history| walked(gpu, settings(history, 2), &scene, &walk));
+        let [noise, kept] = [&without, &with].map(|picture| off(picture, &still));
+        let brought = mean(&with) / mean(&still);
+        println!(
+            "{which}: off by {noise:.4} without, {kept:.4} with; {brought:.4} of the light; hard {:.4}",
+            off(&exact, &still)
+        );
+        assert!(kept < 0.6 * noise && (brought - 1.0).abs() < 0.01, "{which}: {noise} {kept} {brought}");
+
+        let rested = |history| {
+            let mut renderer = renderer(gpu, settings(history, 2));
+            let uploaded = renderer.upload(&scene).unwrap();
+            let mut refine = |camera: &Camera| {
+                let pictures = renderer.refine(&uploaded, &[(camera, SIZE.0, SIZE.1)]).unwrap();
+                pictures[0].radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
+            };
+            walk.iter().for_each(|camera| drop(refine(camera)));
+            (0..31).map(|_| refine(&last[0])).last().unwrap()
+        };
+        let [without, with] = [History::Off, History::On].map(|history| off(&rested(history), &truth));
+        println!("{which}, at rest: off by {without:.4} without, {with:.4} with");
+        assert!(with < 1.1 * without, "{which}: {without} {with}");
+    }
+}
+
+/// A lamp that moves takes its shadow with it.
+#[test]
+fn gpu_a_soft_shadow_follows_its_lamp() {
+    let Some(gpu) = testing::gpu("gpu_a_soft_shadow_follows_its_lamp") else { return };
+    let camera = &steps(1)[0];
+    let before = box_of_two();
+    let mut after = before.clone();
+    after.lights[0].position.x = -0.5;
+    let truth = walked(gpu, settings(History::Off, 255), &after, &steps(1));
+    let alone = off(&walked(gpu, settings(History::Off, 2), &after, &steps(1)), &truth);
+    let mut renderer = renderer(gpu, settings(History::On, 2));
+    let mut uploaded = renderer.upload(&before).unwrap();
+    let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
+        let picture = renderer.render(uploaded, camera, SIZE.0, SIZE.1).unwrap();
+        picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
+    };
+    (0..16).for_each(|_| drop(render(&mut renderer, &uploaded)));
+    let settled = off(&render(&mut renderer, &uploaded), &walked(gpu, settings(History::Off, 255), &before, &steps(1)));
+    renderer.update(&mut uploaded, &after).unwrap();
+    let frames: Vec<f32> = (0..16).map(|_| off(&render(&mut renderer, &uploaded), &truth)).collect();
+    println!(
+        "settled {settled:.4}; after the move {:.4?}; a frame by itself {alone:.4}",
+        [0, 3, 15].map(|k| frames[k])
+    );
+    assert!(settled < 0.5 * alone);
+    assert!(frames[0] < 1.1 * alone && frames[3] < 0.8 * alone && frames[15] < 0.5 * alone, "{frames:?}");
+}
+
+/// Bits of a band are there for the pass that shades alone if there is one band.
+#[test]
+fn gpu_shares_of_bands_are_those_of_the_whole() {
+    let Some(gpu) = testing::gpu("gpu_shares_of_bands_are_those_of_the_whole") else { return };
+    let scene = with_rectangle();
+    let picture = |word_limit: Option<u64>| {
+        let mut renderer = renderer(gpu, settings(History::On, 3));
+        if let Some(limit) = word_limit {
+            renderer.passes.shadows.as_mut().expect("shadows are on").word_limit = limit;
+        }
+        let uploaded = renderer.upload(&scene).unwrap();
+        let mut bands = 0;
+        let pictures: Vec<_> = steps(3)
+            .iter()
+            .map(|camera| {
+                let picture = renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap();
+                let counters = picture.report.counters.iter();
+                bands = counters.filter(|(name, _)| *name == "shadows/bands").map(|(_, count)| *count).sum();
+                picture.radiance
+            })
+            .collect();
+        (bands, pictures)
+    };
+    let [whole, parts] = [None, Some(8 * 64 * 2)].map(picture);
+    assert!(whole.0 == 1 && parts.0 > 1, "{} and {} bands", whole.0, parts.0);
+    assert!(whole.1 == parts.1, "bands change the picture");
+}
