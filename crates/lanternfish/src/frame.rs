@@ -38,7 +38,7 @@ pub(crate) struct Passes {
     pub indirect: Option<Box<dyn IndirectPasses>>,
     /// Where light arrives otherwise than straight from the lights.
     pub nearest_blended: Option<NearestBlended>,
-    /// Where what of lights reaches pixels is mixed with what has in the frames before.
+    /// Mixes the share of light that reaches each pixel with that of the frames before, where there is a history.
     pub open_shares: Option<OpenShares>,
     pub forward: Forward,
     /// Where sums are wanted in the place of a picture.
@@ -210,6 +210,7 @@ impl Passes {
         let before = before.map(|shown| shown.follow(frame, scene, &view, key));
         if let Some(before) = &before {
             view.random_index = before.frames();
+            view.shadow_index = if before.has_just_changed() { view.frame_index } else { view.random_index };
         }
         let buffer = view.record(frame);
         let draws = scene.visible_draws(&view);
@@ -296,7 +297,7 @@ impl Passes {
         self.shadows.as_mut().map(|shadows| shadows.plan(frame, view, lights)).transpose()
     }
 
-    /// How much of the light of lights that have a size reaches each pixel, mixed with what has in the frames before; where that is kept.
+    /// The share of the light of lights that have a size that reaches each pixel, mixed with that of the frames before, where there is a history.
     fn steady_shares(
         &mut self,
         frame: &mut Frame<'_>,
@@ -309,7 +310,7 @@ impl Passes {
         let recorded = self.by_bands(frame, view, lights, (plan, Traced::Nothing), |_, frame, visibility| {
             visibility.map_or(Ok(()), |visibility| shares.find(frame, view, lights, visibility, &found))
         });
-        let steady = recorded.map(|()| shares.steady(frame, view, found));
+        let steady = recorded.and_then(|()| shares.steady(frame, view, found));
         self.open_shares = Some(shares);
         steady.map(Some)
     }

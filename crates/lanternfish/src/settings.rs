@@ -108,7 +108,8 @@ impl Settings {
         self.light_radius > 0.0
     }
 
-    /// Whether anything is mixed with what the frames before have found: motion is looked for then.
+    /// Whether anything may be mixed with what the frames before have found: motion is looked for then. Whether lights have an area the scene
+    /// says, which comes later.
     pub(crate) fn keeps_history(&self) -> bool {
         self.history == History::On && (self.indirect != Indirect::None || self.shadows != Shadows::None)
     }

@@ -158,6 +158,11 @@ impl FrameBefore<'_> {
         Bindings::new().part("view_motion", &self.views).buffer("previous_instances", self.geometry.instances)
     }
 
+    /// Whether the scene has changed since then.
+    pub fn has_just_changed(&self) -> bool {
+        self.known.is_some_and(|before| before.since_change == 0)
+    }
+
     /// Frames of the view before the one in hand that are known of.
     pub fn frames(&self) -> u32 {
         self.frames

@@ -8,8 +8,8 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{
+        history::{Doubt, Histories},
         layers_target,
-        smoothing::{Doubt, Steady},
     },
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
@@ -18,16 +18,13 @@ use crate::{
     shadows::{SHADOW_HISTORY, SOFT, Visibility},
 };
 
-/// Shadows are all in their new places at once.
-const DOUBT: Doubt = Doubt { lasts: 1, counts: 0.0 };
-
 /// The pass that finds the shares, and what views keep of them.
 #[derive(Debug)]
 pub(crate) struct OpenShares {
     settings: Settings,
     /// For scenes without area lights, and with; compiled for the first of them.
     find: [Option<ComputeKernel>; 2],
-    kept: Steady,
+    histories: Histories,
 }
 
 /// Shares of one view; linear, a channel of light each, in the first of four layers.
@@ -60,8 +57,13 @@ impl OpenShares {
         if settings.history == History::Off || settings.shadows == Shadows::None {
             return Ok(None);
         }
-        let kept = Steady::new(device, DOUBT)?;
-        Ok(Some(Self { settings: settings.clone(), find: [None, None], kept }))
+        // Shadows are all in their new places at once, but where images of before are asked for some frames.
+        let lasts = match settings.shadows {
+            Shadows::Traced(tracer) if tracer.uses_deep_images() => settings.deep_images.slices.max(1),
+            _ => 1,
+        };
+        let histories = Histories::new(device, Doubt { lasts, counts: 0.0 })?;
+        Ok(Some(Self { settings: settings.clone(), find: [None, None], histories }))
     }
 
     /// Whether any light of the scene is seen in part.
@@ -71,7 +73,7 @@ impl OpenShares {
 
     /// Forgets what views have kept.
     pub fn forget(&mut self) {
-        self.kept.forget();
+        self.histories.forget();
     }
 
     /// Where a view's shares go.
@@ -109,8 +111,17 @@ impl OpenShares {
     }
 
     /// Mixes the shares of a view, of all bands, with those of its frames before.
-    pub fn steady(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, found: wgpu::TextureView) -> SteadyShares {
-        let steady = self.kept.record(frame, view, &view.middle, &found);
-        SteadyShares { found, steady }
+    pub fn steady(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        found: wgpu::TextureView,
+    ) -> Result<SteadyShares, RenderError> {
+        let Some(motion) = &view.middle.motion else {
+            return Ok(SteadyShares { steady: found.clone(), found });
+        };
+        let steady = self.target(frame, view.middle.size);
+        self.histories.record(frame, view, (&view.middle, motion), [&found, &steady], [0.0; 2])?;
+        Ok(SteadyShares { found, steady })
     }
 }

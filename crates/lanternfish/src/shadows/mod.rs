@@ -51,7 +51,8 @@ gpu_struct! {
 
 /// Lights have a size: several rays go to each.
 pub(crate) const SOFT: Feature = Feature("soft");
-/// Which points of lights that have a size rays end on goes on from frame to frame, whether or not the view rests.
+/// Shadows have a history: rays to lights that have a size end on other points in each frame, and shading mixes the share of their light that
+/// arrives with that of the frames before.
 pub(crate) const SHADOW_HISTORY: Feature = Feature("shadow_history");
 /// Visibility bits are written, not read.
 const VISIBILITY_WRITTEN: Feature = Feature("visibility_written");

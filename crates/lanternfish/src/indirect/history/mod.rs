@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame, SharedStruct, gpu_struct, texture_of};
+use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
 use lanternfish_scene::named_enum;
 
 use super::LAYERS;
@@ -17,8 +17,13 @@ use crate::{
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders =
-    Shaders { roots: &[Root::new("indirect/history/mix")], structs: &[SharedStruct::of::<HistoryParameters>()] };
+pub(crate) const DECLARED: Shaders = Shaders {
+    roots: &[Root::of("indirect/history/mix", &[&[&[], &[LATER]]])],
+    structs: &[SharedStruct::of::<HistoryParameters>()],
+};
+
+/// Frames do not wait for the device: one that is not whole is not mixed in.
+const LATER: Feature = Feature("later");
 
 gpu_struct! {
     /// What the pass is told.
@@ -80,8 +85,10 @@ pub(crate) struct Doubt {
 
 /// The pass, and what each view has kept.
 #[derive(Debug)]
-pub(super) struct Histories {
+pub(crate) struct Histories {
     mix: ComputeKernel,
+    /// Compiled for the first frame that does not wait.
+    later: Option<ComputeKernel>,
     doubt: Doubt,
     views: HashMap<ViewKey, Kept>,
 }
@@ -109,9 +116,7 @@ pub(super) fn most_known(view: &View) -> f32 {
 impl Histories {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device, doubt: Doubt) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("indirect/history/mix", &[])?;
-        let mix = ComputeKernel::new(device, &shader, "mix_history", "indirect/history");
-        Ok(Self { mix, doubt, views: HashMap::new() })
+        Ok(Self { mix: kernel(device, &[])?, later: None, doubt, views: HashMap::new() })
     }
 
     /// Forgets all.
@@ -128,7 +133,7 @@ impl Histories {
         (surface, motion): (&Surface, &Motion),
         [found, mixed]: [&wgpu::TextureView; 2],
         [asked_frames, bounded_frames]: [f32; 2],
-    ) {
+    ) -> Result<(), RenderError> {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);
         let size = surface.size;
@@ -158,8 +163,24 @@ impl Histories {
         let bindings = buffer.bindings().with(&surface.bindings()).part("history", &uniform);
         let bindings = bindings.with(&kept.bindings()).texture("filtered_sums", found).texture("filtered", mixed);
         let [width, height, _] = self.mix.workgroup_size();
-        frame.dispatch(&self.mix, &bindings, [size.x.div_ceil(width), size.y.div_ceil(height), 1]);
+        let groups = [size.x.div_ceil(width), size.y.div_ceil(height), 1];
+        match frame.whole() {
+            None => frame.dispatch(&self.mix, &bindings, groups),
+            Some(ledger) => {
+                let later = match &mut self.later {
+                    Some(later) => later,
+                    none => none.insert(kernel(frame.device, &[LATER])?),
+                };
+                frame.dispatch(later, &bindings.buffer("ledger", &ledger), groups);
+            }
+        }
+        Ok(())
     }
+}
+
+fn kernel(device: &wgpu::Device, features: &[Feature]) -> Result<ComputeKernel, RenderError> {
+    let shader = SHADERS.link("indirect/history/mix", features)?;
+    Ok(ComputeKernel::new(device, &shader, "mix_history", "indirect/history"))
 }
 
 impl Kept {

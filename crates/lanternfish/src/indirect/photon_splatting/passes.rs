@@ -225,7 +225,7 @@ impl IndirectPasses for PhotonPasses {
             self.scatter(frame, &photons, &mut parameters, &primaries, next.as_ref())?;
             primaries = next.unwrap_or(primaries);
         }
-        let layers = self.smoothing.record(frame, view, surface, &sums);
+        let layers = self.smoothing.record(frame, view, surface, &sums)?;
         Ok(IndirectSums { layers, counters: vec![counters] })
     }
 }

@@ -32,7 +32,7 @@ gpu_struct! {
         haste: f32,
         /// 1: cells that nothing asks for go on to the next generation, when it is their turn.
         fades: u32,
-        /// Times so far that what was known counted for few samples.
+        /// Times so far that what was known counted for few samples: cells have other rays each time.
         changes: u32,
     }
 }

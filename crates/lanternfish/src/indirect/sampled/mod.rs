@@ -267,7 +267,7 @@ impl IndirectPasses for SampledLight {
             }
         }
 
-        let layers = self.smoothing.record(frame, view_context, surface, &sums);
+        let layers = self.smoothing.record(frame, view_context, surface, &sums)?;
         Ok(IndirectSums {
             layers,
             counters: [targets.counters].into_iter().chain(cells.map(|cells| cells.counters())).collect(),

@@ -5,16 +5,12 @@
 //! 3. Mix with what the frames before have found, where that is kept ([`History`]).
 //! 4. Filter, along x and along y (`filter.wesl`).
 
-mod steady;
-
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
-pub(crate) use self::steady::Steady;
-pub(crate) use super::history::Doubt;
 use super::{
-    history::{self, DOUBTED, Histories, History},
+    history::{self, DOUBTED, Doubt, Histories, History},
     layers_target,
 };
 use crate::{
@@ -181,7 +177,7 @@ impl Smoothing {
         view: &ViewContext<'_>,
         surface: &Surface,
         sums: &PixelSums,
-    ) -> wgpu::TextureView {
+    ) -> Result<wgpu::TextureView, RenderError> {
         let surfaces = view.buffer.bindings().with(&surface.bindings());
         let mut parameters = sums.parameters;
         let asked_frames = parameters.clamp_frames;
@@ -207,13 +203,13 @@ impl Smoothing {
             std::mem::swap(&mut found, &mut next);
         }
         if let Some((histories, motion)) = followed {
-            histories.record(frame, view, (surface, motion), [found, next], [asked_frames, parameters.clamp_frames]);
+            histories.record(frame, view, (surface, motion), [found, next], [asked_frames, parameters.clamp_frames])?;
             std::mem::swap(&mut found, &mut next);
         }
         for axis in [0, 1].into_iter().filter(|_| is_filtered) {
             smooth(frame, &self.filter, axis, [found, next]);
             std::mem::swap(&mut found, &mut next);
         }
-        found.clone()
+        Ok(found.clone())
     }
 }

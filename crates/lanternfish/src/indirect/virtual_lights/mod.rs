@@ -169,7 +169,7 @@ impl IndirectPasses for VirtualLightPasses {
                 rays::dispatch(frame, shadow, &lit.buffer("chosen_lights", &chosen), groups, images);
             }
         }
-        let layers = self.smoothing.record(frame, view, surface, &sums);
+        let layers = self.smoothing.record(frame, view, surface, &sums)?;
         Ok(IndirectSums { layers, counters: vec![found.counters.clone()] })
     }
 }
