@@ -210,7 +210,7 @@ impl Passes {
         let before = before.map(|shown| shown.follow(frame, scene, &view, key));
         if let Some(before) = &before {
             view.random_index = before.frames();
-            view.shadow_index = if before.has_just_changed() { view.frame_index } else { view.random_index };
+            view.forgetful_index = if before.has_just_changed() { view.frame_index } else { view.random_index };
         }
         let buffer = view.record(frame);
         let draws = scene.visible_draws(&view);

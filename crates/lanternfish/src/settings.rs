@@ -111,7 +111,9 @@ impl Settings {
     /// Whether anything may be mixed with what the frames before have found: motion is looked for then. Whether lights have an area the scene
     /// says, which comes later.
     pub(crate) fn keeps_history(&self) -> bool {
-        self.history == History::On && (self.indirect != Indirect::None || self.shadows != Shadows::None)
+        let has_steady_openness = self.occlusion.is_noisy() && self.finds_openness();
+        let is_noisy = self.indirect != Indirect::None || self.shadows != Shadows::None || has_steady_openness;
+        self.history == History::On && is_noisy
     }
 
     /// Whether openness is looked for: rays of indirect light may see the surroundings themselves.

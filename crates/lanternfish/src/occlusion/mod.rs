@@ -7,6 +7,7 @@
 mod by_normal;
 pub(crate) mod deep;
 pub(crate) mod hbao;
+mod history;
 #[cfg(test)]
 mod new_room;
 #[cfg(test)]
@@ -17,6 +18,7 @@ use std::fmt;
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
+use self::history::SteadyOcclusion;
 pub use self::{
     deep::{Deep, DirectionRun},
     hbao::{Hbao, HbaoParameters},
@@ -28,13 +30,14 @@ use crate::{
     gpu_scene::Parts,
     prepass::Surface,
     rooms::{AnyRoom, Family, KnobWords, Range, rooms},
-    settings::Settings,
+    settings::{History, Settings},
     shaders::{Root, Shaders},
     texture::frame_target,
 };
 
 /// The shaders of this folder, but for those of its rooms.
-pub(crate) const DECLARED: Shaders = Shaders { roots: &[Root::new("occlusion/by_normal")], structs: &[] };
+pub(crate) const DECLARED: Shaders =
+    Shaders { roots: &[Root::new("occlusion/by_normal"), Root::new("occlusion/history")], structs: &[] };
 
 /// [`Openness`] is read.
 pub(crate) const OCCLUSION: Feature = Feature("occlusion");
@@ -77,6 +80,11 @@ impl Occlusion {
         self.chosen().is_some_and(|room| room.uses_deep_images())
     }
 
+    /// Whether what the chosen room finds may be mixed with that of the frames before.
+    pub(crate) fn is_noisy(&self) -> bool {
+        self.chosen().is_some_and(|room| room.is_noisy())
+    }
+
     /// What the chosen room reads of a scene.
     pub(crate) fn parts(&self) -> Parts {
         self.chosen().map_or(Parts::NONE, |room| room.parts() | Parts::OPEN_SURROUNDINGS)
@@ -99,6 +107,11 @@ pub(crate) trait OcclusionRoom: AnyRoom {
 
     /// Whether the room looks along deep images.
     fn uses_deep_images(&self) -> bool {
+        false
+    }
+
+    /// Whether what it finds has noise that differs from frame to frame, and is mixed with that of the frames before where there is a history.
+    fn is_noisy(&self) -> bool {
         false
     }
 
@@ -163,7 +176,14 @@ pub(crate) fn passes(
             needed: "metres above 0",
         });
     }
-    settings.finds_openness().then(|| room.build(device, settings)).transpose()
+    if !settings.finds_openness() {
+        return Ok(None);
+    }
+    let passes = room.build(device, settings)?;
+    Ok(Some(match settings.history {
+        History::On if room.is_noisy() => Box::new(SteadyOcclusion::new(device, settings, passes)?),
+        _ => passes,
+    }))
 }
 
 /// The feature of shaders that read [`Openness`].

@@ -2,6 +2,8 @@
 //!
 //! The probes are no part of the library's shaders: `build.rs` leaves this folder out.
 
+pub(crate) mod walks;
+
 use std::sync::OnceLock;
 
 use glam::{Affine3A, Quat, Vec2, Vec3, Vec4};

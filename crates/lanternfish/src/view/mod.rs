@@ -37,8 +37,9 @@ gpu_struct! {
         frame_index: u32,
         /// Which of the frames this is whose noise is to differ, from 0: random numbers are drawn with it.
         random_index: u32,
-        /// The same for shadows that have a history: where the scene changes in every frame, and nothing is known of frames before, it stays.
-        shadow_index: u32,
+        /// The same for what a change of the scene makes pixels forget (shadows, openness): while it changes in every frame, and nothing is known of frames
+        /// before, it stays, and so does the noise.
+        forgetful_index: u32,
         /// Unused.
         _pad1: u32,
         /// Unused.
@@ -78,7 +79,7 @@ impl View {
             sky,
             frame_index: 0,
             random_index: 0,
-            shadow_index: 0,
+            forgetful_index: 0,
             _pad1: 0,
             _pad2: 0,
         }
@@ -87,14 +88,14 @@ impl View {
     /// The same as frame `frame_index` of those that are averaged sees it: the picture is moved by
     /// [`jitter_of_frame`], which frame 0 has none of.
     pub fn of_frame(&self, frame_index: u32) -> Self {
-        let mut view = Self { frame_index, random_index: frame_index, shadow_index: frame_index, ..*self };
+        let mut view = Self { frame_index, random_index: frame_index, forgetful_index: frame_index, ..*self };
         view.shift(jitter_of_frame(frame_index));
         view
     }
 
     /// The same through the middles of pixels: what [`Self::of_frame`] was made of, but for the last bits of the shift.
     pub(crate) fn centered(&self) -> Self {
-        let mut view = Self { frame_index: 0, random_index: 0, shadow_index: 0, ..*self };
+        let mut view = Self { frame_index: 0, random_index: 0, forgetful_index: 0, ..*self };
         view.shift(-jitter_of_frame(self.frame_index));
         view
     }

@@ -1,23 +1,22 @@
 //! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives along them.
 
 mod cells;
+mod sets;
 
-use glam::{Quat, UVec2, Vec3};
+use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_struct};
 
-use self::cells::CellRadiances;
+use self::sets::{Set, Sets};
 use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
 use crate::{
     context::ViewContext,
-    deep_images::{
-        DEPTH_16, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions,
-    },
+    deep_images::{DEPTH_16, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST},
     environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
     rooms::{Knob, Room},
-    settings::{DeepImageSettings, Settings},
+    settings::{DeepImageSettings, History, Settings},
     shaders::{Root, SHADERS, Shaders},
 };
 
@@ -74,12 +73,17 @@ impl OcclusionRoom for Deep {
         true
     }
 
+    /// Texels are drawn.
+    fn is_noisy(&self) -> bool {
+        true
+    }
+
     fn parts(&self) -> Parts {
         Parts::BVH
     }
 
     fn build(&self, device: &wgpu::Device, settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {
-        Ok(Box::new(DeepOcclusion::new(device, settings.deep_images, self.max_distance)?))
+        Ok(Box::new(DeepOcclusion::new(device, settings, self.max_distance)?))
     }
 }
 
@@ -95,13 +99,10 @@ const RADIANCE_SUMS_BYTES: u64 = 48;
 /// The passes.
 #[derive(Debug)]
 struct DeepOcclusion {
-    /// As they are without any rotation.
-    directions: Directions,
-    images: KeptDeepImages,
+    sets: Sets,
     constant: Kernels,
     /// Under an image of the surroundings.
     environment: Kernels,
-    cells: CellRadiances,
     max_distance: f32,
 }
 
@@ -121,28 +122,20 @@ impl Kernels {
     }
 }
 
-/// The rotation of the set turned on, so that its nearest axis is along `direction` (unit, world space).
-fn turned_towards(directions: &Directions, direction: Vec3) -> Quat {
-    let (image, reversed) = directions.nearest(direction);
-    let axis = directions.axes()[image as usize];
-    let nearest = if reversed { -axis } else { axis };
-    (Quat::from_rotation_arc(nearest, direction) * directions.rotation()).normalize()
-}
-
 impl DeepOcclusion {
     /// Compiles the passes.
-    fn new(device: &wgpu::Device, settings: DeepImageSettings, max_distance: Option<f32>) -> Result<Self, RenderError> {
+    fn new(device: &wgpu::Device, settings: &Settings, max_distance: Option<f32>) -> Result<Self, RenderError> {
+        // Images in slices are of before for a while: to ask each set in its turn alone would make them older still.
+        let most_sets =
+            if settings.history == History::On && settings.deep_images.slices <= 1 { sets::MOST } else { 1 };
         // Near fragments are asked for their triangles.
-        let settings = DeepImageSettings { payload: true, ..settings };
+        let settings = DeepImageSettings { payload: true, ..settings.deep_images };
         let features = settings.fragment_features();
         let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();
         Ok(Self {
-            directions: Directions::new(settings.directions)
-                .map_err(|error| RenderError::Directions { what: error.to_string() })?,
-            images: KeptDeepImages::new(device, settings)?,
+            sets: Sets::new(device, settings, most_sets)?,
             constant: Kernels::new(device, &features)?,
             environment: Kernels::new(device, &with_image)?,
-            cells: CellRadiances::default(),
             max_distance: max_distance.unwrap_or(0.0),
         })
     }
@@ -150,12 +143,11 @@ impl DeepOcclusion {
 
 impl OcclusionPasses for DeepOcclusion {
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
-        self.images.check_growth(growth)
+        self.sets.first().images.check_growth(growth)
     }
 
     fn forget(&mut self) {
-        self.images.forget();
-        self.cells.forget();
+        self.sets.forget();
     }
 
     /// By images of the scene as it is now, whose set of directions is turned as the frame says; and, where there is a sun, a little
@@ -163,16 +155,14 @@ impl OcclusionPasses for DeepOcclusion {
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, rotation, .. }: &ViewContext<'_>,
+        view: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<Openness, RenderError> {
-        let rotation = match scene.environment_light().sun {
-            Some(sun) => turned_towards(&self.directions.rotated(*rotation), sun),
-            None => *rotation,
-        };
-        let images = self.images.get(frame, scene, rotation)?;
+        let ViewContext { scene, buffer, .. } = view;
+        let (Set { images, cells }, rotation) = self.sets.get(frame.device, view)?;
+        let images = images.get(frame, scene, rotation)?;
         let cells = match &scene.environment_light().samples {
-            Some(samples) => Some(self.cells.get(frame.device, samples, &images.directions)?),
+            Some(samples) => Some(cells.get(frame.device, samples, &images.directions)?),
             None => None,
         };
         let kernels = if cells.is_some() { &self.environment } else { &self.constant };

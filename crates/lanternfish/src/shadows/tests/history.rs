@@ -1,16 +1,14 @@
 //! Soft shadows that pixels keep from the frames before.
 
-use glam::{Vec3, Vec4};
-use lanternfish_gpu::{Gpu, testing};
+use glam::Vec3;
+use lanternfish_gpu::testing;
 use lanternfish_scene::{Camera, Light, Scene, generate};
 
 use crate::{
     Renderer, Settings,
     settings::{Attenuation, History, Samples, Shadows},
-    testing::looking,
+    testing::walks::{SIZE, mean, off, pixels, renderer, steps, walked},
 };
-
-const SIZE: (u32, u32) = (64, 48);
 
 fn settings(history: History, shadow_rays: u32) -> Settings {
     let attenuation = Attenuation::Physical;
@@ -41,36 +39,6 @@ fn with_rectangle() -> Scene {
     let down = Light::rectangle(Vec3::new(-0.4, 1.8, 0.2), -Vec3::Y, Vec3::X, [0.6, 0.3], Vec3::splat(6.0));
     scene.lights.push(down);
     scene
-}
-
-fn renderer(gpu: &Gpu, settings: Settings) -> Renderer {
-    Renderer::with_engine(&testing::engine(gpu), settings).unwrap()
-}
-
-/// The last of the pictures along a walk.
-fn walked(gpu: &Gpu, settings: Settings, scene: &Scene, cameras: &[Camera]) -> Vec<Vec3> {
-    let mut renderer = renderer(gpu, settings);
-    let uploaded = renderer.upload(scene).unwrap();
-    let mut last = Vec::new();
-    for camera in cameras {
-        let picture = renderer.render(&uploaded, camera, SIZE.0, SIZE.1).unwrap();
-        last = picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
-    }
-    last
-}
-
-fn mean(picture: &[Vec3]) -> f32 {
-    picture.iter().map(|pixel| pixel.element_sum()).sum::<f32>() / picture.len() as f32
-}
-
-fn off(picture: &[Vec3], truth: &[Vec3]) -> f32 {
-    let apart: f32 = picture.iter().zip(truth).map(|(a, b)| (*a - *b).abs().element_sum()).sum();
-    apart / (mean(truth) * truth.len() as f32)
-}
-
-fn steps(count: u32) -> Vec<Camera> {
-    let at = |step: u32| looking([0.01 * step as f32, 1.0, 2.6 - 0.005 * step as f32], [0.0, 0.8, 0.0]);
-    (0..count).map(at).collect()
 }
 
 /// The first picture of a renderer, and a mean, are what they are without a history, to the bit; hard shadows always.
@@ -122,7 +90,7 @@ fn gpu_a_camera_that_moves_takes_the_noise_of_soft_shadows_away() {
             let uploaded = renderer.upload(&scene).unwrap();
             let mut refine = |camera: &Camera| {
                 let pictures = renderer.refine(&uploaded, &[(camera, SIZE.0, SIZE.1)]).unwrap();
-                pictures[0].radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
+                pixels(&pictures[0])
             };
             walk.iter().for_each(|camera| drop(refine(camera)));
             (0..31).map(|_| refine(&last[0])).last().unwrap()
@@ -175,8 +143,7 @@ fn gpu_a_soft_shadow_follows_its_lamp() {
     let mut renderer = renderer(gpu, settings(History::On, 2));
     let mut uploaded = renderer.upload(&before).unwrap();
     let render = |renderer: &mut Renderer, uploaded: &crate::GpuScene| {
-        let picture = renderer.render(uploaded, camera, SIZE.0, SIZE.1).unwrap();
-        picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect::<Vec<_>>()
+        pixels(&renderer.render(uploaded, camera, SIZE.0, SIZE.1).unwrap())
     };
     (0..16).for_each(|_| drop(render(&mut renderer, &uploaded)));
     let settled = off(&render(&mut renderer, &uploaded), &walked(gpu, settings(History::Off, 255), &before, &steps(1)));

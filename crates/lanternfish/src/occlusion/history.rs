@@ -1,0 +1,83 @@
+//! Openness, and the light that arrives from the surroundings, of this frame and of the frames before.
+
+#[cfg(test)]
+mod tests;
+
+use lanternfish_gpu::{ComputeKernel, Frame, Growth};
+
+use super::{OcclusionPasses, Openness, TILE, openness_target};
+use crate::{
+    context::ViewContext,
+    environment_light::sums_target,
+    error::RenderError,
+    indirect::{
+        history::{Doubt, Histories},
+        layers_target,
+    },
+    prepass::Surface,
+    settings::Settings,
+    shaders::SHADERS,
+};
+
+/// A room's passes, and those that mix what they find along its surfaces.
+#[derive(Debug)]
+pub(super) struct SteadyOcclusion {
+    found: Box<dyn OcclusionPasses>,
+    gather: ComputeKernel,
+    spread: ComputeKernel,
+    histories: Histories,
+}
+
+impl SteadyOcclusion {
+    /// Compiles the passes around those of a room.
+    pub fn new(
+        device: &wgpu::Device,
+        settings: &Settings,
+        found: Box<dyn OcclusionPasses>,
+    ) -> Result<Self, RenderError> {
+        let shader = SHADERS.link("occlusion/history", &[])?;
+        let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("occlusion/{entry}"));
+        // What occludes is in its new place at once, but in images of before that are asked for some frames.
+        let lasts = if settings.occlusion.uses_deep_images() { settings.deep_images.slices.max(1) } else { 1 };
+        let histories = Histories::new(device, Doubt { lasts, counts: 0.0 })?;
+        Ok(Self { found, gather: kernel("gather"), spread: kernel("spread"), histories })
+    }
+}
+
+impl OcclusionPasses for SteadyOcclusion {
+    fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
+        self.found.check_growth(growth)
+    }
+
+    fn forget(&mut self) {
+        self.found.forget();
+        self.histories.forget();
+    }
+
+    fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        surface: &Surface,
+    ) -> Result<Openness, RenderError> {
+        let openness = self.found.record(frame, view, surface)?;
+        // Views whose surfaces the caller gives, and sums, know no frame before.
+        let Some(motion) = &surface.motion else { return Ok(openness) };
+        let [found, mixed] = std::array::from_fn(|_| layers_target(frame, surface.size));
+        let groups = [surface.size.x.div_ceil(TILE), surface.size.y.div_ceil(TILE), 1];
+        let bindings = view.buffer.bindings();
+        let bindings = bindings.texture("occlusion_texture", &openness.texture);
+        let gathering = bindings.clone().texture("found_environment_sums", &openness.environment_sums);
+        frame.dispatch(&self.gather, &gathering.texture("filtered", &found), groups);
+        self.histories.record(frame, view, (surface, motion), [&found, &mixed], [0.0; 2])?;
+        let target = openness_target(frame, surface.size);
+        let environment_sums = sums_target(frame, surface.size);
+        let spreading = bindings
+            .texture("filtered_sums", &found)
+            .texture("mixed_sums", &mixed)
+            .texture("openness_target", &target)
+            .texture("environment_sums_target", &environment_sums);
+        frame.dispatch(&self.spread, &spreading, groups);
+        Ok(Openness { texture: target, environment_sums, images: openness.images })
+    }
+}
