@@ -27,7 +27,7 @@ const WARMED_SAMPLES: u32 = 64;
 pub struct CachedRow {
     pub tracer: &'static str,
     pub hit_light: &'static str,
-    pub bounces: &'static str,
+    pub bounces: String,
     /// Device time of a picture of one frame, and of the frame after [`WARM_FRAMES`] others, milliseconds; without building deep images.
     pub first_frame_ms: f64,
     pub warm_frame_ms: f64,
@@ -56,7 +56,7 @@ impl Bench<'_> {
     ) -> Result<Vec<CachedRow>, CliError> {
         let through_images = set.map(|set| (set, Tracer::WithinTexel));
         let ways =
-            [(HitLight::Shaded, Bounces::One), (HitLight::Cached, Bounces::One), (HitLight::Cached, Bounces::All)];
+            [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
         let direct =
             Settings { indirect: Indirect::None, ..Configuration::plain(Brdf::Diffuse).settings(self.look, None) };
         let direct = energy(&self.picture(direct)?);
@@ -87,7 +87,7 @@ impl Bench<'_> {
                     Ok::<_, CliError>(CachedRow {
                         tracer: configuration.tracer().name(),
                         hit_light: hit_light.name(),
-                        bounces: bounces.name(),
+                        bounces: bounces.to_string(),
                         first_frame_ms: sum(&first, is_of_frame),
                         warm_frame_ms: sum(&warm, is_of_frame),
                         rate_traced: count / trace / 1e3,
@@ -193,7 +193,7 @@ mod tests {
         let row = CachedRow {
             tracer: "bvh",
             hit_light: HitLight::Cached.name(),
-            bounces: Bounces::All.name(),
+            bounces: Bounces::All.to_string(),
             first_frame_ms: 2.0,
             warm_frame_ms: 1.0,
             rate_traced: 4.0,

@@ -8,12 +8,13 @@
 //! 3. Whoever has traced rays reads what the cells send.
 //! 4. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
 
+mod bounces;
 mod parameters;
 mod table;
 
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
-use lanternfish_scene::named_enum;
 
+pub use self::bounces::Bounces;
 use self::{
     parameters::{CellSample, DueCell, RadianceCacheParameters, SampledCell},
     table::{Change, Rehash, Slots, Table},
@@ -51,18 +52,6 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<DueCell>(),
     ],
 };
-
-named_enum! {
-    /// How often light is reflected on its way to a surface from which it goes straight to the eye.
-    #[derive(Default)]
-    Bounces {
-        /// Once: from a light to a surface, and from there to the one that is seen.
-        #[default]
-        One = "1": "Once",
-        /// As often as it is: cells of the radiance cache send what other cells have sent them.
-        All = "all": "As often as it is, by way of the radiance cache",
-    }
-}
 
 /// Smallest cells' edges up to which cells are as small.
 const NEAR_EDGES: f32 = 128.0;
@@ -189,10 +178,7 @@ impl RadianceCache {
             bounces,
             slots,
             first_samples: cache_samples,
-            haste: match bounces {
-                Bounces::One => HASTE,
-                Bounces::All => HASTE_OF_ALL_BOUNCES,
-            },
+            haste: if bounces.needs_rays() { HASTE_OF_ALL_BOUNCES } else { HASTE },
             tracer,
             kernels,
             rehash: Rehash::new(device)?,
@@ -222,7 +208,7 @@ impl RadianceCache {
             none => {
                 frame.forget_bind_groups();
                 (self.update, self.frame, self.changes) = (0, 0, 0);
-                none.insert(Table::new(frame, scene, self.slots)?)
+                none.insert(Table::new(frame, scene, self.slots, self.bounces.levels())?)
             }
         };
         let is_first_view = std::mem::replace(&mut table.used_in, number) != number;
@@ -263,6 +249,7 @@ impl RadianceCache {
             haste: if change == Change::Alone { FORGETTING } else { self.haste },
             fades: u32::from(!is_new),
             changes: self.changes,
+            levels: self.bounces.levels(),
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
@@ -277,7 +264,7 @@ impl RadianceCache {
             parameters,
             is_new,
             // Light of many bounces has to find its new way.
-            rounds_of_all: if change == Change::Alone && self.bounces == Bounces::All { FEWEST } else { 1 },
+            rounds_of_all: if change == Change::Alone && self.bounces.needs_rays() { FEWEST } else { 1 },
             slots: table.slots.clone(),
             scratch,
             counters,
@@ -333,7 +320,7 @@ impl RadianceCache {
             }
             frame.dispatch_indirect(light, &sampling, &workgroups_due);
             frame.dispatch_indirect(shadow, &sampling, &workgroups_due);
-            if self.bounces == Bounces::All {
+            if self.bounces.needs_rays() {
                 rays::dispatch_indirect(frame, trace, &sampling, &workgroups_due, images);
                 frame.dispatch_indirect(meet, &sampling, &workgroups_due);
                 frame.dispatch_indirect(place, &sampling, &workgroups_due);

@@ -81,7 +81,7 @@ impl Quality {
             filter_radius: 8,
             clamp: IndirectClamp::On,
             hit_light: HitLight::Shaded,
-            bounces: Bounces::One,
+            bounces: Bounces::ONE,
             cache_cells: 1 << 17,
             cache_samples: 16,
         };
@@ -128,9 +128,10 @@ impl Room for Sampled {
         ),
         Knob::new(
             "bounces",
-            "1|all",
-            Range::Names,
-            "How often light is reflected on its way to the surface that is seen",
+            "N|all",
+            Range::Text,
+            "How often light is reflected at most on its way to the surface that is seen, 1 to 8; all: as often as it is. More than 1: with \
+             `hit-light cached`",
             |sampled| &mut sampled.bounces,
         ),
         Knob::new(
@@ -165,7 +166,7 @@ impl IndirectRoom for Sampled {
         self.resolution = IndirectResolution::Full;
         self.glossy_rays = self.glossy_rays.max(1);
         self.hit_light = HitLight::Shaded;
-        self.bounces = Bounces::One;
+        self.bounces = Bounces::ONE;
     }
 
     fn build(

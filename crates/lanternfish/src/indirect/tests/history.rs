@@ -149,8 +149,8 @@ fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
     // What pixels know is held to a quarter of a deviation, about as large as the mean, and is four fifths of the first frame. With every bounce each
     // round of cells leaves as much of the light before as surfaces reflect, somewhat over half, and so four rounds a tenth of seventy times as much.
     for (hit_light, bounces, most) in [
-        (HitLight::Shaded, Bounces::One, [1.2, 1.05, 1.05]),
-        (HitLight::Cached, Bounces::One, [1.2, 1.05, 1.05]),
+        (HitLight::Shaded, Bounces::ONE, [1.2, 1.05, 1.05]),
+        (HitLight::Cached, Bounces::ONE, [1.2, 1.05, 1.05]),
         (HitLight::Cached, Bounces::All, [9.0, 4.5, 2.5]),
     ] {
         let rays = Sampled { diffuse_rays: 8, hit_light, bounces, filter_radius: 4, ..few() };

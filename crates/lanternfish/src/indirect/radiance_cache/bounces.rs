@@ -1,0 +1,86 @@
+//! How many reflections of light are followed.
+
+use std::{fmt, str::FromStr};
+
+use lanternfish_scene::Setting;
+
+/// How often light is reflected on its way to a surface from which it goes straight to the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounces {
+    /// So many times at most, 1 to [`Bounces::MOST`]: paths of two more segments than that. More than 1: by way of the radiance cache, whose
+    /// cells keep what they send of light of each number of bounces.
+    UpTo(u32),
+    /// As often as it is: cells of the radiance cache send what other cells have sent them.
+    All,
+}
+
+impl Bounces {
+    /// Once: from a light to a surface, and from there to the one that is seen.
+    pub const ONE: Self = Self::UpTo(1);
+    /// Most bounces that are counted.
+    pub const MOST: u32 = 8;
+
+    /// Whether cells look for what other cells send.
+    pub(super) fn needs_rays(self) -> bool {
+        self != Self::ONE
+    }
+
+    /// Numbers of bounces below the one that is asked for of which cells keep what they send.
+    pub(super) fn levels(self) -> u32 {
+        match self {
+            Self::UpTo(bounces) => bounces.saturating_sub(1),
+            Self::All => 0,
+        }
+    }
+}
+
+impl Default for Bounces {
+    fn default() -> Self {
+        Self::ONE
+    }
+}
+
+impl fmt::Display for Bounces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UpTo(bounces) => write!(f, "{bounces}"),
+            Self::All => f.write_str("all"),
+        }
+    }
+}
+
+impl FromStr for Bounces {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = || text.parse().ok().filter(|bounces| (1..=Self::MOST).contains(bounces)).map(Self::UpTo);
+        let expected = || format!("expected a whole number from 1 to {}, or all", Self::MOST);
+        if text == "all" { Ok(Self::All) } else { number().ok_or_else(expected) }
+    }
+}
+
+impl Setting for Bounces {
+    fn text(&self) -> Option<String> {
+        Some(self.to_string())
+    }
+
+    fn read(&mut self, text: &str) -> Result<(), String> {
+        *self = text.trim().parse()?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_read_as_they_are_written() {
+        for bounces in [Bounces::ONE, Bounces::UpTo(2), Bounces::UpTo(Bounces::MOST), Bounces::All] {
+            assert_eq!(bounces.to_string().parse(), Ok(bounces));
+        }
+        for text in ["0", "9", "-1", "every", "", "1.5"] {
+            assert!(text.parse::<Bounces>().is_err_and(|error| error.contains("1 to 8")), "{text}");
+        }
+    }
+}
