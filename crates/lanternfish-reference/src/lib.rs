@@ -9,6 +9,7 @@ pub mod brdf;
 mod camera;
 mod error;
 mod film;
+mod light_paths;
 mod lights;
 mod occlusion;
 mod path;

@@ -1,9 +1,10 @@
-//! Unidirectional path tracing: every surface on the way looks for light by itself, and what a path runs into counts as far
+//! Path tracing: every surface on the way looks for light by itself, and what a path runs into counts as far
 //! as that search would have missed it (multiple importance sampling by the power heuristic) [Veach1997, §9.2, §10.3].
 //!
 //! 1. Follow the ray to the nearest surface, or to the sky.
 //! 2. Add what shines there, weighted by how likely the last surface was to have found it by itself.
-//! 3. Look for light: one emitter, one point of it, one shadow ray.
+//! 3. Look for light: one emitter, one point of it, one shadow ray; at the first surface some of them.
+//!    And for light that comes by way of one surface more, from one of the lights (`light_paths.rs`).
 //! 4. Choose where the path goes on by the BSDF, and by Russian roulette whether it does.
 
 use glam::{DVec3, Vec3, Vec3A};
@@ -18,15 +19,17 @@ use crate::{
 
 /// From this segment on, paths that carry little end at random.
 const ROULETTE_DEPTH: u32 = 5;
+/// Searches for light at the first surface of a path, where there are as many emitters. More: less noise of direct light, slower.
+const FIRST_SEARCHES: u32 = 8;
 /// A path that passes this many panes and holes in a row is caught between them.
-const MOST_PASSES: u32 = 256;
+pub(crate) const MOST_PASSES: u32 = 256;
 
 /// Where the last search for light took place.
-struct LastSearch {
-    p: Vec3A,
+pub(crate) struct LastSearch {
+    pub p: Vec3A,
     normal: DVec3,
     /// Density of the direction that the path took from there, 1/sr.
-    pdf: f64,
+    pub pdf: f64,
 }
 
 impl Tracer<'_> {
@@ -75,13 +78,21 @@ impl Tracer<'_> {
                         return radiance;
                     }
                     throughput *= straight / chance;
-                    origin = offset(surface.p, -surface.geometric_normal);
+                    origin = leaves(&surface, direction);
                     continue;
                 }
                 throughput /= 1.0 - chance;
             }
 
-            radiance += throughput * self.direct_light(&surface, &bsdf, wo, random);
+            // Paths that begin here share all that follows: light that arrives straight is looked for more often than they go on.
+            let searches = if depth == 1 { self.lights.count().min(FIRST_SEARCHES) } else { 1 };
+            for _ in 0..searches {
+                let found = self.direct_light(&surface, &bsdf, wo, last.as_ref(), random);
+                radiance += throughput * found / searches as f32;
+            }
+            if depth + 1 < self.settings.max_depth {
+                radiance += throughput * self.light_by_starts(&surface, &bsdf, wo, random);
+            }
 
             let Some(scattered) = bsdf.sample(surface.normal, wo, [random.unit(), random.unit(), random.unit()]) else {
                 return radiance;
@@ -100,8 +111,7 @@ impl Tracer<'_> {
                 throughput /= survives;
             }
             last = Some(LastSearch { p: surface.p, normal: surface.normal, pdf: scattered.pdf });
-            let side = if surface.geometric_normal.dot(wi) >= 0.0 { 1.0 } else { -1.0 };
-            origin = offset(surface.p, side * surface.geometric_normal);
+            origin = leaves(&surface, wi);
             direction = wi;
         }
     }
@@ -114,17 +124,28 @@ impl Tracer<'_> {
     }
 
     /// What one emitter sends by way of the surface towards `wo`, over its chance.
-    fn direct_light(&self, surface: &Surface, bsdf: &Bsdf, wo: DVec3, random: &mut Random) -> Vec3 {
+    fn direct_light(
+        &self,
+        surface: &Surface,
+        bsdf: &Bsdf,
+        wo: DVec3,
+        last: Option<&LastSearch>,
+        random: &mut Random,
+    ) -> Vec3 {
         let u = [random.unit(), random.unit(), random.unit()];
-        let Some(light) = self.lights.sample(&self.world, surface.p, surface.normal, u) else { return Vec3::ZERO };
+        let Some(light) = self.lights.sample(&self.world, &self.starts, surface.p, surface.normal, u) else {
+            return Vec3::ZERO;
+        };
         let scatter = bsdf.scatter(surface.normal, light.wi, wo);
         if scatter == DVec3::ZERO || passes_wrong_side(surface, light.wi) {
             return Vec3::ZERO;
         }
-        let weight = light.pdf.map_or(1.0, |pdf| power_heuristic(pdf, Some(bsdf.pdf(surface.normal, light.wi, wo))));
+        let weight = match light.pdf {
+            Some(pdf) => power_heuristic(pdf, Some(bsdf.pdf(surface.normal, light.wi, wo))),
+            None => self.weight_of_search(surface, &light, last),
+        };
         let direction = light.wi.as_vec3a();
-        let side = if surface.geometric_normal.dot(direction) >= 0.0 { 1.0 } else { -1.0 };
-        let origin = offset(surface.p, side * surface.geometric_normal);
+        let origin = leaves(surface, direction);
         // Short of the emitter, which may be a surface.
         let reach = light.distance * (1.0 - 1e-4);
         let passes = self.world.transmittance(origin, direction, reach);
@@ -132,14 +153,20 @@ impl Tracer<'_> {
     }
 }
 
+/// Where a ray along `direction` leaves a surface.
+pub(crate) fn leaves(surface: &Surface, direction: Vec3A) -> Vec3A {
+    let side = if surface.geometric_normal.dot(direction) >= 0.0 { 1.0 } else { -1.0 };
+    offset(surface.p, side * surface.geometric_normal)
+}
+
 /// Light does not come through a triangle whichever way its shading normal leans, unless the surface lets it: what shading
 /// normal and triangle disagree about is lost [Veach1997, §5.3].
-fn passes_wrong_side(surface: &Surface, wi: DVec3) -> bool {
+pub(crate) fn passes_wrong_side(surface: &Surface, wi: DVec3) -> bool {
     (surface.normal.dot(wi) > 0.0) != (surface.geometric_normal.as_dvec3().dot(wi) > 0.0)
 }
 
 /// Weight of a sample of density `own` beside another way of density `other` [Veach1997, §9.2.3.1]; 1 without another.
-fn power_heuristic(own: f64, other: Option<f64>) -> f32 {
+pub(crate) fn power_heuristic(own: f64, other: Option<f64>) -> f32 {
     let Some(other) = other else { return 1.0 };
     let ratio = other / own;
     (1.0 / (1.0 + ratio * ratio)) as f32

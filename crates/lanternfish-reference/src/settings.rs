@@ -24,6 +24,8 @@ pub struct Settings {
     pub light_radius: f32,
     /// How one of many lights is chosen at a surface. The mean is the same.
     pub light_choice: LightChoice,
+    /// Whether paths start at lights, too. The mean is the same.
+    pub light_paths: LightPaths,
     /// Seed of the random numbers. Another seed: other noise, the same mean.
     pub seed: u64,
 }
@@ -41,6 +43,7 @@ impl Default for Settings {
             range_threshold: 0.02,
             light_radius: 0.0,
             light_choice: LightChoice::Tree,
+            light_paths: LightPaths::On,
             seed: 0,
         }
     }
@@ -71,5 +74,15 @@ named_enum! {
         Tree = "tree": "By a tree over the lights, those first that send most",
         /// Each alike: for comparison.
         Uniform = "uniform": "Each alike: for comparison",
+    }
+}
+
+named_enum! {
+    /// Whether paths start at lights, too, and not at the eye alone.
+    LightPaths {
+        /// From point and spot lights without a size, to the first surface: what surfaces close to a light send on has little noise.
+        On = "on": "From lights without a size to the first surface as well: little noise of what surfaces close to a light send on",
+        /// From the eye alone: for comparison.
+        Off = "off": "From the eye alone: for comparison",
     }
 }

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use crate::{
     Film, ReferenceError, Settings, camera,
     film::Sums,
+    light_paths::Starts,
     lights::Lights,
     random::Random,
-    settings::Integrator,
+    settings::{Integrator, LightPaths},
     world::{Faces, World},
 };
 
@@ -18,6 +19,8 @@ use crate::{
 pub struct Tracer<'a> {
     pub(crate) world: World<'a>,
     pub(crate) lights: Lights,
+    /// Lights that paths start at.
+    pub(crate) starts: Starts,
     pub(crate) settings: Settings,
 }
 
@@ -44,7 +47,11 @@ impl<'a> Tracer<'a> {
         Budget::of_process().check(World::BYTES_PER_TRIANGLE * placed, || format!("{placed} placed triangles need"))?;
         let world = World::new(scene, settings.materials == Materials::Lambert);
         let lights = Lights::new(&world, &settings);
-        Ok(Self { world, lights, settings })
+        let starts = match settings.light_paths {
+            LightPaths::On => lights.starts(scene),
+            LightPaths::Off => Starts::default(),
+        };
+        Ok(Self { world, lights, starts, settings })
     }
 
     /// Adds `samples` samples to every pixel, on all cores. Deterministic: where it is interrupted between calls, and by how

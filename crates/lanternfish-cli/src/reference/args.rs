@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use lanternfish_reference::{
     Settings,
-    settings::{Integrator, LightChoice, UNLIMITED},
+    settings::{Integrator, LightChoice, LightPaths, UNLIMITED},
 };
 
 use crate::{
@@ -93,6 +93,10 @@ pub struct TransportArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<LightChoice>())]
     #[arg(default_value_t = Settings::default().light_choice)]
     pub light_choice: LightChoice,
+    /// Whether paths start at lights, too. The picture is the same, its noise is not.
+    #[arg(long, value_name = "on|off", value_parser = choice::<LightPaths>())]
+    #[arg(default_value_t = Settings::default().light_paths)]
+    pub light_paths: LightPaths,
 }
 
 #[derive(Debug, Args)]
@@ -237,6 +241,7 @@ impl ReferenceArgs {
             range_threshold: shot.lights.range_threshold,
             light_radius: shot.lights.light_radius,
             light_choice: transport.light_choice,
+            light_paths: transport.light_paths,
             seed,
         })
     }

@@ -232,6 +232,7 @@ fn facts(flags: &RenderArgs, settings: &Settings, camera: &Camera, size: Size) -
         ("lanternfish.range-threshold", settings.range_threshold.to_string()),
         ("lanternfish.light-radius", settings.light_radius.to_string()),
         ("lanternfish.light-choice", settings.light_choice.to_string()),
+        ("lanternfish.light-paths", settings.light_paths.to_string()),
     ];
     facts.extend(max_distance.map(|distance| ("lanternfish.max-distance", distance.to_string())));
     facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()

@@ -90,6 +90,7 @@ fn the_file_has_mean_variance_and_how_it_was_made() {
         ("integrator", "path"),
         ("max-depth", "3"),
         ("light-choice", "tree"),
+        ("light-paths", "on"),
     ] {
         assert_eq!(attributes[&format!("lanternfish.{name}")], value, "{name}");
     }

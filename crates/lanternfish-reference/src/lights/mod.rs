@@ -18,6 +18,7 @@ pub use self::area::{incidence_from, point_of_area};
 use self::choice::Choice;
 pub(crate) use self::environment::Sky;
 use crate::{
+    light_paths::{Start, Starts},
     settings::{LightChoice, Settings},
     surface::Surface,
     world::{Hit, World},
@@ -34,6 +35,8 @@ pub(crate) struct Arriving {
     pub weight: Vec3,
     /// Density over solid angle, 1/sr, the chance of the emitter included; `None` for emitters that no ray can hit.
     pub pdf: Option<f64>,
+    /// Where paths may start at the emitter.
+    pub start: Option<Start>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -117,11 +120,12 @@ impl Lights {
     }
 
     /// Light from an emitter chosen for the surface at `p` with shading normal `n`. `None`: none arrives.
-    pub fn sample(&self, world: &World, p: Vec3A, n: DVec3, u: [f64; 3]) -> Option<Arriving> {
+    /// `starts`: lights that paths start at.
+    pub fn sample(&self, world: &World, starts: &Starts, p: Vec3A, n: DVec3, u: [f64; 3]) -> Option<Arriving> {
         let (emitter, chance) = self.choice.choose(p, n, u[0])?;
         match self.emitters[emitter as usize] {
-            Emitter::Punctual(light) => {
-                let light = &world.scene.lights[light as usize];
+            Emitter::Punctual(index) => {
+                let light = &world.scene.lights[index as usize];
                 let (attenuation, range_threshold) = (self.attenuation, self.range_threshold);
                 let (incidence, (wi, distance)) = if light.area().is_some() {
                     let place = point_of_area(light, [u[1], u[2]]);
@@ -132,14 +136,15 @@ impl Lights {
                     (incidence, self.towards_disk(&incidence, u[1], u[2]))
                 };
                 let weight = incidence.irradiance / chance as f32;
-                (weight != Vec3::ZERO).then_some(Arriving { wi, distance, weight, pdf: None })
+                let start = starts.of(index, chance);
+                (weight != Vec3::ZERO).then_some(Arriving { wi, distance, weight, pdf: None, start })
             }
             Emitter::Triangle(triangle) => self.sample_triangle(world, triangle, p, chance, u),
             Emitter::Sky => {
                 let (wi, radiance, pdf) = self.sky.sample(world.scene, u[1], u[2])?;
                 let pdf = pdf * chance;
                 let weight = radiance / pdf as f32;
-                Some(Arriving { wi, distance: f32::INFINITY, weight, pdf: Some(pdf) })
+                Some(Arriving { wi, distance: f32::INFINITY, weight, pdf: Some(pdf), start: None })
             }
         }
     }
@@ -171,7 +176,13 @@ impl Lights {
         let hit = Hit { distance: distance as f32, triangle, weights, front };
         let emissive = Surface::new(world, &hit, wi.as_vec3a(), self.materials).emissive * world.coverage(&hit);
         let weight = emissive / pdf as f32;
-        (weight != Vec3::ZERO).then_some(Arriving { wi, distance: distance as f32, weight, pdf: Some(pdf) })
+        (weight != Vec3::ZERO).then_some(Arriving {
+            wi,
+            distance: distance as f32,
+            weight,
+            pdf: Some(pdf),
+            start: None,
+        })
     }
 
     /// Density over solid angle of a triangle's points seen at `distance` along `wi`, 1/sr; `None` where it is seen edge on.
@@ -191,6 +202,29 @@ impl Lights {
         }
         let chance = self.choice.chance(p, n, emitter);
         Some(chance * self.triangle_density(world, hit.triangle, hit.distance.into(), wi)?)
+    }
+
+    /// Number of emitters.
+    pub fn count(&self) -> u32 {
+        self.emitters.len() as u32
+    }
+
+    /// The chance that the search at a surface has to choose an emitter.
+    pub fn chance(&self, surface: &Surface, emitter: u32) -> f64 {
+        self.choice.chance(surface.p, surface.normal, emitter)
+    }
+
+    /// Lights that paths may start at: points that shine from one place.
+    pub fn starts(&self, scene: &Scene) -> Starts {
+        if self.light_radius > 0.0 {
+            return Starts::default();
+        }
+        let is_start = |light: &Light| light.kind != LightKind::Directional && light.area().is_none();
+        let lights = self.emitters.iter().enumerate().filter_map(|(emitter, of)| match of {
+            Emitter::Punctual(light) if is_start(&scene.lights[*light as usize]) => Some((*light, emitter as u32)),
+            _ => None,
+        });
+        Starts::new(scene, lights.collect())
     }
 
     /// Density with which [`Lights::sample`] at `p` would have found the sky along `wi`; `None` where it is dark.

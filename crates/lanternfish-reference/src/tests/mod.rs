@@ -3,6 +3,7 @@
 mod area;
 mod furnace;
 mod light;
+mod light_paths;
 mod sampling;
 
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -25,7 +25,7 @@ impl Bounces {
         self != Self::ONE
     }
 
-    /// Numbers of bounces below the one that is asked for of which cells keep what they send.
+    /// Parts of `bounce_levels.wesl`: numbers of bounces below the one that is asked for.
     pub(super) fn levels(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
@@ -68,6 +68,20 @@ impl Setting for Bounces {
         *self = text.trim().parse()?;
         Ok(())
     }
+
+    fn names(&self) -> Vec<(&'static str, &'static str)> {
+        vec![
+            ("1", "Once: no cells are needed for it"),
+            ("2", "Twice at most, by way of the radiance cache"),
+            ("3", "Three times at most"),
+            ("4", "Four times at most"),
+            ("5", "Five times at most"),
+            ("6", "Six times at most"),
+            ("7", "Seven times at most"),
+            ("8", "Eight times at most"),
+            ("all", "As often as it is, by way of the radiance cache"),
+        ]
+    }
 }
 
 #[cfg(test)]
@@ -79,6 +93,10 @@ mod tests {
         for bounces in [Bounces::ONE, Bounces::UpTo(2), Bounces::UpTo(Bounces::MOST), Bounces::All] {
             assert_eq!(bounces.to_string().parse(), Ok(bounces));
         }
+        let names = Bounces::All.names();
+        let known: Vec<Bounces> = names.iter().map(|(name, _)| name.parse().unwrap()).collect();
+        let counted = (1..=Bounces::MOST).map(Bounces::UpTo);
+        assert_eq!(known, counted.chain([Bounces::All]).collect::<Vec<_>>());
         for text in ["0", "9", "-1", "every", "", "1.5"] {
             assert!(text.parse::<Bounces>().is_err_and(|error| error.contains("1 to 8")), "{text}");
         }

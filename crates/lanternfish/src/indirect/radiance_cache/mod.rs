@@ -4,7 +4,7 @@
 //!    the cell's light is sampled next.
 //! 2. Update: cells that are new, and a share of the others, or all for some frames after a change, get another sample (`due.wesl`): one light and the ray to it (`light.wesl`,
 //!    `shadow.wesl`), and, for more than one bounce, a ray that brings what the cell in which it ends has sent so far (`trace.wesl`,
-//!    `meet.wesl`). It is added to the cell's mean (`commit.wesl`).
+//!    `meet.wesl`; where bounces are counted, of each number: `bounce_levels.wesl`). It is added to the cell's mean (`commit.wesl`).
 //! 3. Whoever has traced rays reads what the cells send.
 //! 4. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
 
@@ -62,7 +62,7 @@ const FEWEST: u32 = 4;
 /// How much more later samples of a cell count, and where they bring light of more bounces than those before: light of many bounces would come
 /// late.
 const HASTE: f32 = 4.0;
-const HASTE_OF_ALL_BOUNCES: f32 = 8.0;
+const HASTE_OF_MORE_BOUNCES: f32 = 8.0;
 /// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
 /// Samples that what is known counts for while the scene changes in every frame: a cell is the mean of two or three.
@@ -124,8 +124,8 @@ pub(crate) struct CacheOfFrame {
     rounds_of_all: u32,
     uniform: BufferPart,
     slots: Slots,
-    /// Of an update: which cells are due, what is found of each, and workgroups for all of them.
-    scratch: [wgpu::Buffer; 3],
+    /// Of an update: which cells are due, what is found of each, workgroups for all of them, and what each lacks of light of fewer bounces.
+    scratch: [wgpu::Buffer; 4],
     /// What is counted.
     pub counters: Counters,
 }
@@ -178,7 +178,7 @@ impl RadianceCache {
             bounces,
             slots,
             first_samples: cache_samples,
-            haste: if bounces.needs_rays() { HASTE_OF_ALL_BOUNCES } else { HASTE },
+            haste: if bounces.needs_rays() { HASTE_OF_MORE_BOUNCES } else { HASTE },
             tracer,
             kernels,
             rehash: Rehash::new(device)?,
@@ -249,7 +249,7 @@ impl RadianceCache {
             haste: if change == Change::Alone { FORGETTING } else { self.haste },
             fades: u32::from(!is_new),
             changes: self.changes,
-            levels: self.bounces.levels(),
+            bounce_levels: self.bounces.levels(),
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
@@ -258,6 +258,7 @@ impl RadianceCache {
             frame.scratch("radiance_cache/due", 4 + size_of::<DueCell>() as u64 * u64::from(self.slots))?,
             frame.scratch("radiance_cache/sampled", bytes)?,
             frame.indirect("radiance_cache/workgroups")?,
+            frame.scratch("radiance_cache/lacking", 16 * u64::from(self.bounces.levels() * self.slots).max(1))?,
         ];
         Ok(CacheOfFrame {
             uniform: frame.uniform(&parameters),
@@ -281,7 +282,7 @@ impl RadianceCache {
         images: Option<&DeepImages>,
         most: u32,
     ) {
-        let [due, sampled, workgroups_due] = cache.scratch.clone();
+        let [due, sampled, workgroups_due, lacking] = cache.scratch.clone();
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let Kernels { clear, choose, measure, light, light_environment, shadow, trace, meet, place, commit } =
@@ -314,6 +315,7 @@ impl RadianceCache {
             let mut sampling = bindings
                 .buffer("due", &due)
                 .buffer("sampled_cells", &sampled)
+                .buffer("lacking", &lacking)
                 .buffer("update_counters", cache.counters.buffer());
             if let Some(environment) = &environment {
                 sampling = sampling.with(environment);

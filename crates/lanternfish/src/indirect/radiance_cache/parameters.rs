@@ -35,7 +35,7 @@ gpu_struct! {
         /// Times so far that what was known counted for few samples: cells have other rays each time.
         changes: u32,
         /// Where bounces are counted, one less than are asked for; 0: every bounce, or one.
-        levels: u32,
+        bounce_levels: u32,
     }
 }
 

@@ -22,8 +22,8 @@ pub(super) struct Slots {
 }
 
 impl Slots {
-    /// `levels`: of `levels.wesl`.
-    fn new(device: &wgpu::Device, count: u32, levels: u32) -> Result<Self, RenderError> {
+    /// `bounce_levels`: parts of `bounce_levels.wesl`.
+    fn new(device: &wgpu::Device, count: u32, bounce_levels: u32) -> Result<Self, RenderError> {
         let buffer = |name: &str, bytes: usize| {
             storage_buffer(device, &format!("radiance_cache/{name}"), bytes as u64 * u64::from(count))
         };
@@ -33,7 +33,7 @@ impl Slots {
             winners: buffer("winners", 4)?,
             asked: buffer("asked", 4)?,
             samples: buffer("samples", size_of::<CellSample>())?,
-            light: buffer("light", 16 * (1 + 2 * levels as usize))?,
+            light: buffer("light", 16 * (1 + bounce_levels as usize))?,
         })
     }
 
@@ -91,15 +91,15 @@ pub(super) enum Change {
 
 impl Table {
     /// No cells, and so many slots.
-    pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32, levels: u32) -> Result<Self, RenderError> {
+    pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32, bounce_levels: u32) -> Result<Self, RenderError> {
         Ok(Self {
             order: scene.triangle_order(),
             used_in: 0,
             state: [scene.generation(), scene.revision()],
             since_change: u32::MAX,
             edge: edge_in(scene),
-            slots: Slots::new(frame.device, slots, levels)?,
-            other: Slots::new(frame.device, slots, levels)?,
+            slots: Slots::new(frame.device, slots, bounce_levels)?,
+            other: Slots::new(frame.device, slots, bounce_levels)?,
             moved_at: 0,
         })
     }

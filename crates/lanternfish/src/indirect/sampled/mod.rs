@@ -307,11 +307,11 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
         let needed = "`cache-cells` from 64 to 524,288, and `cache-samples` from 1 to 128";
         return Err(RenderError::Together { setting: "`hit-light cached`", needed });
     }
-    if settings.bounces != Bounces::ONE && settings.hit_light != HitLight::Cached {
-        return Err(RenderError::Together { setting: "`bounces` above 1", needed: "`hit-light cached`" });
-    }
     if matches!(settings.bounces, Bounces::UpTo(bounces) if !(1..=Bounces::MOST).contains(&bounces)) {
         return Err(RenderError::Together { setting: "`bounces`", needed: "1 to 8, or all" });
+    }
+    if settings.bounces != Bounces::ONE && settings.hit_light != HitLight::Cached {
+        return Err(RenderError::Together { setting: "`bounces` other than 1", needed: "`hit-light cached`" });
     }
     if settings.tracer.uses_deep_images() && !deep_images.payload {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });

@@ -129,7 +129,7 @@ impl Room for Sampled {
         Knob::new(
             "bounces",
             "N|all",
-            Range::Text,
+            Range::Names,
             "How often light is reflected at most on its way to the surface that is seen, 1 to 8; all: as often as it is. More than 1: with \
              `hit-light cached`",
             |sampled| &mut sampled.bounces,

@@ -1,16 +1,17 @@
 //! Ambient occlusion and obscurance by the directions of deep images [Aalund2015, §3.3], and the light that arrives along them.
 
 mod cells;
-mod sets;
 
-use glam::UVec2;
+use glam::{Quat, UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_struct};
 
-use self::sets::{Set, Sets};
+use self::cells::CellRadiances;
 use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
 use crate::{
     context::ViewContext,
-    deep_images::{DEPTH_16, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST},
+    deep_images::{
+        DEPTH_16, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions,
+    },
     environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
     gpu_scene::Parts,
@@ -33,6 +34,8 @@ gpu_struct! {
         is_first: u32,
         /// Perceptual roughness of the narrowest lobe about the mirror direction.
         least_roughness: f32,
+        /// Number of the frame, of those that draw other texels.
+        frame: u32,
     }
 }
 
@@ -99,11 +102,15 @@ const RADIANCE_SUMS_BYTES: u64 = 48;
 /// The passes.
 #[derive(Debug)]
 struct DeepOcclusion {
-    sets: Sets,
+    /// As they are without any rotation.
+    directions: Directions,
+    images: KeptDeepImages,
     constant: Kernels,
     /// Under an image of the surroundings.
     environment: Kernels,
+    cells: CellRadiances,
     max_distance: f32,
+    history: History,
 }
 
 #[derive(Debug)]
@@ -122,32 +129,43 @@ impl Kernels {
     }
 }
 
+/// The rotation of the set turned on, so that its nearest axis is along `direction` (unit, world space).
+fn turned_towards(directions: &Directions, direction: Vec3) -> Quat {
+    let (image, reversed) = directions.nearest(direction);
+    let axis = directions.axes()[image as usize];
+    let nearest = if reversed { -axis } else { axis };
+    (Quat::from_rotation_arc(nearest, direction) * directions.rotation()).normalize()
+}
+
 impl DeepOcclusion {
     /// Compiles the passes.
     fn new(device: &wgpu::Device, settings: &Settings, max_distance: Option<f32>) -> Result<Self, RenderError> {
-        // Images in slices are of before for a while: to ask each set in its turn alone would make them older still.
-        let most_sets =
-            if settings.history == History::On && settings.deep_images.slices <= 1 { sets::MOST } else { 1 };
+        let history = settings.history;
         // Near fragments are asked for their triangles.
         let settings = DeepImageSettings { payload: true, ..settings.deep_images };
         let features = settings.fragment_features();
         let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();
         Ok(Self {
-            sets: Sets::new(device, settings, most_sets)?,
+            directions: Directions::new(settings.directions)
+                .map_err(|error| RenderError::Directions { what: error.to_string() })?,
+            images: KeptDeepImages::new(device, settings)?,
             constant: Kernels::new(device, &features)?,
             environment: Kernels::new(device, &with_image)?,
+            cells: CellRadiances::default(),
             max_distance: max_distance.unwrap_or(0.0),
+            history,
         })
     }
 }
 
 impl OcclusionPasses for DeepOcclusion {
     fn check_growth(&self, growth: Growth) -> Result<(), RenderError> {
-        self.sets.first().images.check_growth(growth)
+        self.images.check_growth(growth)
     }
 
     fn forget(&mut self) {
-        self.sets.forget();
+        self.images.forget();
+        self.cells.forget();
     }
 
     /// By images of the scene as it is now, whose set of directions is turned as the frame says; and, where there is a sun, a little
@@ -155,14 +173,16 @@ impl OcclusionPasses for DeepOcclusion {
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
+        ViewContext { scene, view, buffer, rotation, .. }: &ViewContext<'_>,
         surface: &Surface,
     ) -> Result<Openness, RenderError> {
-        let ViewContext { scene, buffer, .. } = view;
-        let (Set { images, cells }, rotation) = self.sets.get(frame.device, view)?;
-        let images = images.get(frame, scene, rotation)?;
+        let rotation = match scene.environment_light().sun {
+            Some(sun) => turned_towards(&self.directions.rotated(*rotation), sun),
+            None => *rotation,
+        };
+        let images = self.images.get(frame, scene, rotation)?;
         let cells = match &scene.environment_light().samples {
-            Some(samples) => Some(cells.get(frame.device, samples, &images.directions)?),
+            Some(samples) => Some(self.cells.get(frame.device, samples, &images.directions)?),
             None => None,
         };
         let kernels = if cells.is_some() { &self.environment } else { &self.constant };
@@ -181,7 +201,12 @@ impl OcclusionPasses for DeepOcclusion {
         }
         // Half vectors, which lean half as much as directions, are as wide as a direction's cell, whose radius is (2 / count)^½.
         let least_roughness = (2.0 / images.directions.len() as f32).sqrt().sqrt().min(1.0);
-        let run = DirectionRun { max_distance: self.max_distance, least_roughness, ..Default::default() };
+        let drawn = match self.history {
+            History::Off => view.frame_index,
+            History::On => view.forgetful_index,
+        };
+        let max_distance = self.max_distance;
+        let run = DirectionRun { max_distance, least_roughness, frame: drawn, ..Default::default() };
         let mut is_first = 1;
         for chunk in &images.chunks {
             let of_chunk = shared.clone().with(&chunk.bindings(&images.frames));

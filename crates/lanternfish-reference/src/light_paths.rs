@@ -1,0 +1,187 @@
+//! Paths that start at a light: what a surface close to a light sends on to others, which paths from the eye find seldom, and then too much of
+//! it at once.
+//!
+//! Light that goes from a point or spot light to a surface y, and from there to x on a path, is found in two ways, weighted by the power
+//! heuristic (bidirectional path tracing with light paths of one segment) [Veach1997, §10.2, §10.3]:
+//!
+//! 1. by the BSDF at x, which leads to y, and the search for light there ([`Tracer::direct_light`]);
+//! 2. by a ray from the light, which leads to y, and a connection of x to y.
+//!
+//! Where y is at the distance d from the light, its light goes by 1 / d²: so does the density of the second way, and not that of the first.
+
+use glam::{DVec3, Vec3, Vec3A};
+use lanternfish_scene::{Light, LightKind, Scene};
+
+use crate::{
+    Tracer,
+    brdf::Bsdf,
+    lights::{Arriving, incidence},
+    path::{LastSearch, MOST_PASSES, leaves, passes_wrong_side, power_heuristic},
+    random::Random,
+    surface::Surface,
+    world::{Faces, Hit},
+};
+
+/// Point and spot lights without a size, and how likely a path starts at each: by power.
+#[derive(Debug, Default)]
+pub(crate) struct Starts {
+    /// Index of the light in the scene, and of its emitter.
+    lights: Vec<(u32, u32)>,
+    /// Sum of the powers up to each light and with it, of 1.
+    sums: Vec<f64>,
+}
+
+/// A light that a path may start at, as a search for light has found it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Start {
+    /// Which of [`Starts`].
+    index: u32,
+    /// The chance that the search had to choose it.
+    chance: f64,
+}
+
+/// Where a ray from a light ends.
+struct Lit {
+    hit: Hit,
+    p: Vec3A,
+    /// Share of the light that panes on the way let through, over its chance.
+    passes: Vec3,
+}
+
+/// Solid angle that a light shines into, sr.
+fn cone(light: &Light) -> f64 {
+    match light.kind {
+        LightKind::Spot { outer_angle, .. } => std::f64::consts::TAU * (1.0 - f64::from(outer_angle).cos()),
+        _ => 2.0 * std::f64::consts::TAU,
+    }
+}
+
+impl Starts {
+    /// Of the lights of a scene, each with its emitter.
+    pub fn new(scene: &Scene, lights: Vec<(u32, u32)>) -> Self {
+        let mut sum = 0.0;
+        let mut sums: Vec<f64> = lights
+            .iter()
+            .map(|(light, _)| &scene.lights[*light as usize])
+            .map(|light| {
+                sum += f64::from(light.intensity.max_element()) * cone(light);
+                sum
+            })
+            .collect();
+        sums.iter_mut().for_each(|part| *part /= sum);
+        Self { lights, sums }
+    }
+
+    /// A light that was found with this chance, if a path may start at it.
+    pub fn of(&self, light: u32, chance: f64) -> Option<Start> {
+        // Lights are in the order of the scene.
+        let index = self.lights.binary_search_by_key(&light, |(light, _)| *light).ok()?;
+        Some(Start { index: index as u32, chance })
+    }
+
+    /// Chance that a path starts at a light.
+    fn chance(&self, index: usize) -> f64 {
+        self.sums[index] - index.checked_sub(1).map_or(0.0, |before| self.sums[before])
+    }
+
+    /// Density of a light's directions, with the chance of the light, 1/sr.
+    fn density(&self, scene: &Scene, index: u32) -> f64 {
+        self.chance(index as usize) / cone(&scene.lights[self.lights[index as usize].0 as usize])
+    }
+
+    /// A light, and a direction from it, evenly over all that it shines into.
+    fn sample(&self, scene: &Scene, u: [f64; 3]) -> (u32, Vec3A) {
+        let index = self.sums.partition_point(|sum| *sum <= u[0]).min(self.sums.len() - 1);
+        let light = &scene.lights[self.lights[index].0 as usize];
+        let axis = match light.kind {
+            LightKind::Spot { .. } => light.direction.as_dvec3(),
+            _ => DVec3::Z,
+        };
+        let cosine = 1.0 - u[1] * cone(light) / std::f64::consts::TAU;
+        let (right, up) = axis.any_orthonormal_pair();
+        let (sin, cos) = (std::f64::consts::TAU * u[2]).sin_cos();
+        let direction = cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * (cos * right + sin * up);
+        (index as u32, direction.as_vec3a().normalize())
+    }
+}
+
+impl Tracer<'_> {
+    /// Weight of light that a search at `y` has found, beside paths that start at the light.
+    pub(crate) fn weight_of_search(&self, y: &Surface, light: &Arriving, last: Option<&LastSearch>) -> f32 {
+        let (Some(start), Some(last)) = (light.start, last) else { return 1.0 };
+        let x_to_y = y.p - last.p;
+        let own = last.pdf * area_of(y, x_to_y) * start.chance;
+        let other = self.density_of_starts(start.index, y, light.wi * f64::from(light.distance));
+        power_heuristic(own, Some(other))
+    }
+
+    /// Density over a surface, 1/m², of the ends of paths from a light, which is `away` from it.
+    fn density_of_starts(&self, index: u32, y: &Surface, away: DVec3) -> f64 {
+        self.starts.density(self.world.scene, index) * area_of(y, away.as_vec3a())
+    }
+
+    /// What one light sends to `x` by way of one other surface, and from there towards `wo`, as far as a path from the light finds it.
+    pub(crate) fn light_by_starts(&self, x: &Surface, bsdf: &Bsdf, wo: DVec3, random: &mut Random) -> Vec3 {
+        if self.starts.lights.is_empty() {
+            return Vec3::ZERO;
+        }
+        let scene = self.world.scene;
+        let (index, direction) = self.starts.sample(scene, [random.unit(), random.unit(), random.unit()]);
+        let (light, emitter) = self.starts.lights[index as usize];
+        let light = &scene.lights[light as usize];
+        let Some(lit) = self.first_lit(light.position.into(), direction, random) else { return Vec3::ZERO };
+
+        let x_to_y = lit.p - x.p;
+        let distance = x_to_y.length();
+        let towards = x_to_y / distance;
+        let wi = towards.as_dvec3();
+        let at_x = bsdf.scatter(x.normal, wi, wo);
+        if !towards.is_finite() || at_x == DVec3::ZERO || passes_wrong_side(x, wi) {
+            return Vec3::ZERO;
+        }
+        // As a path from x meets it.
+        let front = self.world.is_front(lit.hit.triangle as usize, -towards);
+        let y = Surface::new(&self.world, &Hit { distance, front, ..lit.hit }, towards, self.settings.materials);
+        let Some(bsdf_of_y) = &y.bsdf else { return Vec3::ZERO };
+        let arriving = incidence(light, y.p, self.settings.attenuation, self.settings.range_threshold);
+        let at_y = bsdf_of_y.scatter(y.normal, arriving.wi, -wi);
+        if at_y == DVec3::ZERO || arriving.irradiance == Vec3::ZERO || passes_wrong_side(&y, arriving.wi) {
+            return Vec3::ZERO;
+        }
+        let own = self.density_of_starts(index, &y, arriving.wi * f64::from(arriving.distance));
+        let seen = area_of(&y, x_to_y);
+        let other = bsdf.pdf(x.normal, wi, wo) * seen * self.lights.chance(&y, emitter);
+        let weight = power_heuristic(own, Some(other)) * (seen / own) as f32;
+        let open = self.world.transmittance(leaves(x, towards), towards, distance * (1.0 - 1e-4));
+        let volume = y.volume.map_or(Vec3::ONE, |volume| volume.powf(distance));
+        let light = lit.passes * open * volume * arriving.irradiance * at_y.as_vec3() * at_x.as_vec3() * weight;
+        if light.is_finite() { light } else { Vec3::ZERO }
+    }
+
+    /// The first surface that a ray from a light meets and does not pass.
+    fn first_lit(&self, mut origin: Vec3A, direction: Vec3A, random: &mut Random) -> Option<Lit> {
+        let mut passes = Vec3::ONE;
+        for _ in 0..MOST_PASSES {
+            let hit = self.world.closest(origin, direction, Faces::All, random.bits())?;
+            let surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
+            let straight = surface.passes_straight(-direction.as_dvec3());
+            let chance = straight.max_element();
+            if chance <= 0.0 {
+                return Some(Lit { hit, p: surface.p, passes });
+            }
+            if random.unit() as f32 >= chance {
+                return Some(Lit { hit, p: surface.p, passes: passes / (1.0 - chance) });
+            }
+            passes *= straight / chance;
+            origin = leaves(&surface, direction);
+        }
+        None
+    }
+}
+
+/// Steradians of a surface's square metre, seen from a point that is `away` from it, 1/m².
+fn area_of(y: &Surface, away: Vec3A) -> f64 {
+    let away = away.as_dvec3();
+    let squared = away.length_squared();
+    y.geometric_normal.as_dvec3().dot(away).abs() / (squared * squared.sqrt())
+}
