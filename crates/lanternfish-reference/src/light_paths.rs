@@ -8,6 +8,9 @@
 //! 2. by a ray from the light, which leads to y, and a connection of x to y.
 //!
 //! Where y is at the distance d from the light, its light goes by 1 / d²: so does the density of the second way, and not that of the first.
+//!
+//! The second way is gone once at each surface x of a path. Both ways have the same paths: of surfaces nearer to the light than
+//! [`Tracer::clearance`] neither is in the way of the light.
 
 use glam::{DVec3, Vec3, Vec3A};
 use lanternfish_scene::{Light, LightKind, Scene};
@@ -48,28 +51,41 @@ struct Lit {
     passes: Vec3,
 }
 
+/// Middle of the directions that a light shines into, unit.
+fn axis(light: &Light) -> DVec3 {
+    match light.kind {
+        LightKind::Spot { .. } => light.direction.as_dvec3().normalize(),
+        _ => DVec3::Z,
+    }
+}
+
+/// Least cosine between those and their middle.
+fn least_cosine(light: &Light) -> f64 {
+    match light.kind {
+        LightKind::Spot { outer_angle, .. } => f64::from(outer_angle.cos()),
+        _ => -1.0,
+    }
+}
+
 /// Solid angle that a light shines into, sr.
 fn cone(light: &Light) -> f64 {
-    match light.kind {
-        LightKind::Spot { outer_angle, .. } => std::f64::consts::TAU * (1.0 - f64::from(outer_angle).cos()),
-        _ => 2.0 * std::f64::consts::TAU,
-    }
+    std::f64::consts::TAU * (1.0 - least_cosine(light))
 }
 
 impl Starts {
     /// Of the lights of a scene, each with its emitter.
     pub fn new(scene: &Scene, lights: Vec<(u32, u32)>) -> Self {
-        let mut sum = 0.0;
-        let mut sums: Vec<f64> = lights
-            .iter()
-            .map(|(light, _)| &scene.lights[*light as usize])
-            .map(|light| {
-                sum += f64::from(light.intensity.max_element()) * cone(light);
-                sum
-            })
-            .collect();
-        sums.iter_mut().for_each(|part| *part /= sum);
-        Self { lights, sums }
+        let power = |(light, _): &(u32, u32)| {
+            let light = &scene.lights[*light as usize];
+            f64::from(light.intensity.max_element()) * cone(light)
+        };
+        let lights: Vec<(u32, u32)> = lights.into_iter().filter(|light| power(light) > 0.0).collect();
+        let all: f64 = lights.iter().map(power).sum();
+        let sums = lights.iter().scan(0.0, |sum, light| {
+            *sum += power(light) / all;
+            Some(*sum)
+        });
+        Self { sums: sums.collect(), lights }
     }
 
     /// A light that was found with this chance, if a path may start at it.
@@ -84,20 +100,19 @@ impl Starts {
         self.sums[index] - index.checked_sub(1).map_or(0.0, |before| self.sums[before])
     }
 
-    /// Density of a light's directions, with the chance of the light, 1/sr.
-    fn density(&self, scene: &Scene, index: u32) -> f64 {
-        self.chance(index as usize) / cone(&scene.lights[self.lights[index as usize].0 as usize])
+    /// Density of a direction (unit) from a light, with the chance of the light, 1/sr.
+    fn density(&self, scene: &Scene, index: u32, direction: DVec3) -> f64 {
+        let light = &scene.lights[self.lights[index as usize].0 as usize];
+        let is_within = axis(light).dot(direction) >= least_cosine(light);
+        if is_within { self.chance(index as usize) / cone(light) } else { 0.0 }
     }
 
     /// A light, and a direction from it, evenly over all that it shines into.
     fn sample(&self, scene: &Scene, u: [f64; 3]) -> (u32, Vec3A) {
         let index = self.sums.partition_point(|sum| *sum <= u[0]).min(self.sums.len() - 1);
         let light = &scene.lights[self.lights[index].0 as usize];
-        let axis = match light.kind {
-            LightKind::Spot { .. } => light.direction.as_dvec3(),
-            _ => DVec3::Z,
-        };
-        let cosine = 1.0 - u[1] * cone(light) / std::f64::consts::TAU;
+        let axis = axis(light);
+        let cosine = 1.0 - u[1] * (1.0 - least_cosine(light));
         let (right, up) = axis.any_orthonormal_pair();
         let (sin, cos) = (std::f64::consts::TAU * u[2]).sin_cos();
         let direction = cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * (cos * right + sin * up);
@@ -117,7 +132,11 @@ impl Tracer<'_> {
 
     /// Density over a surface, 1/m², of the ends of paths from a light, which is `away` from it.
     fn density_of_starts(&self, index: u32, y: &Surface, away: DVec3) -> f64 {
-        self.starts.density(self.world.scene, index) * area_of(y, away.as_vec3a())
+        let distance = away.length();
+        if distance <= f64::from(self.clearance) {
+            return 0.0;
+        }
+        self.starts.density(self.world.scene, index, -away / distance) * area_of(y, away.as_vec3a())
     }
 
     /// What one light sends to `x` by way of one other surface, and from there towards `wo`, as far as a path from the light finds it.
@@ -129,14 +148,17 @@ impl Tracer<'_> {
         let (index, direction) = self.starts.sample(scene, [random.unit(), random.unit(), random.unit()]);
         let (light, emitter) = self.starts.lights[index as usize];
         let light = &scene.lights[light as usize];
-        let Some(lit) = self.first_lit(light.position.into(), direction, random) else { return Vec3::ZERO };
+        let Some(lit) = self.first_lit(Vec3A::from(light.position) + self.clearance * direction, direction, random)
+        else {
+            return Vec3::ZERO;
+        };
 
         let x_to_y = lit.p - x.p;
         let distance = x_to_y.length();
         let towards = x_to_y / distance;
         let wi = towards.as_dvec3();
         let at_x = bsdf.scatter(x.normal, wi, wo);
-        if !towards.is_finite() || at_x == DVec3::ZERO || passes_wrong_side(x, wi) {
+        if distance == 0.0 || at_x == DVec3::ZERO || passes_wrong_side(x, wi) {
             return Vec3::ZERO;
         }
         // As a path from x meets it.
@@ -149,13 +171,17 @@ impl Tracer<'_> {
             return Vec3::ZERO;
         }
         let own = self.density_of_starts(index, &y, arriving.wi * f64::from(arriving.distance));
+        if own <= 0.0 {
+            return Vec3::ZERO;
+        }
         let seen = area_of(&y, x_to_y);
         let other = bsdf.pdf(x.normal, wi, wo) * seen * self.lights.chance(&y, emitter);
         let weight = power_heuristic(own, Some(other)) * (seen / own) as f32;
-        let open = self.world.transmittance(leaves(x, towards), towards, distance * (1.0 - 1e-4));
+        // From before the one surface to before the other: neither hides itself.
+        let (from, to) = (leaves(x, towards), leaves(&y, -towards));
+        let open = self.world.transmittance(from, (to - from).normalize(), from.distance(to));
         let volume = y.volume.map_or(Vec3::ONE, |volume| volume.powf(distance));
-        let light = lit.passes * open * volume * arriving.irradiance * at_y.as_vec3() * at_x.as_vec3() * weight;
-        if light.is_finite() { light } else { Vec3::ZERO }
+        lit.passes * open * volume * arriving.irradiance * at_y.as_vec3() * at_x.as_vec3() * weight
     }
 
     /// The first surface that a ray from a light meets and does not pass.
@@ -169,7 +195,7 @@ impl Tracer<'_> {
             if chance <= 0.0 {
                 return Some(Lit { hit, p: surface.p, passes });
             }
-            if random.unit() as f32 >= chance {
+            if random.unit() >= f64::from(chance) {
                 return Some(Lit { hit, p: surface.p, passes: passes / (1.0 - chance) });
             }
             passes *= straight / chance;

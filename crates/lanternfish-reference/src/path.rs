@@ -30,6 +30,8 @@ pub(crate) struct LastSearch {
     normal: DVec3,
     /// Density of the direction that the path took from there, 1/sr.
     pub pdf: f64,
+    /// Emitters that were looked for.
+    searches: f64,
 }
 
 impl Tracer<'_> {
@@ -38,6 +40,8 @@ impl Tracer<'_> {
         let (mut radiance, mut throughput) = (Vec3::ZERO, Vec3::ONE);
         let mut last: Option<LastSearch> = None;
         let (mut depth, mut passes) = (1, 0);
+        // The way since the last surface that was not passed straight, m.
+        let mut passed = 0.0;
         loop {
             let wo = -direction.as_dvec3();
             let hit = self.next_hit(origin, direction, last.is_none(), random);
@@ -45,13 +49,13 @@ impl Tracer<'_> {
                 let scene = self.world.scene;
                 let weight = last.as_ref().map_or(1.0, |last| {
                     let found = self.lights.pdf_of_sky(last.p, last.normal, -wo, scene);
-                    power_heuristic(last.pdf, found)
+                    power_heuristic(last.pdf, found.map(|found| found * last.searches))
                 });
                 return radiance + throughput * self.lights.sky.radiance(scene, -wo) * weight;
             };
             let surface = Surface::new(&self.world, &hit, direction, self.settings.materials);
             if let Some(volume) = surface.volume {
-                throughput *= volume.powf(hit.distance);
+                throughput *= volume.powf(passed + hit.distance);
             }
 
             if surface.emissive != Vec3::ZERO {
@@ -59,7 +63,8 @@ impl Tracer<'_> {
                     // The distance from the last search: panes in between do not count.
                     let distance = last.p.distance(surface.p);
                     let seen = Hit { distance, ..hit };
-                    power_heuristic(last.pdf, self.lights.pdf_of_hit(&self.world, last.p, last.normal, -wo, &seen))
+                    let found = self.lights.pdf_of_hit(&self.world, last.p, last.normal, -wo, &seen);
+                    power_heuristic(last.pdf, found.map(|found| found * last.searches))
                 });
                 radiance += throughput * surface.emissive * weight;
             }
@@ -72,12 +77,13 @@ impl Tracer<'_> {
             let straight = surface.passes_straight(wo);
             let chance = straight.max_element();
             if chance > 0.0 {
-                if (random.unit() as f32) < chance {
+                if random.unit() < f64::from(chance) {
                     passes += 1;
                     if passes > MOST_PASSES {
                         return radiance;
                     }
                     throughput *= straight / chance;
+                    passed += hit.distance;
                     origin = leaves(&surface, direction);
                     continue;
                 }
@@ -87,7 +93,7 @@ impl Tracer<'_> {
             // Paths that begin here share all that follows: light that arrives straight is looked for more often than they go on.
             let searches = if depth == 1 { self.lights.count().min(FIRST_SEARCHES) } else { 1 };
             for _ in 0..searches {
-                let found = self.direct_light(&surface, &bsdf, wo, last.as_ref(), random);
+                let found = self.direct_light(&surface, &bsdf, wo, (last.as_ref(), searches.into()), random);
                 radiance += throughput * found / searches as f32;
             }
             if depth + 1 < self.settings.max_depth {
@@ -110,7 +116,13 @@ impl Tracer<'_> {
                 }
                 throughput /= survives;
             }
-            last = Some(LastSearch { p: surface.p, normal: surface.normal, pdf: scattered.pdf });
+            last = Some(LastSearch {
+                p: surface.p,
+                normal: surface.normal,
+                pdf: scattered.pdf,
+                searches: searches.into(),
+            });
+            passed = 0.0;
             origin = leaves(&surface, wi);
             direction = wi;
         }
@@ -123,13 +135,13 @@ impl Tracer<'_> {
         self.world.closest(origin, direction, faces, random.bits())
     }
 
-    /// What one emitter sends by way of the surface towards `wo`, over its chance.
+    /// What one emitter sends by way of the surface towards `wo`, over its chance, as one of so many searches there.
     fn direct_light(
         &self,
         surface: &Surface,
         bsdf: &Bsdf,
         wo: DVec3,
-        last: Option<&LastSearch>,
+        (last, searches): (Option<&LastSearch>, f64),
         random: &mut Random,
     ) -> Vec3 {
         let u = [random.unit(), random.unit(), random.unit()];
@@ -141,14 +153,24 @@ impl Tracer<'_> {
             return Vec3::ZERO;
         }
         let weight = match light.pdf {
-            Some(pdf) => power_heuristic(pdf, Some(bsdf.pdf(surface.normal, light.wi, wo))),
+            Some(pdf) => power_heuristic(searches * pdf, Some(bsdf.pdf(surface.normal, light.wi, wo))),
             None => self.weight_of_search(surface, &light, last),
         };
         let direction = light.wi.as_vec3a();
         let origin = leaves(surface, direction);
-        // Short of the emitter, which may be a surface.
-        let reach = light.distance * (1.0 - 1e-4);
-        let passes = self.world.transmittance(origin, direction, reach);
+        if light.distance.is_infinite() {
+            return self.world.transmittance(origin, direction, f32::INFINITY)
+                * light.weight
+                * scatter.as_vec3()
+                * weight;
+        }
+        let towards = surface.p + light.distance * direction - origin;
+        // Short of the emitter, which may be a surface, or be on one.
+        let reach = match light.pdf {
+            Some(_) => towards.length() * (1.0 - 1e-4),
+            None => towards.length() - self.clearance,
+        };
+        let passes = if reach > 0.0 { self.world.transmittance(origin, towards.normalize(), reach) } else { Vec3::ONE };
         passes * light.weight * scatter.as_vec3() * weight
     }
 }

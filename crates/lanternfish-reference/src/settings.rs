@@ -24,7 +24,7 @@ pub struct Settings {
     pub light_radius: f32,
     /// How one of many lights is chosen at a surface. The mean is the same.
     pub light_choice: LightChoice,
-    /// Whether paths start at lights, too. The mean is the same.
+    /// Whether paths start at lights, too: at points and spots, without [`Settings::light_radius`]. The mean is the same.
     pub light_paths: LightPaths,
     /// Seed of the random numbers. Another seed: other noise, the same mean.
     pub seed: u64,

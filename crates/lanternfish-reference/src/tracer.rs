@@ -15,12 +15,17 @@ use crate::{
     world::{Faces, World},
 };
 
+/// [`Tracer::clearance`] over the diagonal of the scene's bounds.
+const CLEARANCE: f32 = 1e-5;
+
 /// A scene made ready for tracing.
 pub struct Tracer<'a> {
     pub(crate) world: World<'a>,
     pub(crate) lights: Lights,
     /// Lights that paths start at.
     pub(crate) starts: Starts,
+    /// Surfaces nearer than this to a point or spot light hide nothing of it, m: lamps are placed on what holds them.
+    pub(crate) clearance: f32,
     pub(crate) settings: Settings,
 }
 
@@ -51,7 +56,8 @@ impl<'a> Tracer<'a> {
             LightPaths::On => lights.starts(scene),
             LightPaths::Off => Starts::default(),
         };
-        Ok(Self { world, lights, starts, settings })
+        let clearance = CLEARANCE * scene.bounds().size().length();
+        Ok(Self { world, lights, starts, clearance, settings })
     }
 
     /// Adds `samples` samples to every pixel, on all cores. Deterministic: where it is interrupted between calls, and by how

@@ -93,7 +93,7 @@ pub struct TransportArgs {
     #[arg(long, value_name = "NAME", value_parser = choice::<LightChoice>())]
     #[arg(default_value_t = Settings::default().light_choice)]
     pub light_choice: LightChoice,
-    /// Whether paths start at lights, too. The picture is the same, its noise is not.
+    /// Whether paths start at point and spot lights, too, where those have no radius. The picture is the same, its noise is not.
     #[arg(long, value_name = "on|off", value_parser = choice::<LightPaths>())]
     #[arg(default_value_t = Settings::default().light_paths)]
     pub light_paths: LightPaths,

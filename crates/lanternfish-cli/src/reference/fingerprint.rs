@@ -106,7 +106,7 @@ impl fmt::Write for Fnv {
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
-    use lanternfish_reference::settings::Integrator;
+    use lanternfish_reference::settings::{Integrator, LightPaths};
     use lanternfish_scene::generate;
 
     use super::*;
@@ -127,6 +127,7 @@ mod tests {
         assert_eq!(of_cornell(|_, _, settings| settings.seed = 5), same);
         let others = [
             of_cornell(|scene, _, _| scene.materials[0].base_color.x += 1e-7),
+            of_cornell(|_, _, settings| settings.light_paths = LightPaths::Off),
             of_cornell(|scene, _, _| scene.meshes[0].primitives[0].positions[0].y += 1e-6),
             of_cornell(|scene, _, _| scene.instances[0].world_from_object.translation.x += 1e-6),
             of_cornell(|scene, _, _| scene.lights.push(lanternfish_scene::Light::point(Vec3::ONE, Vec3::ONE))),
