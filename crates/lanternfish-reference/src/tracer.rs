@@ -24,7 +24,7 @@ pub struct Tracer<'a> {
     pub(crate) lights: Lights,
     /// Lights that paths start at.
     pub(crate) starts: Starts,
-    /// Surfaces nearer than this to a point or spot light hide nothing of it, m: lamps are placed on what holds them.
+    /// Surfaces nearer than this to a light of the scene hide nothing of it, m: lamps are placed on what holds them.
     pub(crate) clearance: f32,
     pub(crate) settings: Settings,
 }
