@@ -25,11 +25,20 @@ impl Bounces {
         self != Self::ONE
     }
 
-    /// Parts of `bounce_levels.wesl`: numbers of bounces below the one that is asked for.
+    /// Parts of `bounce_levels.wesl` that cells keep beside all that is asked for: numbers of bounces below it, or two of every bounce.
     pub(super) fn levels(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
-            Self::All => 0,
+            Self::All => 2,
+        }
+    }
+
+    /// The parts that are read and written one after the other, so that all that is asked for comes by way of the cells' rays. `most`: reflections
+    /// that are followed in this frame, where every one is asked for.
+    pub(super) fn steps(self, most: u32) -> Vec<[u32; 2]> {
+        match self {
+            Self::UpTo(bounces) => (1..bounces).map(|k| [k, (k + 1) % bounces]).collect(),
+            Self::All => [[0, 2], [2, 0]].into_iter().cycle().take(most.next_multiple_of(2) as usize).collect(),
         }
     }
 }

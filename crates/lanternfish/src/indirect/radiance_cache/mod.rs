@@ -16,7 +16,7 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growt
 
 pub use self::bounces::Bounces;
 use self::{
-    parameters::{CellSample, DueCell, RadianceCacheParameters, SampledCell},
+    parameters::{CellSample, DueCell, Link, RadianceCacheParameters, SampledCell},
     table::{Change, Rehash, Slots, Table},
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
@@ -43,6 +43,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::computed("indirect/radiance_cache/trace", || rays::every_tracer(true)),
         Root::new("indirect/radiance_cache/meet"),
         Root::new("indirect/radiance_cache/commit"),
+        Root::new("indirect/radiance_cache/relax"),
         Root::new("indirect/radiance_cache/rehash"),
     ],
     structs: &[
@@ -50,6 +51,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<CellSample>(),
         SharedStruct::of::<SampledCell>(),
         SharedStruct::of::<DueCell>(),
+        SharedStruct::of::<Link>(),
     ],
 };
 
@@ -59,18 +61,18 @@ const NEAR_EDGES: f32 = 128.0;
 const SHARE: u32 = 8;
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
-/// How much more later samples of a cell count, and where they bring light of more bounces than those before: light of many bounces would come
-/// late.
-const HASTE: f32 = 4.0;
-const HASTE_OF_MORE_BOUNCES: f32 = 8.0;
 /// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
 /// Samples that what is known counts for while the scene changes in every frame: a cell is the mean of two or three.
 const REMEMBERED: f32 = 3.0;
 /// Where nothing changes it counts for as many as there were.
 const ALL: f32 = f32::MAX;
-/// The haste with which the next sample is all that counts: after a change that comes alone.
-const FORGETTING: f32 = 1e30;
+/// After a change that comes alone it counts for nothing.
+const NONE: f32 = 0.0;
+/// Reflections between cells that are followed in a frame, where every one is asked for: light of more comes in later ones; and in a frame
+/// that all cells are new in, and in those after a change.
+const STEPS: u32 = 2;
+const STEPS_OF_NEW: u32 = 16;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
 /// Slots of a table at least: those that one workgroup looks at.
@@ -86,8 +88,6 @@ pub(crate) struct RadianceCache {
     slots: u32,
     /// Samples of a cell of generation 0 in a picture's first frame.
     first_samples: u32,
-    /// How much more later samples count.
-    haste: f32,
     /// Of rays between cells.
     tracer: Tracer,
     kernels: Kernels,
@@ -112,6 +112,7 @@ struct Kernels {
     meet: ComputeKernel,
     place: ComputeKernel,
     commit: ComputeKernel,
+    relax: ComputeKernel,
 }
 
 /// What one frame needs of the cache, for its rays.
@@ -120,12 +121,12 @@ pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     /// All cells are.
     is_new: bool,
-    /// Rounds of samples of all cells whose turn it is.
-    rounds_of_all: u32,
+    /// Reflections between cells that are followed, where every one is asked for.
+    steps: u32,
     uniform: BufferPart,
     slots: Slots,
-    /// Of an update: which cells are due, what is found of each, workgroups for all of them, and what each lacks of light of fewer bounces.
-    scratch: [wgpu::Buffer; 4],
+    /// Of an update: which cells are due, what is found of each, workgroups for all of them.
+    scratch: [wgpu::Buffer; 3],
     /// What is counted.
     pub counters: Counters,
 }
@@ -171,6 +172,7 @@ impl RadianceCache {
             meet: kernel("meet", &[], "meet")?,
             place: kernel("meet", &[], "place")?,
             commit: kernel("commit", &[], "commit")?,
+            relax: kernel("relax", &[], "relax")?,
         };
         // Half of them stay empty: a table that is nearly full loses cells.
         let slots = (2 * cache_cells).next_power_of_two().max(LEAST_SLOTS);
@@ -178,7 +180,6 @@ impl RadianceCache {
             bounces,
             slots,
             first_samples: cache_samples,
-            haste: if bounces.needs_rays() { HASTE_OF_MORE_BOUNCES } else { HASTE },
             tracer,
             kernels,
             rehash: Rehash::new(device)?,
@@ -244,12 +245,16 @@ impl RadianceCache {
             most: MOST,
             kept: KEPT,
             blur: super::sampled::diffuse_blur(1, MOST as u32),
-            remembered: if has_changed { REMEMBERED } else { ALL },
+            remembered: match change {
+                Change::Alone => NONE,
+                Change::Ongoing => REMEMBERED,
+                Change::Recent | Change::Long => ALL,
+            },
             frame: self.frame,
-            haste: if change == Change::Alone { FORGETTING } else { self.haste },
             fades: u32::from(!is_new),
             changes: self.changes,
             bounce_levels: self.bounces.levels(),
+            ..Default::default()
         };
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
@@ -258,14 +263,13 @@ impl RadianceCache {
             frame.scratch("radiance_cache/due", 4 + size_of::<DueCell>() as u64 * u64::from(self.slots))?,
             frame.scratch("radiance_cache/sampled", bytes)?,
             frame.indirect("radiance_cache/workgroups")?,
-            frame.scratch("radiance_cache/lacking", 16 * u64::from(self.bounces.levels() * self.slots).max(1))?,
         ];
         Ok(CacheOfFrame {
             uniform: frame.uniform(&parameters),
             parameters,
             is_new,
-            // Light of many bounces has to find its new way.
-            rounds_of_all: if change == Change::Alone && self.bounces.needs_rays() { FEWEST } else { 1 },
+            // Light of many bounces has to find its way.
+            steps: if is_new || is_doubted { STEPS_OF_NEW } else { STEPS },
             slots: table.slots.clone(),
             scratch,
             counters,
@@ -282,23 +286,21 @@ impl RadianceCache {
         images: Option<&DeepImages>,
         most: u32,
     ) {
-        let [due, sampled, workgroups_due, lacking] = cache.scratch.clone();
+        let [due, sampled, workgroups_due] = cache.scratch.clone();
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
-        let Kernels { clear, choose, measure, light, light_environment, shadow, trace, meet, place, commit } =
+        let Kernels { clear, choose, measure, light, light_environment, shadow, trace, meet, place, commit, .. } =
             &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
         let images = images.filter(|_| self.tracer.uses_deep_images());
         for round in 0..most.min(cache.parameters.fewest) {
-            // New cells get one sample after the other; the others one in the first round, or in so many.
-            let is_of_all = round < cache.rounds_of_all;
+            // New cells get one sample after the other; the others one in the first round.
             let is_first = round == 0;
             let parameters = cache.parameters;
             let uniform = frame.uniform(&RadianceCacheParameters {
                 update: self.update,
-                share: if is_of_all { parameters.share } else { 0 },
+                share: if is_first { parameters.share } else { 0 },
                 remembered: if is_first { parameters.remembered } else { ALL },
-                haste: if is_of_all { parameters.haste } else { self.haste },
                 fades: if is_first { parameters.fades } else { 0 },
                 ..parameters
             });
@@ -315,7 +317,6 @@ impl RadianceCache {
             let mut sampling = bindings
                 .buffer("due", &due)
                 .buffer("sampled_cells", &sampled)
-                .buffer("lacking", &lacking)
                 .buffer("update_counters", cache.counters.buffer());
             if let Some(environment) = &environment {
                 sampling = sampling.with(environment);
@@ -330,7 +331,15 @@ impl RadianceCache {
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
         }
         // Once a frame it is all cells' turn, they fade, and what was known counts for little.
-        cache.parameters =
-            RadianceCacheParameters { share: 0, remembered: ALL, haste: self.haste, fades: 0, ..cache.parameters };
+        cache.parameters = RadianceCacheParameters { share: 0, remembered: ALL, fades: 0, ..cache.parameters };
+    }
+
+    /// Brings what cells send of light from other cells up to date, by way of the rays that they have sent.
+    pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
+        for [read_level, written_level] in self.bounces.steps(cache.steps) {
+            let uniform = frame.uniform(&RadianceCacheParameters { read_level, written_level, ..cache.parameters });
+            let bindings = cache.slots.bindings().part("radiance_cache", &uniform);
+            frame.dispatch(&self.kernels.relax, &bindings, workgroups(self.slots));
+        }
     }
 }

@@ -28,14 +28,16 @@ gpu_struct! {
         remembered: f32,
         /// Frames of the cache so far.
         frame: u32,
-        /// How much more later samples count: the n-th one's share of the mean is haste / (n - 1 + haste).
-        haste: f32,
         /// 1: cells that nothing asks for go on to the next generation, when it is their turn.
         fades: u32,
         /// Times so far that what was known counted for few samples: cells have other rays each time.
         changes: u32,
-        /// Where bounces are counted, one less than are asked for; 0: every bounce, or one.
+        /// Parts that cells keep beside all that is asked of them: `bounce_levels.wesl`.
         bounce_levels: u32,
+        /// The part that `relax.wesl` reads.
+        read_level: u32,
+        /// The part that it writes.
+        written_level: u32,
     }
 }
 
@@ -46,6 +48,16 @@ gpu_struct! {
         p_world: Vec3,
         /// In the order of the BVH's leaves; the four top bits say which side of it, and the cell's generation.
         triangle: u32,
+    }
+}
+
+gpu_struct! {
+    /// Where a ray of a cell ended.
+    pub struct Link {
+        /// Slot of the cell there.
+        slot: u32,
+        /// Share that the ray's cell sends on: `links.wesl`.
+        reflectance: u32,
     }
 }
 

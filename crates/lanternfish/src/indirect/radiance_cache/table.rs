@@ -2,13 +2,15 @@
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, storage_buffer};
 
-use super::parameters::{CellSample, RadianceCacheParameters};
+use super::parameters::{CellSample, Link, RadianceCacheParameters};
 use crate::{
     common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::DOUBTED, shaders::SHADERS,
 };
 
 /// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
 const CELLS_ALONG: f32 = 128.0;
+/// Rays of a cell that are kept: `links.wesl`.
+const LINKS: u32 = 16;
 
 /// The buffers of a table, an element a slot.
 #[derive(Clone, Debug)]
@@ -19,6 +21,7 @@ pub(super) struct Slots {
     asked: wgpu::Buffer,
     samples: wgpu::Buffer,
     light: wgpu::Buffer,
+    links: wgpu::Buffer,
 }
 
 impl Slots {
@@ -27,6 +30,8 @@ impl Slots {
         let buffer = |name: &str, bytes: usize| {
             storage_buffer(device, &format!("radiance_cache/{name}"), bytes as u64 * u64::from(count))
         };
+        // One bounce needs none.
+        let links = if bounce_levels > 0 { u64::from(LINKS) * u64::from(count) } else { 1 };
         Ok(Self {
             keys: buffer("keys", 4)?,
             hashes: buffer("hashes", 4)?,
@@ -34,6 +39,7 @@ impl Slots {
             asked: buffer("asked", 4)?,
             samples: buffer("samples", size_of::<CellSample>())?,
             light: buffer("light", 16 * (1 + bounce_levels as usize))?,
+            links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
         })
     }
 
@@ -54,6 +60,7 @@ impl Slots {
             .buffer("cell_asked", &self.asked)
             .buffer("cell_samples", &self.samples)
             .buffer("cell_light", &self.light)
+            .buffer("cell_links", &self.links)
     }
 }
 
@@ -143,6 +150,7 @@ fn edge_in(scene: &GpuScene) -> f32 {
 pub(super) struct Rehash {
     rehash: ComputeKernel,
     carry: ComputeKernel,
+    carry_links: ComputeKernel,
 }
 
 impl Rehash {
@@ -151,7 +159,7 @@ impl Rehash {
         let none: &[Feature] = &[];
         let shader = SHADERS.link("indirect/radiance_cache/rehash", none)?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}"));
-        Ok(Self { rehash: kernel("rehash"), carry: kernel("carry") })
+        Ok(Self { rehash: kernel("rehash"), carry: kernel("carry"), carry_links: kernel("carry_links") })
     }
 
     /// Leaves out the cells for which nothing has asked, once so many frames have passed as cells are kept for.
@@ -180,9 +188,11 @@ impl Rehash {
             .buffer("old_hashes", &old.hashes)
             .buffer("old_asked", &old.asked)
             .buffer("old_samples", &old.samples)
-            .buffer("old_light", &old.light);
+            .buffer("old_light", &old.light)
+            .buffer("old_links", &old.links);
         frame.dispatch(&self.rehash, &bindings, workgroups(count));
         frame.dispatch(&self.carry, &bindings, workgroups(count));
+        frame.dispatch(&self.carry_links, &bindings, workgroups(count));
         Ok(())
     }
 }

@@ -175,6 +175,7 @@ impl FrameCells<'_> {
         images: Option<&DeepImages>,
     ) {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
+        self.cells.cache.relax(frame, &self.of_frame);
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
     }
