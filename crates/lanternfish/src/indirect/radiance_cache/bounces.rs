@@ -33,14 +33,35 @@ impl Bounces {
         }
     }
 
-    /// The parts that are read and written one after the other, so that all that is asked for comes by way of the cells' rays. `most`: reflections
-    /// that are followed in this frame, where every one is asked for.
-    pub(super) fn steps(self, most: u32) -> Vec<[u32; 2]> {
+    /// The parts that cells read of each other and write, one after the other, and which mean of earlier rays belongs to them, so that all that
+    /// is asked for comes by way of the cells' rays. `most`: reflections that are followed in this frame, where every one is asked for.
+    pub(super) fn steps(self, most: u32) -> Vec<Step> {
         match self {
-            Self::UpTo(bounces) => (1..bounces).map(|k| [k, (k + 1) % bounces]).collect(),
-            Self::All => [[0, 2], [2, 0]].into_iter().cycle().take(most.next_multiple_of(2) as usize).collect(),
+            Self::UpTo(bounces) => {
+                (1..bounces).map(|k| Step { read: k, written: (k + 1) % bounces, earlier: k - 1 }).collect()
+            }
+            Self::All => {
+                let there_and_back = [[0, 2], [2, 0]].map(|[read, written]| Step { read, written, earlier: 0 });
+                there_and_back.into_iter().cycle().take(most.next_multiple_of(2) as usize).collect()
+            }
         }
     }
+
+    /// Means of what earlier rays have brought: one of each part that is read, or of every bounce together.
+    pub(super) fn earlier_steps(self) -> u32 {
+        match self {
+            Self::UpTo(bounces) => bounces.saturating_sub(1),
+            Self::All => 1,
+        }
+    }
+}
+
+/// One pass in which cells read each other: the parts of `bounce_levels.wesl` that they read and write, and the mean of `links.wesl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Step {
+    pub read: u32,
+    pub written: u32,
+    pub earlier: u32,
 }
 
 impl Default for Bounces {

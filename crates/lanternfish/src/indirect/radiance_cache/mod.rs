@@ -16,6 +16,7 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growt
 
 pub use self::bounces::Bounces;
 use self::{
+    bounces::Step,
     parameters::{CellSample, DueCell, Link, RadianceCacheParameters, SampledCell},
     table::{Change, Rehash, Slots, Table},
 };
@@ -42,6 +43,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::computed("indirect/radiance_cache/shadow", rays::exact_tracers),
         Root::computed("indirect/radiance_cache/trace", || rays::every_tracer(true)),
         Root::new("indirect/radiance_cache/meet"),
+        Root::new("indirect/radiance_cache/keep_link"),
         Root::new("indirect/radiance_cache/commit"),
         Root::new("indirect/radiance_cache/relax"),
         Root::new("indirect/radiance_cache/rehash"),
@@ -71,7 +73,7 @@ const ALL: f32 = f32::MAX;
 const NONE: f32 = 0.0;
 /// Reflections between cells that are followed in a frame, where every one is asked for: light of more comes in later ones; and in a frame
 /// that all cells are new in, and in those after a change.
-const STEPS: u32 = 2;
+pub(super) const STEPS: u32 = 2;
 const STEPS_OF_NEW: u32 = 16;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
@@ -111,6 +113,7 @@ struct Kernels {
     trace: ComputeKernel,
     meet: ComputeKernel,
     place: ComputeKernel,
+    keep: ComputeKernel,
     commit: ComputeKernel,
     relax: ComputeKernel,
 }
@@ -122,7 +125,7 @@ pub(crate) struct CacheOfFrame {
     /// All cells are.
     is_new: bool,
     /// Reflections between cells that are followed, where every one is asked for.
-    steps: u32,
+    pub steps: u32,
     uniform: BufferPart,
     slots: Slots,
     /// Of an update: which cells are due, what is found of each, workgroups for all of them.
@@ -149,6 +152,9 @@ impl CacheOfFrame {
 }
 
 impl RadianceCache {
+    /// Rays of a cell that are listed: `links.wesl`.
+    pub const LISTED: u32 = table::LINKS;
+
     /// Compiles the passes. `settings`: of the rays that read it; `exact`: of rays to lights.
     pub fn new(
         device: &wgpu::Device,
@@ -171,6 +177,7 @@ impl RadianceCache {
             trace: kernel("trace", &tracer.features(images), "trace")?,
             meet: kernel("meet", &[], "meet")?,
             place: kernel("meet", &[], "place")?,
+            keep: kernel("keep_link", &[], "keep")?,
             commit: kernel("commit", &[], "commit")?,
             relax: kernel("relax", &[], "relax")?,
         };
@@ -202,14 +209,15 @@ impl RadianceCache {
         frame: &mut Frame<'_>,
         ViewContext { scene, view, .. }: &ViewContext<'_>,
     ) -> Result<CacheOfFrame, RenderError> {
-        let is_first = frame.growth() == Growth::Wait && view.random_index == 0;
+        let waits = frame.growth() == Growth::Wait;
+        let is_first = waits && view.random_index == 0;
         let number = frame.number();
         let table = match &mut self.table {
             Some(table) => table,
             none => {
                 frame.forget_bind_groups();
                 (self.update, self.frame, self.changes) = (0, 0, 0);
-                none.insert(Table::new(frame, scene, self.slots, self.bounces.levels())?)
+                none.insert(Table::new(frame, scene, self.slots, self.bounces)?)
             }
         };
         let is_first_view = std::mem::replace(&mut table.used_in, number) != number;
@@ -236,11 +244,12 @@ impl RadianceCache {
             near: NEAR_EDGES * table.edge,
             share: if is_new {
                 0
-            } else if is_doubted {
+            } else if is_doubted || waits {
                 1
             } else {
                 SHARE
             },
+            most_share: if is_doubted { 1 } else { SHARE },
             fewest: if is_new { self.first_samples } else { FEWEST },
             most: MOST,
             kept: KEPT,
@@ -254,6 +263,8 @@ impl RadianceCache {
             fades: u32::from(!is_new),
             changes: self.changes,
             bounce_levels: self.bounces.levels(),
+            read_level: self.bounces.steps(2).first().map_or(0, |step| step.read),
+            earlier_steps: self.bounces.earlier_steps(),
             ..Default::default()
         };
         self.rehash.record(frame, table, &parameters)?;
@@ -289,8 +300,9 @@ impl RadianceCache {
         let [due, sampled, workgroups_due] = cache.scratch.clone();
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
-        let Kernels { clear, choose, measure, light, light_environment, shadow, trace, meet, place, commit, .. } =
-            &self.kernels;
+        let Kernels {
+            clear, choose, measure, light, light_environment, shadow, trace, meet, place, keep, commit, ..
+        } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
         let images = images.filter(|_| self.tracer.uses_deep_images());
         for round in 0..most.min(cache.parameters.fewest) {
@@ -327,6 +339,7 @@ impl RadianceCache {
                 rays::dispatch_indirect(frame, trace, &sampling, &workgroups_due, images);
                 frame.dispatch_indirect(meet, &sampling, &workgroups_due);
                 frame.dispatch_indirect(place, &sampling, &workgroups_due);
+                frame.dispatch_indirect(keep, &sampling, &workgroups_due);
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
         }
@@ -334,10 +347,16 @@ impl RadianceCache {
         cache.parameters = RadianceCacheParameters { share: 0, remembered: ALL, fades: 0, ..cache.parameters };
     }
 
-    /// Brings what cells send of light from other cells up to date, by way of the rays that they have sent.
-    pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
-        for [read_level, written_level] in self.bounces.steps(cache.steps) {
-            let uniform = frame.uniform(&RadianceCacheParameters { read_level, written_level, ..cache.parameters });
+    /// Brings what cells send of light from other cells up to date, by way of the rays that they have sent. `most`: reflections that are followed,
+    /// where every one is asked for.
+    pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame, most: u32) {
+        for Step { read, written, earlier } in self.bounces.steps(most) {
+            let uniform = frame.uniform(&RadianceCacheParameters {
+                read_level: read,
+                written_level: written,
+                step: earlier,
+                ..cache.parameters
+            });
             let bindings = cache.slots.bindings().part("radiance_cache", &uniform);
             frame.dispatch(&self.kernels.relax, &bindings, workgroups(self.slots));
         }

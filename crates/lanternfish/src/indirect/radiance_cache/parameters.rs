@@ -14,8 +14,10 @@ gpu_struct! {
         edge: f32,
         /// Distance from the eye up to which cells have that edge, m; it doubles with the distance.
         near: f32,
-        /// One of so many cells gets another sample in an update; 0: none.
+        /// One of so many cells of generation 0 gets another sample in an update, of each later generation half as many; 0: none.
         share: u32,
+        /// And one of so many at least.
+        most_share: u32,
         /// Cells with fewer samples than this get another, whatever their share.
         fewest: u32,
         /// From this sample on each counts as much as that one.
@@ -34,10 +36,14 @@ gpu_struct! {
         changes: u32,
         /// Parts that cells keep beside all that is asked of them: `bounce_levels.wesl`.
         bounce_levels: u32,
-        /// The part that `relax.wesl` reads.
+        /// The part that cells read of each other.
         read_level: u32,
-        /// The part that it writes.
+        /// The part that they write.
         written_level: u32,
+        /// Which mean of earlier rays belongs to them: `links.wesl`.
+        step: u32,
+        /// How many such means there are.
+        earlier_steps: u32,
     }
 }
 

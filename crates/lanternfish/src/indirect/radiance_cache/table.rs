@@ -2,7 +2,10 @@
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, storage_buffer};
 
-use super::parameters::{CellSample, Link, RadianceCacheParameters};
+use super::{
+    Bounces,
+    parameters::{CellSample, Link, RadianceCacheParameters},
+};
 use crate::{
     common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::DOUBTED, shaders::SHADERS,
 };
@@ -10,7 +13,7 @@ use crate::{
 /// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
 const CELLS_ALONG: f32 = 128.0;
 /// Rays of a cell that are kept: `links.wesl`.
-const LINKS: u32 = 16;
+pub(super) const LINKS: u32 = 16;
 
 /// The buffers of a table, an element a slot.
 #[derive(Clone, Debug)]
@@ -22,24 +25,25 @@ pub(super) struct Slots {
     samples: wgpu::Buffer,
     light: wgpu::Buffer,
     links: wgpu::Buffer,
+    earlier: wgpu::Buffer,
 }
 
 impl Slots {
-    /// `bounce_levels`: parts of `bounce_levels.wesl`.
-    fn new(device: &wgpu::Device, count: u32, bounce_levels: u32) -> Result<Self, RenderError> {
+    fn new(device: &wgpu::Device, count: u32, bounces: Bounces) -> Result<Self, RenderError> {
         let buffer = |name: &str, bytes: usize| {
             storage_buffer(device, &format!("radiance_cache/{name}"), bytes as u64 * u64::from(count))
         };
         // One bounce needs none.
-        let links = if bounce_levels > 0 { u64::from(LINKS) * u64::from(count) } else { 1 };
+        let links = if bounces.needs_rays() { u64::from(LINKS) * u64::from(count) } else { 1 };
         Ok(Self {
             keys: buffer("keys", 4)?,
             hashes: buffer("hashes", 4)?,
             winners: buffer("winners", 4)?,
             asked: buffer("asked", 4)?,
             samples: buffer("samples", size_of::<CellSample>())?,
-            light: buffer("light", 16 * (1 + bounce_levels as usize))?,
+            light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
             links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
+            earlier: buffer("earlier", 16 * (bounces.earlier_steps() as usize).max(1))?,
         })
     }
 
@@ -61,6 +65,7 @@ impl Slots {
             .buffer("cell_samples", &self.samples)
             .buffer("cell_light", &self.light)
             .buffer("cell_links", &self.links)
+            .buffer("earlier_links", &self.earlier)
     }
 }
 
@@ -98,15 +103,15 @@ pub(super) enum Change {
 
 impl Table {
     /// No cells, and so many slots.
-    pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32, bounce_levels: u32) -> Result<Self, RenderError> {
+    pub fn new(frame: &Frame<'_>, scene: &GpuScene, slots: u32, bounces: Bounces) -> Result<Self, RenderError> {
         Ok(Self {
             order: scene.triangle_order(),
             used_in: 0,
             state: [scene.generation(), scene.revision()],
             since_change: u32::MAX,
             edge: edge_in(scene),
-            slots: Slots::new(frame.device, slots, bounce_levels)?,
-            other: Slots::new(frame.device, slots, bounce_levels)?,
+            slots: Slots::new(frame.device, slots, bounces)?,
+            other: Slots::new(frame.device, slots, bounces)?,
             moved_at: 0,
         })
     }
@@ -189,7 +194,8 @@ impl Rehash {
             .buffer("old_asked", &old.asked)
             .buffer("old_samples", &old.samples)
             .buffer("old_light", &old.light)
-            .buffer("old_links", &old.links);
+            .buffer("old_links", &old.links)
+            .buffer("old_earlier", &old.earlier);
         frame.dispatch(&self.rehash, &bindings, workgroups(count));
         frame.dispatch(&self.carry, &bindings, workgroups(count));
         frame.dispatch(&self.carry_links, &bindings, workgroups(count));

@@ -12,7 +12,7 @@ use crate::{
     error::RenderError,
     indirect::{
         Counters,
-        radiance_cache::{CacheOfFrame, RadianceCache},
+        radiance_cache::{CacheOfFrame, RadianceCache, STEPS},
         smoothing::PixelSums,
     },
     rays::Tracer,
@@ -163,6 +163,10 @@ impl FrameCells<'_> {
         let until = |round: u32| (u64::from(samples) * u64::from(round) / u64::from(self.rounds)) as u32;
         let most = until(round + 1) - until(round);
         self.cells.cache.update(frame, view, &mut self.of_frame, images, most);
+        if samples > RadianceCache::LISTED {
+            // Of earlier rays it is kept what they brought when they left the list.
+            self.cells.cache.relax(frame, &self.of_frame, STEPS);
+        }
     }
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums. `summing`: bindings of the round, the sums and counters.
@@ -175,7 +179,7 @@ impl FrameCells<'_> {
         images: Option<&DeepImages>,
     ) {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
-        self.cells.cache.relax(frame, &self.of_frame);
+        self.cells.cache.relax(frame, &self.of_frame, self.of_frame.steps);
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
     }
