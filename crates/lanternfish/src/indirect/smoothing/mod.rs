@@ -5,7 +5,7 @@
 //! 3. Mix with what the frames before have found, where that is kept ([`History`]).
 //! 4. Filter, along x and along y (`filter.wesl`).
 
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
 use lanternfish_scene::named_enum;
 
@@ -23,8 +23,12 @@ use crate::{
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::new("indirect/smoothing/bound"), Root::new("indirect/smoothing/filter")],
-    structs: &[SharedStruct::of::<SmoothingParameters>()],
+    roots: &[
+        Root::new("indirect/smoothing/bound"),
+        Root::new("indirect/smoothing/spread"),
+        Root::new("indirect/smoothing/filter"),
+    ],
+    structs: &[SharedStruct::of::<SmoothingParameters>(), SharedStruct::of::<CutOff>()],
 };
 
 gpu_struct! {
@@ -38,6 +42,27 @@ gpu_struct! {
         axis: u32,
         /// Frames whose mean the picture is, where a pixel's sums are bounded by those around it; 0: they are not.
         clamp_frames: f32,
+        /// How far what is above that is spread, tiles of `spread.wesl`.
+        spread: u32,
+    }
+}
+
+gpu_struct! {
+    /// What was cut off of the pixels of a tile that face one way: sums.
+    pub struct CutOff {
+        /// Of diffuse light at normal incidence.
+        diffuse: Vec3,
+        /// How many pixels they are.
+        count: f32,
+        /// Of diffuse light at grazing incidence.
+        diffuse_grazing: Vec3,
+        _pad: u32,
+        /// Mean position, world space, m.
+        p_world: Vec3,
+        _pad_2: u32,
+        /// Mean normal, unit.
+        normal: Vec3,
+        _pad_3: u32,
     }
 }
 
@@ -92,6 +117,11 @@ pub(super) const CLAMP: KnobWords = KnobWords::new(
 
 /// What other surfaces send goes on changing for some frames.
 const DOUBT: Doubt = Doubt { lasts: DOUBTED, counts: 4.0 };
+/// Pixels of the filter's radius for which what is cut off is spread by one more tile. Fewer: less noise, and light farther from where it belongs.
+const SPREAD: u32 = 2;
+/// Edge of those tiles, pixels, and ways that surfaces face: `spread.wesl`.
+const TILE: u32 = 8;
+const FACINGS: u32 = 6;
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;
 /// Largest reach of the filter, pixels.
@@ -126,7 +156,7 @@ impl PixelSums {
         let clamp_frames = if clamp == IndirectClamp::On { frames as f32 } else { 0.0 };
         // Noise falls with the number of frames, and as much smaller is the area that light must be averaged over.
         let radius = (radius as f32 / (frames as f32).sqrt()) as u32;
-        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames };
+        let parameters = SmoothingParameters { scale, radius, axis: 0, clamp_frames, spread: radius.div_ceil(SPREAD) };
         let bytes = SUMS_BYTES * u64::from(size.x) * u64::from(size.y);
         let sums = frame.scratch("indirect/sums", bytes)?;
         Ok(Self { sums, size, picture, parameters, uniform: frame.uniform(&parameters) })
@@ -142,6 +172,9 @@ impl PixelSums {
 #[derive(Debug)]
 pub(super) struct Smoothing {
     bound: ComputeKernel,
+    collect: ComputeKernel,
+    spread: ComputeKernel,
+    add: ComputeKernel,
     resolve: ComputeKernel,
     filter: ComputeKernel,
     histories: Option<Histories>,
@@ -156,6 +189,9 @@ impl Smoothing {
         };
         Ok(Self {
             bound: kernel("bound", "bound", "indirect/bound")?,
+            collect: kernel("spread", "collect", "indirect/collect")?,
+            spread: kernel("spread", "spread", "indirect/spread")?,
+            add: kernel("spread", "add", "indirect/add")?,
             resolve: kernel("filter", "resolve", "indirect/resolve")?,
             filter: kernel("filter", "filter_axis", "indirect/filter")?,
             histories: match history {
@@ -201,6 +237,28 @@ impl Smoothing {
         if is_filtered || parameters.clamp_frames > 0.0 || followed.is_some() {
             smooth(frame, &self.bound, 0, [found, next]);
             std::mem::swap(&mut found, &mut next);
+            if parameters.spread > 0 && parameters.clamp_frames > 0.0 {
+                let tiles = sums.picture.map(|side| side.div_ceil(TILE));
+                let bytes = size_of::<CutOff>() as u64 * u64::from(FACINGS * tiles.x * tiles.y);
+                let buffers = [frame.scratch("indirect/cut_off", bytes)?, frame.scratch("indirect/spread", bytes)?];
+                let uniform = frame.uniform(&parameters);
+                let spreading = surfaces
+                    .clone()
+                    .part("smoothing", &uniform)
+                    .texture("unbounded_sums", next)
+                    .texture("filtered_sums", found)
+                    .buffer("cut_off", &buffers[0])
+                    .buffer("spread_light", &buffers[1]);
+                frame.dispatch(&self.collect, &spreading, [tiles.x, tiles.y, 1]);
+                frame.dispatch(&self.spread, &spreading, [tiles.x.div_ceil(TILE), tiles.y.div_ceil(TILE), FACINGS]);
+                let adding = surfaces
+                    .clone()
+                    .part("smoothing", &uniform)
+                    .texture("filtered_sums", found)
+                    .buffer("spread_light", &buffers[1]);
+                frame.dispatch(&self.add, &adding.texture("filtered", next), pixels);
+                std::mem::swap(&mut found, &mut next);
+            }
         }
         if let Some((histories, motion)) = followed {
             histories.record(frame, view, (surface, motion), [found, next], [asked_frames, parameters.clamp_frames])?;
