@@ -131,4 +131,23 @@ mod tests {
             assert!(text.parse::<Bounces>().is_err_and(|error| error.contains("1 to 8")), "{text}");
         }
     }
+
+    /// Cells start from what lights send them, or from all that they sent before, and end in all that is asked for.
+    #[test]
+    fn steps_lead_from_part_to_part() {
+        for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
+            for most in [1, 2, 7] {
+                let steps = bounces.steps(most);
+                assert!(steps.windows(2).all(|pair| pair[0].written == pair[1].read), "{bounces}: {steps:?}");
+                assert!(steps.iter().all(|step| step.read <= bounces.levels() && step.written <= bounces.levels()));
+                // What lights send is nobody's to write.
+                assert!(steps.iter().all(|step| step.written != 1 && step.earlier < bounces.earlier_steps()));
+                assert_eq!(steps.last().map_or(0, |step| step.written), 0, "{bounces}");
+                match bounces {
+                    Bounces::UpTo(n) => assert_eq!(steps.len(), n as usize - 1),
+                    Bounces::All => assert!(steps.len() >= most as usize),
+                }
+            }
+        }
+    }
 }

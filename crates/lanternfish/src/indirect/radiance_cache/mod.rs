@@ -2,11 +2,12 @@
 //!
 //! 1. Whoever has traced rays looks up the cells in which they ended (`table.wesl`), and says for one of the rays that ended in each where
 //!    the cell's light is sampled next.
-//! 2. Update: cells that are new, and a share of the others, or all for some frames after a change, get another sample (`due.wesl`): one light and the ray to it (`light.wesl`,
-//!    `shadow.wesl`), and, for more than one bounce, a ray that brings what the cell in which it ends has sent so far (`trace.wesl`,
-//!    `meet.wesl`; where bounces are counted, of each number: `bounce_levels.wesl`). It is added to the cell's mean (`commit.wesl`).
-//! 3. Whoever has traced rays reads what the cells send.
-//! 4. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
+//! 2. Update: cells that are new, and a share of the others, or all for some frames after a change, get another sample (`due.wesl`): one light and
+//!    the ray to it (`light.wesl`, `shadow.wesl`), which is added to a mean (`commit.wesl`); and, for more than one bounce, a ray whose end is kept
+//!    in the cell's list (`trace.wesl`, `meet.wesl`, `keep_link.wesl`).
+//! 3. For more than one bounce cells read along the rays of their lists what others send (`relax.wesl`).
+//! 4. Whoever has traced rays reads what the cells send.
+//! 5. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
 
 mod bounces;
 mod parameters;

@@ -44,7 +44,7 @@ pub struct Sampled {
     /// How often light is reflected before it comes to the surface that is seen.
     pub bounces: Bounces,
     /// Cells that the radiance cache has room for, 64 to 524,288, rounded up to a power of two. More: fewer ends of rays are shaded because there is
-    /// no room, and 392 bytes each.
+    /// no room, and 392 bytes each, with every bounce 1,100.
     pub cache_cells: u32,
     /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
     /// less noise in a picture of one frame, and more of the bounces, slower.

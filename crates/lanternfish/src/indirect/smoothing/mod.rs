@@ -1,7 +1,8 @@
 //! From the noisy sums of what reaches each pixel to the layers that shading reads.
 //!
 //! 1. Resolve: sums of the pixels that were looked at become the picture's ([`IndirectResolution`]).
-//! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`bound.wesl`).
+//! 2. Bound: what a pixel has beyond those around it is cut off ([`IndirectClamp`]), and how noisy it is found (`bound.wesl`); what was cut off is
+//!    spread over the pixels around (`spread.wesl`).
 //! 3. Mix with what the frames before have found, where that is kept ([`History`]).
 //! 4. Filter, along x and along y (`filter.wesl`).
 
@@ -90,7 +91,8 @@ named_enum! {
     /// Whether what a pixel's rays bring is bounded by its neighbours.
     IndirectClamp {
         /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
-        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right.
+        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right. Where there is a filter, diffuse light beyond that is
+        /// spread over the pixels around.
         On = "on": "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
         /// It is not: the mean of all pictures is right.
         Off = "off": "It is not: for the mean of many frames",
