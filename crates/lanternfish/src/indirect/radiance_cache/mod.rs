@@ -60,7 +60,8 @@ pub(crate) const DECLARED: Shaders = Shaders {
 
 /// Smallest cells' edges up to which cells are as small.
 const NEAR_EDGES: f32 = 128.0;
-/// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do.
+/// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In pictures that are waited for, so do
+/// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them.
 const SHARE: u32 = 8;
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
@@ -245,7 +246,7 @@ impl RadianceCache {
             near: NEAR_EDGES * table.edge,
             share: if is_new {
                 0
-            } else if is_doubted || waits {
+            } else if is_doubted || (waits && self.bounces.needs_rays()) {
                 1
             } else {
                 SHARE
