@@ -29,6 +29,10 @@ pub struct Steps {
     pub frame: f64,
 }
 
+/// Passes from sums to layers.
+const SMOOTHING: [&str; 6] =
+    ["indirect/resolve", "indirect/bound", "indirect/collect", "indirect/spread", "indirect/add", "indirect/filter"];
+
 impl Steps {
     pub fn of(passes: &[PassTime]) -> Self {
         let mut sums = Self::default();
@@ -46,7 +50,7 @@ impl Steps {
                 None if name.starts_with("deep_images/") => Some(0),
                 None if name == "prepass" => Some(2),
                 None if name.starts_with("light_culling/") && finds_lights => Some(5),
-                None if matches!(name, "indirect/resolve" | "indirect/bound" | "indirect/filter") => Some(6),
+                None if SMOOTHING.contains(&name) => Some(6),
                 None => None,
             };
             if let Some(step) = step {
@@ -80,7 +84,8 @@ mod tests {
             ("light_culling/clustered/mark", 8.0),
             ("indirect/virtual_lights/gather", 9.0),
             ("indirect/virtual_lights/shadow", 10.0),
-            ("indirect/filter", 11.0),
+            ("indirect/spread", 5.0),
+            ("indirect/filter", 6.0),
             ("shading/forward", 1000.0),
         ];
         let steps = Steps::of(&passes.map(pass));

@@ -246,7 +246,7 @@ impl RadianceCache {
             near: NEAR_EDGES * table.edge,
             share: if is_new {
                 0
-            } else if is_doubted || (waits && self.bounces.needs_rays()) {
+            } else if is_doubted || (waits && is_first_view && self.bounces.needs_rays()) {
                 1
             } else {
                 SHARE
@@ -344,6 +344,10 @@ impl RadianceCache {
                 frame.dispatch_indirect(keep, &sampling, &workgroups_due);
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
+            if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 {
+                // What rays bring that leave the list is kept: it has to be known.
+                self.relax(frame, cache, STEPS);
+            }
         }
         // Once a frame it is all cells' turn, they fade, and what was known counts for little.
         cache.parameters = RadianceCacheParameters { share: 0, remembered: ALL, fades: 0, ..cache.parameters };

@@ -92,7 +92,7 @@ gpu_struct! {
         reflected: Vec3,
         /// Of a ray that looks for light from other cells.
         direction: u32,
-        /// What the surface sends otherwise.
+        /// What the surface sends by itself.
         sent: Vec3,
         /// What the ray met.
         triangle: u32,

@@ -33,7 +33,8 @@ impl Slots {
         let buffer = |name: &str, bytes: usize| {
             storage_buffer(device, &format!("radiance_cache/{name}"), bytes as u64 * u64::from(count))
         };
-        // One bounce needs none.
+        // One bounce needs neither.
+        let earlier = (16 * u64::from(bounces.earlier_steps()) * u64::from(count)).max(16);
         let links = if bounces.needs_rays() { u64::from(LINKS) * u64::from(count) } else { 1 };
         Ok(Self {
             keys: buffer("keys", 4)?,
@@ -43,7 +44,7 @@ impl Slots {
             samples: buffer("samples", size_of::<CellSample>())?,
             light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
             links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
-            earlier: buffer("earlier", 16 * (bounces.earlier_steps() as usize).max(1))?,
+            earlier: storage_buffer(device, "radiance_cache/earlier", earlier)?,
         })
     }
 
@@ -201,4 +202,10 @@ impl Rehash {
         frame.dispatch(&self.carry_links, &bindings, workgroups(count));
         Ok(())
     }
+}
+
+#[cfg(test)]
+#[test]
+fn lists_are_as_long_as_the_shaders() {
+    assert_eq!(crate::shaders::constant("indirect/radiance_cache/links", "LINKS"), f64::from(LINKS));
 }

@@ -36,15 +36,15 @@ pub struct Sampled {
     /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none. More: less noise, softer detail.
     /// Over n frames it shrinks with the root of n, and with it what it leaves wrong.
     pub filter_radius: u32,
-    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and less light
-    /// where few rays find it.
+    /// Whether what a pixel's rays bring is bounded by what those of the pixels around it do. On: no bright spots, and where few rays find
+    /// light, it is spread over more pixels, or less where there is no filter.
     pub clamp: IndirectClamp,
     /// Where the light comes from that the ends of rays send.
     pub hit_light: HitLight,
     /// How often light is reflected before it comes to the surface that is seen.
     pub bounces: Bounces,
     /// Cells that the radiance cache has room for, 64 to 524,288, rounded up to a power of two. More: fewer ends of rays are shaded because there is
-    /// no room, and 392 bytes each, with every bounce 1,100.
+    /// no room, and some 410 bytes each, with every bounce 1,100 and with eight 1,800.
     pub cache_cells: u32,
     /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
     /// less noise in a picture of one frame, and more of the bounces, slower.

@@ -58,10 +58,10 @@ gpu_struct! {
         /// Of diffuse light at grazing incidence.
         diffuse_grazing: Vec3,
         _pad: u32,
-        /// Mean position, world space, m.
+        /// Position of one of them, world space, m.
         p_world: Vec3,
         _pad_2: u32,
-        /// Mean normal, unit.
+        /// Its normal, unit.
         normal: Vec3,
         _pad_3: u32,
     }
@@ -272,4 +272,11 @@ impl Smoothing {
         }
         Ok(found.clone())
     }
+}
+
+#[cfg(test)]
+#[test]
+fn tiles_are_the_shaders() {
+    let constant = |name| crate::shaders::constant("indirect/smoothing/spread", name);
+    assert_eq!(["TILE", "FACINGS"].map(constant), [TILE, FACINGS].map(f64::from));
 }
