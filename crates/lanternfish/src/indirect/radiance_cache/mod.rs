@@ -75,7 +75,7 @@ const ALL: f32 = f32::MAX;
 const NONE: f32 = 0.0;
 /// Reflections between cells that are followed in a frame, where every one is asked for: light of more comes in later ones; and in a frame
 /// that all cells are new in, and in those after a change.
-pub(super) const STEPS: u32 = 2;
+const STEPS: u32 = 2;
 const STEPS_OF_NEW: u32 = 16;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
@@ -346,7 +346,7 @@ impl RadianceCache {
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
             if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 {
                 // What rays bring that leave the list is kept: it has to be known.
-                self.relax(frame, cache, STEPS);
+                self.relax(frame, cache, cache.steps);
             }
         }
         // Once a frame it is all cells' turn, they fade, and what was known counts for little.

@@ -12,7 +12,7 @@ use crate::{
     error::RenderError,
     indirect::{
         Counters,
-        radiance_cache::{CacheOfFrame, RadianceCache, STEPS},
+        radiance_cache::{CacheOfFrame, RadianceCache},
         smoothing::PixelSums,
     },
     rays::Tracer,
@@ -165,7 +165,7 @@ impl FrameCells<'_> {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, most);
         if samples > RadianceCache::LISTED {
             // Of earlier rays it is kept what they brought when they left the list.
-            self.cells.cache.relax(frame, &self.of_frame, STEPS);
+            self.cells.cache.relax(frame, &self.of_frame, self.of_frame.steps);
         }
     }
 

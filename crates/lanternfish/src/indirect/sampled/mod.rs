@@ -111,12 +111,12 @@ gpu_struct! {
         met: u32,
         /// End, at the light.
         end: Vec3,
-        /// Weight of the radiance in the pixel's sums, at normal incidence.
+        /// Weight of the radiance in the pixel's sums, all of them together.
         weight: f32,
         /// Radiance sent back along the round's ray, if the light is seen; nits.
         radiance: Vec3,
-        /// Weight of the radiance in the pixel's sums, at grazing incidence.
-        grazing_weight: f32,
+        /// Unused.
+        _pad: u32,
     }
 }
 

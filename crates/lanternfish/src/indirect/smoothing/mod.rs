@@ -57,13 +57,20 @@ gpu_struct! {
         count: f32,
         /// Of diffuse light at grazing incidence.
         diffuse_grazing: Vec3,
+        /// How many of them are rough: glossy light is of those alone.
+        rough_count: f32,
+        /// Of glossy light at normal incidence.
+        glossy: Vec3,
         _pad: u32,
+        /// Of glossy light at grazing incidence.
+        glossy_grazing: Vec3,
+        _pad_2: u32,
         /// Position of one of them, world space, m.
         p_world: Vec3,
-        _pad_2: u32,
+        _pad_3: u32,
         /// Its normal, unit.
         normal: Vec3,
-        _pad_3: u32,
+        _pad_4: u32,
     }
 }
 
