@@ -72,31 +72,59 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
     assert!(self::off(&even(IndirectClamp::On), &even(IndirectClamp::Off)) < 1e-3);
 }
 
-/// Where the picture is filtered, what the clamp cuts off goes to the pixels around: the light is there, with less noise than without.
+/// Where the picture is filtered, what the clamp cuts off goes to the pixels around: the light is there, with less noise than without. So it is of
+/// what a rough metal reflects.
 #[test]
 fn gpu_what_the_clamp_cuts_off_is_spread() {
     let Some(gpu) = testing::gpu("gpu_what_the_clamp_cuts_off_is_spread") else { return };
-    let mut scene = floor(matt(0.5));
-    scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
-    scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
-    scene.sky = Vec3::splat(5e-4);
     // All of the picture is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
-    let of = |clamp, filter_radius| {
-        let rays = Sampled { clamp, filter_radius, diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::Bvh) };
-        picture(gpu, settings(rays), &scene, &camera)
-    };
-    let all = mean(&of(IndirectClamp::Off, 0));
-    let [lost, kept] = [0, 8].map(|radius| mean(&of(IndirectClamp::On, radius)) / all);
-    let uneven = |pixels: Vec<Vec3>| {
-        let mean = mean(&pixels);
-        pixels.iter().map(|pixel| (f64::from(pixel.x) / mean - 1.0).abs()).sum::<f64>() / pixels.len() as f64
-    };
-    let share = uneven(of(IndirectClamp::On, 8)) / uneven(of(IndirectClamp::Off, 8));
-    println!("energy kept {kept:.4}, {lost:.4} where nothing is spread; {share:.3} of the noise without the clamp");
-    assert!(lost < 0.9, "nothing is cut off: {lost}");
-    assert!((kept - 1.0).abs() < 0.03, "{kept}");
-    assert!(share < 0.8, "{share}");
+    let metal = Material { metallic: 1.0, ..matt(0.9) };
+    for (name, material, glossy_rays) in [("matt", matt(0.5), 0), ("metal", metal, 4)] {
+        let mut scene = floor(material);
+        scene.materials.push(Material { base_color: Vec4::ONE, unlit: true, ..matt(0.0) });
+        scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
+        scene.sky = Vec3::splat(5e-4);
+        let of = |clamp, filter_radius| {
+            let rays = Sampled { clamp, filter_radius, diffuse_rays: 4, glossy_rays, ..sampled(Tracer::Bvh) };
+            picture(gpu, settings(rays), &scene, &camera)
+        };
+        let all = mean(&of(IndirectClamp::Off, 0));
+        let [lost, kept] = [0, 8].map(|radius| mean(&of(IndirectClamp::On, radius)) / all);
+        let uneven = |pixels: Vec<Vec3>| {
+            let mean = mean(&pixels);
+            pixels.iter().map(|pixel| (f64::from(pixel.x) / mean - 1.0).abs()).sum::<f64>() / pixels.len() as f64
+        };
+        let share = uneven(of(IndirectClamp::On, 8)) / uneven(of(IndirectClamp::Off, 8));
+        println!(
+            "{name}: energy kept {kept:.4}, {lost:.4} if nothing is spread; {share:.3} of the noise without the clamp"
+        );
+        assert!(lost < 0.9, "{name}: nothing is cut off: {lost}");
+        assert!((kept - 1.0).abs() < 0.03, "{name}: {kept}");
+        assert!(share < 0.8, "{name}: {share}");
+    }
+}
+
+/// What diffuse rays find counts for the glossy lobe beside what glossy rays do, neither twice nor less than once: the mean of few rays of both
+/// kinds is that of many glossy ones, whatever the surface's roughness. Some of them leave the scene.
+#[test]
+fn gpu_light_that_both_kinds_of_rays_find_counts_once() {
+    let Some(gpu) = testing::gpu("gpu_light_that_both_kinds_of_rays_find_counts_once") else { return };
+    let camera = looking([0.0, 1.0, 2.6], [0.0, 1.0, 0.0]);
+    for perceptual_roughness in [0.2, 0.5, 1.0] {
+        let mut scene = cornell();
+        scene.sky = Vec3::splat(0.2);
+        for material in &mut scene.materials {
+            *material = Material { metallic: 1.0, perceptual_roughness, ..matt(0.8) };
+        }
+        let of = |diffuse_rays, glossy_rays, accumulate| {
+            let rays = Sampled { diffuse_rays, glossy_rays, ..sampled(Tracer::Bvh) };
+            mean(&picture(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera))
+        };
+        let found = of(3, 1, 64) / of(1, 64, 64);
+        println!("roughness {perceptual_roughness}: {found:.4} of the light");
+        assert!((found - 1.0).abs() < 0.003, "roughness {perceptual_roughness}: {found}");
+    }
 }
 
 /// Light that few pixels find is spread by the filter, and neither lost nor doubled.
