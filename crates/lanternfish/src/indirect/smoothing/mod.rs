@@ -98,8 +98,8 @@ named_enum! {
     /// Whether what a pixel's rays bring is bounded by its neighbours.
     IndirectClamp {
         /// By the mean of the pixels around it whose surfaces are like its own, and five standard deviations; by n times as much in a
-        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right. Where there is a filter, diffuse light beyond that is
-        /// spread over the pixels around.
+        /// mean of n frames, of each of which 1 − 8/n is kept at least: the mean of many is right. Where there is a filter, what is beyond that is
+        /// spread over the pixels around, but for what smooth surfaces mirror.
         On = "on": "At most the mean of the pixels around whose surfaces are alike, and five standard deviations",
         /// It is not: the mean of all pictures is right.
         Off = "off": "It is not: for the mean of many frames",
