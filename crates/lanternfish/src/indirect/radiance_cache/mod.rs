@@ -76,7 +76,8 @@ const NONE: f32 = 0.0;
 /// Reflections between cells that are followed in a frame, where every one is asked for: light of more comes in later ones; and in a frame
 /// that all cells are new in, and in those after a change.
 const STEPS: u32 = 2;
-const STEPS_OF_NEW: u32 = 16;
+const STEPS_OF_NEW: u32 = 24;
+const STEPS_OF_CHANGED: u32 = 16;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
 /// Slots of a table at least: those that one workgroup looks at.
@@ -282,7 +283,13 @@ impl RadianceCache {
             parameters,
             is_new,
             // Light of many bounces has to find its way.
-            steps: if is_new || is_doubted { STEPS_OF_NEW } else { STEPS },
+            steps: if is_new {
+                STEPS_OF_NEW
+            } else if is_doubted {
+                STEPS_OF_CHANGED
+            } else {
+                STEPS
+            },
             slots: table.slots.clone(),
             scratch,
             counters,
@@ -307,7 +314,8 @@ impl RadianceCache {
         } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
         let images = images.filter(|_| self.tracer.uses_deep_images());
-        for round in 0..most.min(cache.parameters.fewest) {
+        let rounds = most.min(cache.parameters.fewest);
+        for round in 0..rounds {
             // New cells get one sample after the other; the others one in the first round.
             let is_first = round == 0;
             let parameters = cache.parameters;
@@ -344,8 +352,8 @@ impl RadianceCache {
                 frame.dispatch_indirect(keep, &sampling, &workgroups_due);
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
-            if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 {
-                // What rays bring that leave the list is kept: it has to be known.
+            if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 && round + 1 < rounds {
+                // In the next round rays leave the list, and what they bring is kept: it has to be known.
                 self.relax(frame, cache, cache.steps);
             }
         }

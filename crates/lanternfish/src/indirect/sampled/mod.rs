@@ -111,7 +111,7 @@ gpu_struct! {
         met: u32,
         /// End, at the light.
         end: Vec3,
-        /// Weight of the radiance in the pixel's sums, all of them together.
+        /// Sum of the four weights of the round's ray, by which segments are ranked.
         weight: f32,
         /// Radiance sent back along the round's ray, if the light is seen; nits.
         radiance: Vec3,

@@ -51,21 +51,21 @@ fn gpu_a_closed_box_that_shines_sends_every_bounce() {
     }
 }
 
-/// However many samples cells get in the first frame, and however few rays ask for them: where rays have left a cell's list, it is kept what every
-/// bounce brought along them.
+/// However many samples cells get in the first frame, and however few rays ask for them: of rays that have left a cell's list, what every bounce
+/// brought along them is kept.
 #[test]
 fn gpu_many_first_samples_know_every_bounce() {
     let Some(gpu) = testing::gpu("gpu_many_first_samples_know_every_bounce") else { return };
     let scene = Scene { lights: vec![Light::point(Vec3::ZERO, Vec3::ONE)], ..closed_box(matt(0.8)) };
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let of = |diffuse_rays, cache_samples, frames| {
+    let of = |diffuse_rays, cache_samples| {
         let rays = Sampled { diffuse_rays, cache_samples, ..cached(Tracer::Bvh, Bounces::All) };
-        mean(&picture(gpu, over_frames(rays, frames), &scene, &camera))
+        mean(&picture(gpu, over_frames(rays, 1), &scene, &camera))
     };
     // Of no more rays than a list holds.
-    let truth = of(16, 16, 1);
+    let truth = of(16, 16);
     for diffuse_rays in [1, 16] {
-        let found = of(diffuse_rays, 128, 1) / truth;
+        let found = of(diffuse_rays, 128) / truth;
         println!("{diffuse_rays} rays: {found:.4} of the light");
         assert!((found - 1.0).abs() < 0.015, "{diffuse_rays} rays: {found}");
     }
