@@ -8,8 +8,12 @@ use glam::{DVec2, UVec2, Vec2};
 /// Sobol's (0, 2)-sequence, moved by half a pixel: of any first 2ⁿ frames, each box of 2⁻ᵃ × 2ᵃ⁻ⁿ pixels has one
 /// [KolligKeller2002, §2].
 pub fn jitter_of_frame(frame: u32) -> Vec2 {
-    let point = UVec2::new(frame.reverse_bits(), second_dimension(frame));
-    ((point.as_dvec2() / 2f64.powi(32) + 0.5).fract() - DVec2::splat(0.5)).as_vec2()
+    ((sobol_point(frame).as_dvec2() / 2f64.powi(32) + 0.5).fract() - DVec2::splat(0.5)).as_vec2()
+}
+
+/// Point `index` of Sobol's (0, 2)-sequence, times 2³².
+pub(crate) fn sobol_point(index: u32) -> UVec2 {
+    UVec2::new(index.reverse_bits(), second_dimension(index))
 }
 
 /// The second dimension of Sobol's sequence, times 2³² [KolligKeller2002, p. 559].

@@ -10,6 +10,7 @@ use lanternfish_scene::{Bounds, Camera, Projection};
 
 use self::frustum::ViewFrustum;
 pub use self::jitter::jitter_of_frame;
+pub(crate) use self::jitter::sobol_point;
 use crate::shaders::Shaders;
 
 gpu_struct! {

@@ -2,16 +2,14 @@
 
 use glam::UVec2;
 
+use crate::view::sobol_point;
+
 /// Edge of a block, pixels.
 pub(crate) const BLOCK: u32 = 32;
 /// Workgroups across a block: the shader's.
 const BLOCK_GROUPS: u32 = 4;
 /// Two pixels a word.
 const WORDS: usize = (BLOCK * BLOCK / 2) as usize;
-/// Of the sequence: `sequence.wesl`.
-const R2_STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
-/// Sixteenths by which the pixels of a square are shifted: `sequence.wesl`.
-const ORDER: [u32; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
 
 /// Workgroups for a picture of this size, in whole blocks.
 pub(crate) fn workgroups(size: UVec2) -> [u32; 3] {
@@ -23,21 +21,11 @@ pub(crate) fn workgroups(size: UVec2) -> [u32; 3] {
 pub(crate) fn words() -> [u32; WORDS] {
     let mut pixels: Vec<u32> = (0..BLOCK * BLOCK).collect();
     pixels.sort_by_key(|pixel| {
-        let [x, y] = shift_of(pixel % BLOCK, pixel / BLOCK);
-        morton_code(x >> 16, y >> 16)
+        // `shift_of` of `sequence.wesl`.
+        let shift = sobol_point(morton_code(pixel % BLOCK, pixel / BLOCK));
+        morton_code(shift.x >> 16, shift.y >> 16)
     });
     std::array::from_fn(|word| pixels[2 * word] | (pixels[2 * word + 1] << 16))
-}
-
-/// `shift_of` of `sequence.wesl`, in 32 bits of fraction.
-fn shift_of(x: u32, y: u32) -> [u32; 2] {
-    let (column, row) = (x % 4, y % 4);
-    let square = morton_code(x / 4, y / 4);
-    let sixteenths = [ORDER[(4 * row + column) as usize], ORDER[(4 * column + 3 - row) as usize]];
-    std::array::from_fn(|axis| {
-        let moved = square.wrapping_mul(R2_STEPS[1 - axis]);
-        moved.wrapping_add((2 * sixteenths[axis] + 1) << 27)
-    })
 }
 
 /// The bits of x and y by turns, x first; each below 65,536.
