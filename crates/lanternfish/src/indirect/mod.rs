@@ -96,8 +96,8 @@ named_enum! {
         /// 8 and 4 rays from every pixel, through the BVH.
         #[default]
         Good = "good": "8 and 4 rays from every pixel, through the BVH",
-        /// 32 and 16 rays from every pixel, through the BVH, none clamped; traced exactly.
-        Best = "best": "32 and 16 rays from every pixel, through the BVH, none clamped: exact",
+        /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of a cell of the radiance cache.
+        Best = "best": "64 and 16 rays from every pixel, through the BVH, and 128 samples of a cell",
     }
 }
 

@@ -163,8 +163,9 @@ impl FrameCells<'_> {
         let until = |round: u32| (u64::from(samples) * u64::from(round) / u64::from(self.rounds)) as u32;
         let most = until(round + 1) - until(round);
         self.cells.cache.update(frame, view, &mut self.of_frame, images, most);
-        if samples > RadianceCache::LISTED {
-            // Of earlier rays it is kept what they brought when they left the list.
+        let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;
+        if left(round + 2) > left(round + 1) {
+            // Behind the next round rays leave the lists, and what they bring then is kept.
             self.cells.cache.relax(frame, &self.of_frame, self.of_frame.steps);
         }
     }

@@ -88,9 +88,7 @@ impl Quality {
         match self {
             Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
             Self::Good => good,
-            Self::Best => {
-                Sampled { diffuse_rays: 32, glossy_rays: 16, filter_radius: 4, clamp: IndirectClamp::Off, ..good }
-            }
+            Self::Best => Sampled { diffuse_rays: 64, glossy_rays: 16, cache_samples: 128, ..good },
         }
     }
 }

