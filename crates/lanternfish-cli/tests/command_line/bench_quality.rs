@@ -118,9 +118,12 @@ fn gpu_one_bounce_is_there_by_whatever_its_rays_are_traced_through() {
     assert!(energy("none") < 0.9, "{}", energy("none"));
     assert!((energy("bvh, not clamped") - 1.0).abs() < 0.05, "{}", energy("bvh, not clamped"));
     // The clamp takes what few rays find: much, where the light is 5 cm below the lamp and the picture so small.
-    for technique in ["bvh", "bvh, every fourth pixel", "across-texels 128", "within-texel 128"] {
+    for technique in ["bvh", "across-texels 128", "within-texel 128"] {
         assert!((0.85..1.05).contains(&energy(technique)), "{technique}: {}", energy(technique));
     }
+    // A quarter of the rays have twice the noise.
+    let fourth = energy("bvh, every fourth pixel");
+    assert!((0.85..1.1).contains(&fourth), "{fourth}");
     assert!(found.error("one-bounce bvh", "flip") < 0.7 * found.error("one-bounce none", "flip"));
 }
 

@@ -120,14 +120,19 @@ fn gpu_a_highlight_beside_a_penumbra_stays_clean() {
     println!("off by {noise:.4} without, {kept:.4} with");
     assert!(kept < 0.7 * noise, "{noise} {kept}");
 
-    // A rectangle that is mirrored: no spots where its fixed points would be.
+    // A rectangle that is mirrored: no spots where its fixed points would be. One walk's light is luck: a few, of different lengths.
     scene.lights = with_rectangle().lights.split_off(1);
-    let truth = walked(gpu, Settings { accumulate: 32, ..settings(History::Off, 32) }, &scene, last);
-    let [without, with] = [History::Off, History::On].map(|history| walked(gpu, settings(history, 4), &scene, &walk));
-    let [noise, kept] = [&without, &with].map(|picture| off(picture, &truth));
-    let light = mean(&with) / mean(&truth);
+    let walks = [6, 8, 10, 12, 14, 16].map(|length| {
+        let walk = steps(length);
+        let last = &walk[walk.len() - 1..];
+        let truth = walked(gpu, Settings { accumulate: 32, ..settings(History::Off, 32) }, &scene, last);
+        let [without, with] =
+            [History::Off, History::On].map(|history| walked(gpu, settings(history, 4), &scene, &walk));
+        [off(&without, &truth), off(&with, &truth), mean(&with) / mean(&truth)]
+    });
+    let [noise, kept, light] = [0, 1, 2].map(|i| walks.iter().map(|walk| walk[i]).sum::<f32>() / walks.len() as f32);
     println!("a rectangle: off by {noise:.4} without, {kept:.4} with; {light:.4} of the light");
-    assert!(kept < noise && (light - 1.0).abs() < 0.02, "{noise} {kept} {light}");
+    assert!(kept < 0.9 * noise && (light - 1.0).abs() < 0.02, "{noise} {kept} {light}");
 }
 
 /// A lamp that moves takes its shadow with it.
