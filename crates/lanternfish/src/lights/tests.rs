@@ -1,4 +1,5 @@
 mod area;
+mod patch;
 
 use glam::{Vec3, Vec4};
 use lanternfish_gpu::{Bindings, storage_buffer_of, testing};

@@ -160,12 +160,13 @@ impl FrameCells<'_> {
     /// are not all in one place.
     pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, images: Option<&DeepImages>, round: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
-        let until = |round: u32| (u64::from(samples) * u64::from(round) / u64::from(self.rounds)) as u32;
+        let until =
+            |round: u32| (u64::from(samples) * u64::from(round.min(self.rounds)) / u64::from(self.rounds)) as u32;
         let most = until(round + 1) - until(round);
         self.cells.cache.update(frame, view, &mut self.of_frame, images, most);
         let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;
         if left(round + 2) > left(round + 1) {
-            // Behind the next round rays leave the lists, and what they bring then is kept.
+            // In the next round rays leave the lists, and what they bring then is kept.
             self.cells.cache.relax(frame, &self.of_frame, self.of_frame.steps);
         }
     }

@@ -4,7 +4,7 @@ use glam::UVec2;
 
 use crate::view::sobol_point;
 
-/// Edge of a block, pixels.
+/// Edge of a block, pixels: `NET_EDGE` of `sequence.wesl`.
 pub(crate) const BLOCK: u32 = 32;
 /// Workgroups across a block: the shader's.
 const BLOCK_GROUPS: u32 = 4;
@@ -31,6 +31,12 @@ pub(crate) fn words() -> [u32; WORDS] {
 /// The bits of x and y by turns, x first; each below 65,536.
 fn morton_code(x: u32, y: u32) -> u32 {
     (0..16).map(|bit| (((x >> bit) & 1) << (2 * bit)) | (((y >> bit) & 1) << (2 * bit + 1))).sum()
+}
+
+#[cfg(test)]
+#[test]
+fn a_block_is_a_net_of_shifts() {
+    assert_eq!(crate::shaders::constant("common/sequence", "NET_EDGE"), f64::from(BLOCK));
 }
 
 #[cfg(test)]

@@ -120,8 +120,8 @@ pub(super) const CLAMP: KnobWords = KnobWords::new(
     "indirect-clamp",
     "ON|OFF",
     Range::Names,
-    "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, of \
-                       virtual lights with `quality best` off",
+    "Whether what a pixel's rays bring is bounded by what those around it do. Without it: on, but \
+                       off for virtual lights with `quality best`",
 );
 
 /// What other surfaces send goes on changing for some frames.

@@ -1,5 +1,7 @@
 //! Light that the ends of rays send by way of the radiance cache.
 
+use lanternfish_scene::LightKind;
+
 use crate::{
     settings::{Bounces, History, HitLight},
     testing::walks,
@@ -36,19 +38,28 @@ fn gpu_cells_send_what_the_surfaces_in_them_send() {
     }
 }
 
+/// A lamp above the matt floor of a scene whose ceiling is a mirror, which shows what the floor's cells send.
+fn under_a_mirror(lamp: Light) -> Scene {
+    let floor = quad(0, Vec3::ZERO, Vec3::X, -Vec3::Z);
+    let ceiling = quad(1, 0.2 * Vec3::Y, Vec3::X, Vec3::Z);
+    let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(1.0) };
+    Scene { lights: vec![lamp], ..scene_of(vec![floor, ceiling], vec![matt(0.5), mirror]) }
+}
+
+/// Its rays: most go into the mirror.
+fn into_a_mirror(hit_light: HitLight, cache_samples: u32) -> Sampled {
+    Sampled { diffuse_rays: 1, glossy_rays: 15, hit_light, cache_samples, ..sampled(Tracer::Bvh) }
+}
+
 /// A lamp five millimetres above a floor, a quarter of a cell's edge: of the few samples of a cell none need be where it is bright. A mirror shows what
 /// the cells send.
 #[test]
 fn gpu_cells_close_to_a_lamp_send_what_it_does() {
     let Some(gpu) = testing::gpu("gpu_cells_close_to_a_lamp_send_what_it_does") else { return };
     let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
-    let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(1.0) };
     let errors = [-0.041, -0.022, -0.007, 0.005, 0.013, 0.024, 0.037, 0.049].map(|x| {
-        let floor = quad(0, Vec3::ZERO, Vec3::X, -Vec3::Z);
-        let ceiling = quad(1, 0.2 * Vec3::Y, Vec3::X, Vec3::Z);
-        let lamp = Light::point(Vec3::new(x, 0.005, -0.7 * x), Vec3::ONE);
-        let scene = Scene { lights: vec![lamp], ..scene_of(vec![floor, ceiling], vec![matt(0.5), mirror.clone()]) };
-        let rays = Sampled { diffuse_rays: 1, glossy_rays: 15, ..cached(Tracer::Bvh, Bounces::ONE) };
+        let scene = under_a_mirror(Light::point(Vec3::new(x, 0.005, -0.7 * x), Vec3::ONE));
+        let rays = into_a_mirror(HitLight::Cached, 16);
         let none = Settings { indirect: Indirect::None, ..over_frames(rays, 1) };
         let [all, direct] = [over_frames(rays, 1), none].map(|settings| mean(&picture(gpu, settings, &scene, &camera)));
         let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 128)));
@@ -59,6 +70,28 @@ fn gpu_cells_close_to_a_lamp_send_what_it_does() {
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
     println!("off by {rms:.4}");
     assert!(rms < 0.08, "{rms}");
+}
+
+/// Close lamps of other kinds than points, and those that do not fall off by the inverse square, lose and gain nothing.
+#[test]
+fn gpu_cells_close_to_other_lamps_send_what_they_do() {
+    let Some(gpu) = testing::gpu("gpu_cells_close_to_other_lamps_send_what_they_do") else { return };
+    let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
+    let spot = LightKind::Spot { inner_angle: 0.3, outer_angle: 0.8 };
+    for (kind, attenuation) in [(spot, Attenuation::Physical), (LightKind::Point, Attenuation::Linear)] {
+        let mut light = [0.0; 2];
+        for x in [-0.041, -0.022, -0.007, 0.013, 0.037] {
+            let place = Vec3::new(x, 0.01, -0.7 * x);
+            let lamp = Light { kind, direction: -Vec3::Y, range: Some(1.0), ..Light::point(place, Vec3::ONE) };
+            let scene = under_a_mirror(lamp);
+            let of = |rays| mean(&picture(gpu, Settings { attenuation, ..over_frames(rays, 4) }, &scene, &camera));
+            light[0] += of(into_a_mirror(HitLight::Cached, 128));
+            light[1] += of(into_a_mirror(HitLight::Shaded, 16));
+        }
+        let found = light[0] / light[1];
+        println!("{kind:?}, {attenuation}: {found:.4} of the light");
+        assert!((found - 1.0).abs() < 0.06, "{kind:?}, {attenuation}: {found}");
+    }
 }
 
 /// A closed box that shines evenly: what it sends is a geometric series of bounces.

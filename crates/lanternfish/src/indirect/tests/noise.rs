@@ -5,7 +5,8 @@ use lanternfish_scene::rig;
 use super::*;
 use crate::settings::HitLight;
 
-/// Errors of pixels that are four apart, where the squares of pixels that share their rays would repeat, are not alike.
+/// Errors of pixels that are 32 apart, where the squares of pixels that share a net of shifts would repeat, are not alike; nor are those of smaller
+/// squares of it.
 #[test]
 fn gpu_noise_repeats_nowhere() {
     let Some(gpu) = testing::gpu("gpu_noise_repeats_nowhere") else { return };
@@ -25,12 +26,12 @@ fn gpu_noise_repeats_nowhere() {
     let (width, height) = (SIZE.x as usize, SIZE.y as usize);
     let power = errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
     assert!(power > 1e-4, "{power}: there is no noise");
-    for lag in [4, 8, 4 * width, 8 * width] {
-        let kept = (0..height - 8).flat_map(|y| (0..width - 8).map(move |x| y * width + x));
-        let products: Vec<f64> = kept.map(|i| errors[i] * errors[i + lag]).collect();
+    for (right, down) in [(4, 0), (8, 0), (32, 0), (0, 4), (0, 8), (0, 32), (32, 32)] {
+        let kept = (0..height - down).flat_map(|y| (0..width - right).map(move |x| y * width + x));
+        let products: Vec<f64> = kept.map(|i| errors[i] * errors[i + down * width + right]).collect();
         let alike = products.iter().sum::<f64>() / products.len() as f64 / power;
-        println!("pixels {lag} apart: {alike:.3}");
-        assert!(alike < 0.5, "errors of pixels {lag} apart are alike: {alike}");
+        println!("pixels {right}, {down} apart: {alike:.3}");
+        assert!(alike < 0.5, "errors of pixels {right}, {down} apart are alike: {alike}");
     }
 }
 

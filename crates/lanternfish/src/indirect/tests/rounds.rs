@@ -84,14 +84,14 @@ fn gpu_pixels_in_order_cover_the_picture_and_go_the_same_way() {
 fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
     let Some(gpu) = testing::gpu("gpu_shifts_of_a_square_of_pixels_are_a_net") else { return };
     let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
-    let [width, height, _] = sample_order::workgroups(UVec2::new(64, 32));
+    let [width, height, _] = sample_order::workgroups(UVec2::splat(64));
     let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
     let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
     let about = Bindings::new().buffer("sample_order", &order);
     let found = ask_about(gpu, "ordered_pixels", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
     let shifts: HashMap<_, _> = found.iter().map(|pixel| (pixel.xy().as_uvec2(), pixel.zw())).collect();
     let first: Vec<(UVec2, Vec2)> =
-        shifts.iter().map(|(at, shift)| (*at, *shift)).filter(|(at, _)| at.x < 32).collect();
+        shifts.iter().map(|(at, shift)| (*at, *shift)).filter(|(at, _)| at.max_element() < 32).collect();
     for k in 1..=5 {
         for strips in 0..=2 * k {
             // A box is a 2^-strips part wide, and all boxes together have a place for each of the square's pixels.
@@ -100,7 +100,14 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
             assert_eq!(taken.len(), first.len(), "squares of {} pixels, {boxes} boxes", 1 << k);
         }
     }
-    let apart = |at: UVec2| (shifts[&(at + UVec2::new(32, 0))] - shifts[&at]).rem_euclid(Vec2::ONE);
-    assert!(first.iter().all(|(at, _)| apart(*at).abs_diff_eq(apart(UVec2::ZERO), 1e-6)));
-    assert!(apart(UVec2::ZERO).min_element() > 0.1, "{}", apart(UVec2::ZERO));
+    let apart = |at: UVec2, to: UVec2| (shifts[&(at + to)] - shifts[&at]).rem_euclid(Vec2::ONE);
+    let others = [UVec2::new(32, 0), UVec2::new(0, 32), UVec2::new(32, 32)];
+    for to in others {
+        assert!(first.iter().all(|(at, _)| apart(*at, to).abs_diff_eq(apart(UVec2::ZERO, to), 1e-6)), "{to}");
+    }
+    // No two of four squares are moved alike.
+    let moved = others.map(|to| apart(UVec2::ZERO, to));
+    let differ = |a: Vec2, b: Vec2| (a - b).abs().min(1.0 - (a - b).abs()).min_element() > 0.05;
+    assert!(moved.iter().all(|a| differ(*a, Vec2::ZERO)), "{moved:?}");
+    assert!(differ(moved[0], moved[1]) && differ(moved[0], moved[2]) && differ(moved[1], moved[2]), "{moved:?}");
 }

@@ -1,3 +1,5 @@
+use std::collections::HashMap;
+
 use glam::Vec4;
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Light, light_tree::Receiver};
@@ -51,10 +53,11 @@ fn gpu_the_device_chooses_as_the_host_does() {
     for i in 0..6000 {
         queries.push((6.0 * random.point()).extend(random.unit()));
         queries.push(random.direction().extend((i % 2) as f32));
+        queries.push(Vec4::ZERO);
     }
-    let answers = ask_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 2);
+    let answers = ask_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 3);
     let (mut chosen, mut other) = (0, 0);
-    for (query, answer) in queries.chunks(2).zip(answers) {
+    for (query, answer) in queries.chunks(3).zip(answers) {
         let receiver = Receiver { p: query[0].truncate(), normal: query[1].truncate(), is_transmitting: false };
         let is_light = query[1].w == 1.0;
         let tree = if is_light { &of_lights } else { &of_triangles };
@@ -103,6 +106,23 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     assert!(reaching > 200, "{reaching}");
     for (point, patch) in of_points.iter().zip(&of_patches) {
         assert!((*point > 0.0) == (*patch > 0.0), "{point} of a point, {patch} of a patch");
+    }
+    // A light is drawn as often as its chance says, and climbing from its leaf gives the same chance.
+    const DRAWS: usize = 2048;
+    for _ in 0..8 {
+        let (p, normal) = (4.0 * random.point(), random.direction());
+        let query = |i| [p.extend((i as f32 + 0.5) / DRAWS as f32), normal.extend(1.0), Vec4::new(2.0, 0.0, 0.0, 0.0)];
+        let queries: Vec<Vec4> = (0..DRAWS).flat_map(query).collect();
+        let answers = ask_module(gpu, "testing/light_tree", "choices", &trees.bindings(), &queries, 3);
+        let mut drawn = HashMap::<u32, (f32, usize)>::new();
+        for answer in answers.iter().filter(|answer| answer.x >= 0.0) {
+            assert!((answer.z / answer.y - 1.0).abs() < 1e-4, "{} by climbing, {} on the way down", answer.z, answer.y);
+            drawn.entry(answer.x as u32).or_insert((answer.y, 0)).1 += 1;
+        }
+        for (light, (chance, count)) in drawn {
+            // Even draws: an interval has one more or less than its share, and as much again for roundings.
+            assert!((count as f32 - chance * DRAWS as f32).abs() < 2.0, "{light}: {count} of {DRAWS}, chance {chance}");
+        }
     }
     // Five millimetres above a floor, and another one far off.
     let lights =
