@@ -42,7 +42,7 @@ fn gpu_a_patch_has_the_mean_of_its_points() {
         let (n, edge) = (random.direction(), random.between(0.1, 3.0));
         let shading = (n + 0.7 * random.unit() * random.direction()).normalize();
         let to_light =
-            edge * (random.between(0.05, 2.0) * n + 1.5 * n.any_orthogonal_vector() * random.between(-1.0, 1.0));
+            edge * (random.between(0.05, 0.7) * n + 1.5 * n.any_orthogonal_vector() * random.between(-1.0, 1.0));
         if shading.dot(to_light.normalize()) > 0.1 {
             cases.push(Case { n, edge, shading, to_light });
         }
@@ -51,7 +51,7 @@ fn gpu_a_patch_has_the_mean_of_its_points() {
     for (case, found) in cases.iter().zip(shares(gpu, &cases)) {
         let expected = summed(case).max(0.0);
         assert!((found - expected).abs() < 2e-3 * expected.max(0.1), "{found}, not {expected}");
-        far += usize::from((expected - 1.0).abs() > 0.3);
+        far += usize::from((expected - 1.0).abs() > 0.2);
     }
     assert!(far > 20, "{far} of the squares differ from their middle");
 }
@@ -60,11 +60,11 @@ fn gpu_a_patch_has_the_mean_of_its_points() {
 fn gpu_a_patch_ends_at_its_reach_and_under_the_light() {
     let Some(gpu) = testing::gpu("gpu_a_patch_ends_at_its_reach_and_under_the_light") else { return };
     let reach = crate::shaders::constant("lights/patch", "PATCH_REACH") as f32;
-    let above = |height: f32| Case { n: Vec3::Y, edge: 1.0, shading: Vec3::Y, to_light: height * Vec3::Y };
-    let found = shares(gpu, &[above(reach), above(0.01), above(1e-5)]);
+    let above = |edge, height: f32| Case { n: Vec3::Y, edge, shading: Vec3::Y, to_light: height * Vec3::Y };
+    let found = shares(gpu, &[above(1.0, reach), above(10.0, 0.01), above(1.0, 1e-5)]);
     assert!((found[0] - 0.985).abs() < 1e-3, "{found:?}");
     // From so close the square is half of all directions, of what a point at distance d has by 1 / d².
-    assert!((found[1] / (2.0 * std::f64::consts::PI * 1e-4) - 1.0).abs() < 0.01, "{found:?}");
+    assert!((found[1] / (2.0 * std::f64::consts::PI * 1e-6) - 1.0).abs() < 0.01, "{found:?}");
     // No closer than the near radius of the attenuation.
     assert!((found[2] / (2.0 * std::f64::consts::PI * 1e-6) - 1.0).abs() < 0.01, "{found:?}");
 }
