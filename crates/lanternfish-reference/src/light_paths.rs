@@ -13,25 +13,37 @@
 //! [`Tracer::clearance`] neither is in the way of the light.
 
 use glam::{DVec3, Vec3, Vec3A};
-use lanternfish_scene::{Light, LightKind, Scene};
+use lanternfish_scene::{
+    Light, LightKind, Scene,
+    light_tree::{Cone, Emitter, LightTree},
+    shading::UNBOUNDED,
+};
 
 use crate::{
     Tracer,
     brdf::Bsdf,
-    lights::{Arriving, incidence},
+    lights::{Arriving, incidence, receiver},
     path::{LastSearch, MOST_PASSES, leaves, passes_wrong_side, power_heuristic},
     random::Random,
     surface::Surface,
     world::{Faces, Hit},
 };
 
-/// Point and spot lights without a size, and how likely a path starts at each: by power.
+/// Share of the paths whose lights are chosen by power alone: those that the tree says are of little use to a surface light others for it.
+const BY_POWER: f64 = 0.5;
+
+/// Point and spot lights without a size, and how likely a path starts at each.
+///
+/// One half of the paths to a surface x start at lights chosen by power, the other at lights chosen by power, distance from x and x's normal:
+/// what lies close to a light sends to x about as much as the light would, if all of it were scattered.
 #[derive(Debug, Default)]
 pub(crate) struct Starts {
     /// Index of the light in the scene, and of its emitter.
     lights: Vec<(u32, u32)>,
     /// Sum of the powers up to each light and with it, of 1.
     sums: Vec<f64>,
+    /// Over the lights as if each shone all around and had no range.
+    tree: LightTree,
 }
 
 /// A light that a path may start at, as a search for light has found it.
@@ -80,12 +92,19 @@ impl Starts {
             f64::from(light.intensity.max_element()) * cone(light)
         };
         let lights: Vec<(u32, u32)> = lights.into_iter().filter(|light| power(light) > 0.0).collect();
+        let emitter = |(light, _): &(u32, u32)| {
+            let light = &scene.lights[*light as usize];
+            let emitter = Emitter::of_light(light, UNBOUNDED, 0.0);
+            let share = (cone(light) / (2.0 * std::f64::consts::TAU)) as f32;
+            Emitter { power: emitter.power * share, cone: Cone::ALL, ..emitter }
+        };
+        let tree = LightTree::new(&lights.iter().map(emitter).collect::<Vec<_>>());
         let all: f64 = lights.iter().map(power).sum();
         let sums = lights.iter().scan(0.0, |sum, light| {
             *sum += power(light) / all;
             Some(*sum)
         });
-        Self { sums: sums.collect(), lights }
+        Self { sums: sums.collect(), lights, tree }
     }
 
     /// A light that was found with this chance, if a path may start at it.
@@ -95,28 +114,31 @@ impl Starts {
         Some(Start { index: index as u32, chance })
     }
 
-    /// Chance that a path starts at a light.
-    fn chance(&self, index: usize) -> f64 {
-        self.sums[index] - index.checked_sub(1).map_or(0.0, |before| self.sums[before])
+    /// Chance that a path to a surface with the normal `n` at `x` starts at a light.
+    fn chance(&self, x: Vec3A, n: DVec3, index: u32) -> f64 {
+        let before = index.checked_sub(1).map_or(0.0, |before| self.sums[before as usize]);
+        let by_power = self.sums[index as usize] - before;
+        BY_POWER * by_power + (1.0 - BY_POWER) * self.tree.chance(&receiver(x, n), index)
     }
 
-    /// Density of a direction (unit) from a light, with the chance of the light, 1/sr.
-    fn density(&self, scene: &Scene, index: u32, direction: DVec3) -> f64 {
+    /// A light for a path to a surface with the normal `n` at `x`.
+    fn choose(&self, x: Vec3A, n: DVec3, u: f64) -> Option<u32> {
+        if u >= BY_POWER {
+            return self.tree.choose(&receiver(x, n), (u - BY_POWER) / (1.0 - BY_POWER)).map(|(index, _)| index);
+        }
+        let u = u / BY_POWER;
+        Some(self.sums.partition_point(|sum| *sum <= u).min(self.sums.len() - 1) as u32)
+    }
+
+    /// A direction from a light, evenly over all that it shines into.
+    fn direction(&self, scene: &Scene, index: u32, u: [f64; 2]) -> Vec3A {
         let light = &scene.lights[self.lights[index as usize].0 as usize];
-        let is_within = axis(light).dot(direction) >= least_cosine(light);
-        if is_within { self.chance(index as usize) / cone(light) } else { 0.0 }
-    }
-
-    /// A light, and a direction from it, evenly over all that it shines into.
-    fn sample(&self, scene: &Scene, u: [f64; 3]) -> (u32, Vec3A) {
-        let index = self.sums.partition_point(|sum| *sum <= u[0]).min(self.sums.len() - 1);
-        let light = &scene.lights[self.lights[index].0 as usize];
         let axis = axis(light);
-        let cosine = 1.0 - u[1] * (1.0 - least_cosine(light));
+        let cosine = 1.0 - u[0] * (1.0 - least_cosine(light));
         let (right, up) = axis.any_orthonormal_pair();
-        let (sin, cos) = (std::f64::consts::TAU * u[2]).sin_cos();
+        let (sin, cos) = (std::f64::consts::TAU * u[1]).sin_cos();
         let direction = cosine * axis + (1.0 - cosine * cosine).max(0.0).sqrt() * (cos * right + sin * up);
-        (index as u32, direction.as_vec3a().normalize())
+        direction.as_vec3a().normalize()
     }
 }
 
@@ -126,17 +148,20 @@ impl Tracer<'_> {
         let (Some(start), Some(last)) = (light.start, last) else { return 1.0 };
         let x_to_y = y.p - last.p;
         let own = last.pdf * area_of(y, x_to_y) * start.chance;
-        let other = self.density_of_starts(start.index, y, light.wi * f64::from(light.distance));
+        let chance = self.starts.chance(last.p, last.normal, start.index);
+        let other = chance * self.density_of_ends(start.index, y, light.wi * f64::from(light.distance));
         power_heuristic(own, Some(other))
     }
 
-    /// Density over a surface, 1/m², of the ends of paths from a light, which is `away` from it.
-    fn density_of_starts(&self, index: u32, y: &Surface, away: DVec3) -> f64 {
+    /// Density over a surface, 1/m², of where rays from a light end, which is `away` from it.
+    fn density_of_ends(&self, index: u32, y: &Surface, away: DVec3) -> f64 {
         let distance = away.length();
         if distance <= f64::from(self.clearance) {
             return 0.0;
         }
-        self.starts.density(self.world.scene, index, -away / distance) * area_of(y, away.as_vec3a())
+        let light = &self.world.scene.lights[self.starts.lights[index as usize].0 as usize];
+        let is_within = axis(light).dot(-away / distance) >= least_cosine(light);
+        if is_within { area_of(y, away.as_vec3a()) / cone(light) } else { 0.0 }
     }
 
     /// What one light sends to `x` by way of one other surface, and from there towards `wo`, as far as a path from the light finds it.
@@ -145,7 +170,8 @@ impl Tracer<'_> {
             return Vec3::ZERO;
         }
         let scene = self.world.scene;
-        let (index, direction) = self.starts.sample(scene, [random.unit(), random.unit(), random.unit()]);
+        let Some(index) = self.starts.choose(x.p, x.normal, random.unit()) else { return Vec3::ZERO };
+        let direction = self.starts.direction(scene, index, [random.unit(), random.unit()]);
         let (light, emitter) = self.starts.lights[index as usize];
         let light = &scene.lights[light as usize];
         let Some(lit) = self.first_lit(Vec3A::from(light.position) + self.clearance * direction, direction, random)
@@ -170,7 +196,8 @@ impl Tracer<'_> {
         if at_y == DVec3::ZERO || arriving.irradiance == Vec3::ZERO || passes_wrong_side(&y, arriving.wi) {
             return Vec3::ZERO;
         }
-        let own = self.density_of_starts(index, &y, arriving.wi * f64::from(arriving.distance));
+        let chance = self.starts.chance(x.p, x.normal, index);
+        let own = chance * self.density_of_ends(index, &y, arriving.wi * f64::from(arriving.distance));
         if own <= 0.0 {
             return Vec3::ZERO;
         }

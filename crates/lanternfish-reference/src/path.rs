@@ -27,7 +27,7 @@ pub(crate) const MOST_PASSES: u32 = 256;
 /// Where the last search for light took place.
 pub(crate) struct LastSearch {
     pub p: Vec3A,
-    normal: DVec3,
+    pub normal: DVec3,
     /// Density of the direction that the path took from there, 1/sr.
     pub pdf: f64,
     /// Emitters that were looked for.

@@ -50,6 +50,6 @@ impl Choice {
 }
 
 /// Some surfaces transmit, and shading normals lean: light from behind counts.
-fn receiver(p: Vec3A, n: DVec3) -> Receiver {
+pub(crate) fn receiver(p: Vec3A, n: DVec3) -> Receiver {
     Receiver { p: p.into(), normal: n.as_vec3(), is_transmitting: true }
 }

@@ -16,6 +16,7 @@ use lanternfish_scene::{
 
 pub use self::area::{incidence_from, point_of_area};
 use self::choice::Choice;
+pub(crate) use self::choice::receiver;
 pub(crate) use self::environment::Sky;
 use crate::{
     light_paths::{Start, Starts},

@@ -19,7 +19,7 @@ use super::measure::shown;
 use crate::{error::CliError, parse::Size, reference::fingerprint};
 
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// Radius of the lights of [`Truth::DirectSoft`], m.
 pub const SOFT_RADIUS: f32 = 0.1;
