@@ -13,7 +13,7 @@ mod bounces;
 mod parameters;
 mod table;
 
-use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Counted, Feature, Frame, Growth, SharedStruct};
 
 pub use self::bounces::Bounces;
 use self::{
@@ -82,15 +82,41 @@ const STEPS_OF_CHANGED: u32 = 16;
 const KEPT: u32 = 128;
 /// Slots of a table at least: those that one workgroup looks at.
 const LEAST_SLOTS: u32 = 64;
-/// What is counted: `due.wesl`.
-const COUNTERS: &[&str] = &["radiance_cache/samples", "radiance_cache/cells", "radiance_cache/lost"];
+/// Cells that a table has room for at first.
+const FIRST_CELLS: u32 = 1 << 15;
+
+#[cfg(test)]
+thread_local! {
+    /// What stands for [`FIRST_CELLS`] in tests.
+    pub(crate) static FIRST_CELLS_IN_TESTS: std::cell::Cell<u32> = const { std::cell::Cell::new(FIRST_CELLS) };
+}
+
+fn first_cells() -> u32 {
+    #[cfg(test)]
+    return FIRST_CELLS_IN_TESTS.get();
+    #[cfg(not(test))]
+    FIRST_CELLS
+}
+
+/// What is counted: `counters.wesl`. The first one is the length of the list that the table's room goes by.
+const COUNTERS: &[&str] =
+    &["radiance_cache/cells", "radiance_cache/samples", "radiance_cache/lost", "indirect/lost_cells"];
+/// Name of that list.
+const CELLS: &str = "cells of the radiance cache";
+
+/// Slots of a table for so many cells. Half of them stay empty: a table that is nearly full loses cells.
+fn slots_for(cells: u32) -> u32 {
+    (2 * cells).next_power_of_two().max(LEAST_SLOTS)
+}
 
 /// The cells, and the passes that update them.
 #[derive(Debug)]
 pub(crate) struct RadianceCache {
     bounces: Bounces,
-    /// Slots of the table: a power of two.
+    /// Slots of the table, a power of two: it grows.
     slots: u32,
+    /// Cells that it has room for at most.
+    most_cells: u32,
     /// Samples of a cell of generation 0 in a picture's first frame.
     first_samples: u32,
     /// Of rays between cells.
@@ -127,6 +153,8 @@ pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     /// All cells are.
     is_new: bool,
+    /// The frame may start over with a larger table: it waits, and nothing has read the table before.
+    may_start_over: bool,
     /// Reflections between cells that are followed, where every one is asked for.
     pub steps: u32,
     uniform: BufferPart,
@@ -148,9 +176,9 @@ impl CacheOfFrame {
         self.is_new.then_some(self.parameters.fewest)
     }
 
-    /// Bindings by which cells are looked up, put in, asked for and read.
+    /// Bindings by which cells are looked up, put in, asked for, counted and read.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.slots.bindings().part("radiance_cache", &self.uniform)
+        self.slots.bindings().part("radiance_cache", &self.uniform).buffer("cell_counters", self.counters.buffer())
     }
 }
 
@@ -184,11 +212,10 @@ impl RadianceCache {
             commit: kernel("commit", &[], "commit")?,
             relax: kernel("relax", &[], "relax")?,
         };
-        // Half of them stay empty: a table that is nearly full loses cells.
-        let slots = (2 * cache_cells).next_power_of_two().max(LEAST_SLOTS);
         Ok(Self {
             bounces,
-            slots,
+            slots: slots_for(cache_cells.min(first_cells())),
+            most_cells: cache_cells,
             first_samples: cache_samples,
             tracer,
             kernels,
@@ -215,6 +242,8 @@ impl RadianceCache {
         let waits = frame.growth() == Growth::Wait;
         let is_first = waits && view.random_index == 0;
         let number = frame.number();
+        let room = frame.planned_room(CELLS, 0, slots_for(self.most_cells).into());
+        self.slots = self.slots.max(slots_for((room as u32).min(self.most_cells)));
         let table = match &mut self.table {
             Some(table) => table,
             none => {
@@ -282,6 +311,7 @@ impl RadianceCache {
             uniform: frame.uniform(&parameters),
             parameters,
             is_new,
+            may_start_over: is_first && is_first_view,
             // Light of many bounces has to find its way.
             steps: if is_new {
                 STEPS_OF_NEW
@@ -294,6 +324,46 @@ impl RadianceCache {
             scratch,
             counters,
         })
+    }
+
+    /// Whether in a picture's first frame there was no room for a cell so far, and may be: the table is another one then, larger and without cells,
+    /// and the view's rays have to look up their cells again.
+    pub fn starts_over(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &ViewContext<'_>,
+        cache: &mut CacheOfFrame,
+    ) -> Result<bool, RenderError> {
+        let most = slots_for(self.most_cells);
+        if !cache.may_start_over || self.slots >= most {
+            return Ok(false);
+        }
+        let counted: Vec<u32> = frame.read_now(cache.counters.buffer(), COUNTERS.len())?;
+        let [cells, _, lost, lost_of_pixels] = counted[..] else { unreachable!("as many as were asked for") };
+        if lost == 0 && lost_of_pixels == 0 {
+            return Ok(false);
+        }
+        // There will be more.
+        self.slots = (2 * self.slots).max(slots_for(2 * cells)).min(most);
+        tracing::debug!(cells, slots = self.slots, "the radiance cache starts over with a larger table");
+        self.table = None;
+        *cache = self.begin(frame, view)?;
+        Ok(true)
+    }
+
+    /// Says how many cells there were, so that there is room for them in the next frame.
+    pub fn end(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) -> Result<(), RenderError> {
+        let counted = Counted {
+            list: CELLS,
+            words: cache.counters.buffer(),
+            starts: (cache.counters.buffer(), 0),
+            may_wrap: &|_| false,
+            guess: 0,
+            limit: slots_for(self.most_cells).into(),
+        };
+        // What has no room is shaded: the frame is whole.
+        frame.counted_room(&counted, u64::MAX)?;
+        Ok(())
     }
 
     /// Takes more samples of cells that rays have asked for: up to so many of each that has few. `images`: where rays between cells go
@@ -328,18 +398,11 @@ impl RadianceCache {
             });
             self.update += 1;
             let bindings = shared.clone().part("radiance_cache", &uniform);
-            let choosing = bindings
-                .clone()
-                .buffer("found_due", &due)
-                .buffer("due_dispatch", &workgroups_due)
-                .buffer("update_counters", cache.counters.buffer());
+            let choosing = bindings.clone().buffer("found_due", &due).buffer("due_dispatch", &workgroups_due);
             frame.dispatch(clear, &choosing, [1; 3]);
             frame.dispatch(choose, &choosing, workgroups(self.slots));
             frame.dispatch(measure, &choosing, [1; 3]);
-            let mut sampling = bindings
-                .buffer("due", &due)
-                .buffer("sampled_cells", &sampled)
-                .buffer("update_counters", cache.counters.buffer());
+            let mut sampling = bindings.buffer("due", &due).buffer("sampled_cells", &sampled);
             if let Some(environment) = &environment {
                 sampling = sampling.with(environment);
             }

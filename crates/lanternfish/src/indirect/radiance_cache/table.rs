@@ -18,6 +18,8 @@ pub(super) const LINKS: u32 = 16;
 /// The buffers of a table, an element a slot.
 #[derive(Clone, Debug)]
 pub(super) struct Slots {
+    /// A power of two.
+    pub count: u32,
     keys: wgpu::Buffer,
     hashes: wgpu::Buffer,
     winners: wgpu::Buffer,
@@ -37,6 +39,7 @@ impl Slots {
         let earlier = (16 * u64::from(bounces.earlier_steps()) * u64::from(count)).max(16);
         let links = if bounces.needs_rays() { u64::from(LINKS) * u64::from(count) } else { 1 };
         Ok(Self {
+            count,
             keys: buffer("keys", 4)?,
             hashes: buffer("hashes", 4)?,
             winners: buffer("winners", 4)?,
@@ -70,7 +73,7 @@ impl Slots {
     }
 }
 
-/// The cells of a scene: one table in use, and one that cells move to now and then.
+/// The cells of a scene: one table in use, and one of the same size that cells move to now and then.
 #[derive(Debug)]
 pub(super) struct Table {
     /// [`GpuScene::triangle_order`] of the scene.
@@ -84,7 +87,9 @@ pub(super) struct Table {
     /// Edge of the smallest cells, m.
     pub edge: f32,
     pub slots: Slots,
-    other: Slots,
+    /// Once they have moved.
+    other: Option<Slots>,
+    bounces: Bounces,
     /// The frame before which cells moved.
     moved_at: u32,
 }
@@ -112,7 +117,8 @@ impl Table {
             since_change: u32::MAX,
             edge: edge_in(scene),
             slots: Slots::new(frame.device, slots, bounces)?,
-            other: Slots::new(frame.device, slots, bounces)?,
+            other: None,
+            bounces,
             moved_at: 0,
         })
     }
@@ -168,23 +174,36 @@ impl Rehash {
         Ok(Self { rehash: kernel("rehash"), carry: kernel("carry"), carry_links: kernel("carry_links") })
     }
 
-    /// Leaves out the cells for which nothing has asked, once so many frames have passed as cells are kept for.
+    /// Puts the cells into a table of as many slots as `parameters` say, if that is larger than theirs; or, once so many frames have passed as cells
+    /// are kept for, into another one of the same size, without those for which nothing has asked for so long.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         table: &mut Table,
         parameters: &RadianceCacheParameters,
     ) -> Result<(), RenderError> {
-        if parameters.frame - table.moved_at < parameters.kept {
+        let count = parameters.slot_mask + 1;
+        let grows = count != table.slots.count;
+        if !grows && parameters.frame - table.moved_at < parameters.kept {
             return Ok(());
         }
-        table.moved_at = parameters.frame;
-        let count = parameters.slot_mask + 1;
-        let moved_to = frame.scratch("radiance_cache/moved_to", 4 * u64::from(count))?;
-        std::mem::swap(&mut table.slots, &mut table.other);
-        table.slots.clear(frame);
-        let uniform = frame.uniform(parameters);
-        let old = &table.other;
+        // A table that grows keeps all cells: pictures do not depend on when it does.
+        let kept = if grows { u32::MAX } else { parameters.kept };
+        if !grows {
+            table.moved_at = parameters.frame;
+        }
+        let new = match table.other.take().filter(|other| other.count == count) {
+            Some(other) => other,
+            None => {
+                // They hold what they bind.
+                frame.forget_bind_groups();
+                Slots::new(frame.device, count, table.bounces)?
+            }
+        };
+        new.clear(frame);
+        let old = std::mem::replace(&mut table.slots, new);
+        let moved_to = frame.scratch("radiance_cache/moved_to", 4 * u64::from(old.count))?;
+        let uniform = frame.uniform(&RadianceCacheParameters { kept, ..*parameters });
         let bindings = table
             .slots
             .bindings()
@@ -197,9 +216,10 @@ impl Rehash {
             .buffer("old_light", &old.light)
             .buffer("old_links", &old.links)
             .buffer("old_earlier", &old.earlier);
-        frame.dispatch(&self.rehash, &bindings, workgroups(count));
-        frame.dispatch(&self.carry, &bindings, workgroups(count));
-        frame.dispatch(&self.carry_links, &bindings, workgroups(count));
+        frame.dispatch(&self.rehash, &bindings, workgroups(old.count));
+        frame.dispatch(&self.carry, &bindings, workgroups(old.count));
+        frame.dispatch(&self.carry_links, &bindings, workgroups(old.count));
+        table.other = (!grows).then_some(old);
         Ok(())
     }
 }

@@ -215,7 +215,10 @@ impl IndirectPasses for SampledLight {
             Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds)?),
             None => None,
         };
-        for round in 0..rounds {
+        // First of the rounds whose hits are there.
+        let mut traced_first = None;
+        let mut round = 0;
+        while round < rounds {
             let of_cells = cells.as_ref().map_or(0..rounds, |cells| cells.gathered_with(round));
             let traced = targets.traced_with(round, of_cells.clone());
             let parameters = SampledParameters {
@@ -230,7 +233,7 @@ impl IndirectPasses for SampledLight {
             let uniform = frame.uniform(&parameters);
             let round_bindings = seen.clone().part("sampled", &uniform);
             let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
-            if round == traced.start {
+            if traced_first.replace(traced.start) != Some(traced.start) {
                 let ordered = tracing.clone().buffer("sample_order", &self.sample_order);
                 rays::dispatch(frame, &self.trace, &ordered, sample_order::workgroups(sums.size), images);
             }
@@ -265,6 +268,16 @@ impl IndirectPasses for SampledLight {
             {
                 cells.gather(frame, view_context, &summing, samples, images);
             }
+            round += 1;
+            if let Some(cells) = &mut cells
+                && cells.starts_over(frame, view_context, round - 1)?
+            {
+                frame.encoder().clear_buffer(targets.counters.buffer(), 0, None);
+                round = 0;
+            }
+        }
+        if let Some(cells) = &cells {
+            cells.end(frame)?;
         }
 
         let layers = self.smoothing.record(frame, view_context, surface, &sums)?;

@@ -9,8 +9,7 @@ use super::{LightRay, SampledHit};
 use crate::{error::RenderError, indirect::Counters};
 
 /// What is counted in every round: `counters.wesl`.
-const COUNTERS: &[&str] =
-    &["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays", "indirect/lost_cells"];
+const COUNTERS: &[&str] = &["indirect/rays", "indirect/hits", "indirect/shadow_rays", "indirect/emitter_rays"];
 
 /// Bytes of what rays met at most, which fits a storage binding: rounds whose rays are more, 8.4 million, are traced in parts.
 const MOST_BYTES: u64 = 96 << 20;
@@ -74,5 +73,5 @@ impl Targets {
 fn counters_are_the_shaders() {
     let constant = |name| crate::shaders::constant("indirect/sampled/counters", name);
     assert_eq!(constant("RAY_COUNTERS"), COUNTERS.len() as f64);
-    assert_eq!(["RAYS", "HITS", "SHADOW_RAYS", "EMITTER_RAYS", "LOST_CELLS"].map(constant), [0.0, 1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(["RAYS", "HITS", "SHADOW_RAYS", "EMITTER_RAYS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
 }

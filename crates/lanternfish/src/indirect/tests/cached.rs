@@ -3,6 +3,7 @@
 use lanternfish_scene::LightKind;
 
 use crate::{
+    indirect::radiance_cache::FIRST_CELLS_IN_TESTS,
     settings::{Bounces, History, HitLight},
     testing::walks,
 };
@@ -343,4 +344,42 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         // Light of so many bounces comes late. While all cells had the same say, it was 0.64.
         assert!((0.8..1.02).contains(&(found / truth)), "{thickness}: {found} of {truth}");
     }
+}
+
+/// A table that is too small at first grows, and the picture is the one of a table that was large enough: by starting over in a first frame, by
+/// moving between frames.
+#[test]
+fn gpu_tables_that_grow_change_no_picture() {
+    let Some(gpu) = testing::gpu("gpu_tables_that_grow_change_no_picture") else { return };
+    let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
+    let rays = Sampled { diffuse_rays: 4, glossy_rays: 2, ..cached(Tracer::Bvh, Bounces::All) };
+    let rendered = |first_cells, rays| {
+        FIRST_CELLS_IN_TESTS.set(first_cells);
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 3)).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let [picture, again] = [(), ()].map(|()| renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap());
+        let counted = |name: &str| picture.report.counters.iter().find(|(known, _)| known == name).map(|(_, n)| *n);
+        let counts = ["radiance_cache/cells", "radiance_cache/lost", "indirect/lost_cells"];
+        let counts = counts.map(|name| counted(name).unwrap());
+        let moved = picture.report.passes.iter().filter(|pass| pass.name == "radiance_cache/carry").count();
+        println!("{first_cells} cells at first: {counts:?}, moved {moved} times");
+        assert!(counts[1] > 0 || picture.radiance == again.radiance, "{first_cells}: another picture the second time");
+        (picture.radiance, counts, moved)
+    };
+    let mut moved_between_frames = 0;
+    for tracer in [Tracer::Bvh, Tracer::WithinTexel] {
+        let rays = Sampled { tracer, ..rays };
+        let (expected, [cells, ..], _) = rendered(1 << 17, rays);
+        for first_cells in [64, 1 << 14, 1 << 15] {
+            let (found, counts, moved) = rendered(first_cells, rays);
+            moved_between_frames += moved;
+            assert_eq!(counts, [cells, 0, 0], "{tracer}, {first_cells}");
+            assert!(found == expected, "{tracer}, {first_cells}: another picture");
+        }
+        // Without room to grow, cells are lost.
+        let (found, [.., lost, lost_of_pixels], _) = rendered(64, Sampled { cache_cells: 64, ..rays });
+        assert!(lost > 0 && lost_of_pixels > 0 && found != expected, "{tracer}");
+    }
+    // Passes are timed where the device can.
+    assert!(moved_between_frames > 0 || !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY));
 }
