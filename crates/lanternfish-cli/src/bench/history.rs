@@ -86,7 +86,7 @@ pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
 
 /// Each way with what pixels keep and without.
 fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
-    let shaded = Sampled::default();
+    let shaded = Sampled::default().one_bounce();
     let cached = Sampled { hit_light: HitLight::Cached, ..shaded };
     let ways = [
         ("bvh, shaded", shaded),

@@ -34,7 +34,7 @@ fn cornell(gpu: &Gpu, settings: &Settings) -> Seen {
 fn gpu_lights_by_hand_are_those_of_the_scene() {
     let Some(gpu) = testing::gpu("gpu_lights_by_hand_are_those_of_the_scene") else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::Sampled(Quality::Draft.sampled()), ..settings.clone() };
+    let indirect = Settings { indirect: Indirect::Sampled(Quality::Draft.sampled().one_bounce()), ..settings.clone() };
     for settings in [settings, indirect] {
         let mut seen = cornell(gpu, &settings);
         let camera = seen.scene.default_camera(1.5);

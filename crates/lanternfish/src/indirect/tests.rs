@@ -28,7 +28,7 @@ const SIZE: UVec2 = UVec2::new(61, 45);
 
 fn sampled(tracer: Tracer) -> Sampled {
     let clamp = IndirectClamp::Off;
-    Sampled { diffuse_rays: 64, glossy_rays: 32, tracer, filter_radius: 0, clamp, ..Sampled::default() }
+    Sampled { diffuse_rays: 64, glossy_rays: 32, tracer, filter_radius: 0, clamp, ..Sampled::default().one_bounce() }
 }
 
 fn settings(sampled: Sampled) -> Settings {
@@ -207,7 +207,12 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let camera = scene.cameras[0].clone();
     let (direct, one_bounce) = (traced(&scene, &camera, 2, 192), traced(&scene, &camera, 3, 192));
     // Edges are drawn with one sample in one picture and many in the other, with or without the bounce: it is what is compared.
-    let alone = picture(gpu, Settings { indirect: Indirect::None, ..settings(Sampled::default()) }, &scene, &camera);
+    let alone = picture(
+        gpu,
+        Settings { indirect: Indirect::None, ..settings(Sampled::default().one_bounce()) },
+        &scene,
+        &camera,
+    );
     let bounce = |whole: &[Vec3], part: &[Vec3]| whole.iter().zip(part).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>();
     let truth = bounce(&one_bounce, &direct);
     assert!(mean(&truth) > 0.1 * mean(&direct), "there is little to find");
@@ -224,7 +229,8 @@ fn gpu_one_bounce_is_the_path_tracers() {
     // It can fail: white walls send another bounce.
     let mut white = scene.clone();
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
-    let of = |indirect| picture(gpu, Settings { indirect, ..settings(Sampled::default()) }, &white, &camera);
+    let of =
+        |indirect| picture(gpu, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera);
     let found = bounce(&of(Indirect::Sampled(sampled(Tracer::Bvh))), &of(Indirect::None));
     assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
 }
@@ -381,11 +387,11 @@ fn gpu_what_does_not_go_together_is_refused() {
         Err(RenderError::Together { needed, .. }) => needed,
         other => panic!("{other:?}"),
     };
-    let default = settings(Sampled::default());
-    assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default() })).contains("rays"));
-    assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default() })).contains("64 pixels"));
+    let default = settings(Sampled::default().one_bounce());
+    assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default().one_bounce() })).contains("rays"));
+    assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default().one_bounce() })).contains("64 pixels"));
     let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
-    let within = settings(Sampled { tracer: Tracer::WithinTexel, ..Sampled::default() });
+    let within = settings(Sampled { tracer: Tracer::WithinTexel, ..Sampled::default().one_bounce() });
     assert!(refused(Settings { deep_images, ..within }).contains("triangles"));
     // Rays of indirect light do not need any of shadows.
     Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::None, ..default }).unwrap();

@@ -4,7 +4,8 @@ use glam::Vec3;
 use lanternfish::{
     Picture, Renderer, Settings,
     settings::{
-        Assignment, ClusterTest, Clustered, Culling, DebugView, Indirect, RasterGrid, Samples, Shadows, TileSize, Tiled,
+        Assignment, ClusterTest, Clustered, Culling, DebugView, Indirect, RasterGrid, Sampled, Samples, Shadows,
+        TileSize, Tiled,
     },
 };
 use lanternfish_gpu::{Gpu, testing};
@@ -170,8 +171,11 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
     for others in [0, 20] {
         let dim = (0..others).map(|i| Light::point(Vec3::new(0.0, 0.5 + 0.01 * i as f32, 9.0), Vec3::splat(1e-6)));
         let lit = Scene { lights: scene.lights.iter().cloned().chain(dim).collect(), ..scene.clone() };
-        let settings =
-            Settings { accumulate: 16, indirect: Indirect::Sampled(Default::default()), ..Settings::default() };
+        let settings = Settings {
+            accumulate: 16,
+            indirect: Indirect::Sampled(Sampled::default().one_bounce()),
+            ..Settings::default()
+        };
         let found = accumulated(gpu, &lit, &camera, settings);
         // Squares of 64 pixels, of which what is left is the noise of both, close to the panel: 3 % at the median, 9 % of single pixels.
         let [found, expected] = [&found, &expected].map(|image| image.box_downsampled(8).unwrap());

@@ -1,6 +1,9 @@
 //! The examples do what they say.
 
-use lanternfish::{Settings, settings::Shadows};
+use lanternfish::{
+    Settings,
+    settings::{Indirect, Sampled, Shadows},
+};
 use lanternfish_gpu::testing;
 
 use super::support::render;
@@ -22,7 +25,9 @@ fn bvh(settings: Settings) -> Settings {
 #[test]
 fn gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit() {
     let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit") else { return };
-    let settings = bvh(Settings::default());
+    // Light that is kept from frame to frame makes another picture of a later one.
+    let indirect = Indirect::Sampled(Sampled::default().one_bounce());
+    let settings = bvh(Settings { indirect, ..Settings::default() });
     let found = own_texture::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let scene = lanternfish_scene::load("demo:cornell").unwrap();
     let [width, height] = own_texture::SIZE;

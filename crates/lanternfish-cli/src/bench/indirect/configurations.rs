@@ -151,7 +151,7 @@ impl Configuration {
             glossy_rays,
             tracer: self.tracer(),
             filter_radius: self.filter_radius,
-            ..Sampled::default()
+            ..Sampled::default().one_bounce()
         };
         Settings {
             materials: self.brdf.materials(),

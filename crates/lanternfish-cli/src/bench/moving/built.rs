@@ -51,7 +51,7 @@ pub fn built(gpu: &Gpu, scene: &Scene, runs: u32) -> Result<Built, CliError> {
 }
 
 fn images(gpu: &Gpu, scene: &Scene, runs: u32, built: &mut Built) -> Result<(), CliError> {
-    let mut sampled = Quality::Good.sampled();
+    let mut sampled = Quality::Good.sampled().one_bounce();
     sampled.tracer = Tracer::WithinTexel;
     let settings = Settings { indirect: Indirect::Sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
     built.directions = Directions::new(settings.deep_images.directions).map_or(0, |all| all.len());

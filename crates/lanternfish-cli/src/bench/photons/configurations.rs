@@ -21,7 +21,7 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     let of = |indirect| Settings { indirect, ..look.clone() };
     let with = |room: PhotonSplatting| of(Indirect::PhotonSplatting(room));
     let usual = PhotonSplatting::default();
-    let good = Quality::Good.sampled();
+    let good = Quality::Good.sampled().one_bounce();
     add("none", of(Indirect::None));
     add("sampled", of(Indirect::Sampled(good)));
     let half = Sampled { resolution: IndirectResolution::Half, ..good };
@@ -91,7 +91,7 @@ pub fn papers_photons() -> PhotonSplatting {
 pub fn converging(look: &Settings, quick: bool) -> Vec<Configuration> {
     let usual = PhotonSplatting::default();
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled())),
+        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
         ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
         ("photon-splatting", Indirect::PhotonSplatting(usual)),
         ("photon-splatting, photon-count 16384", Indirect::PhotonSplatting(PhotonSplatting { count: 16384, ..usual })),
@@ -108,7 +108,7 @@ pub fn converging(look: &Settings, quick: bool) -> Vec<Configuration> {
 /// What is walked along a track.
 pub fn walked(look: &Settings) -> Vec<Configuration> {
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled())),
+        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
         ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
         ("photon-splatting", Indirect::PhotonSplatting(PhotonSplatting::default())),
     ];

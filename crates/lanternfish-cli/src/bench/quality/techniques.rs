@@ -7,9 +7,9 @@
 use lanternfish::{
     rooms::Family,
     settings::{
-        Anisotropy, Assignment, Bounces, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings,
-        DirectionSet, HitLight, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RasterGrid,
-        RayCulling, Sampled, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
+        Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet,
+        HitLight, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RasterGrid, RayCulling,
+        Sampled, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
     },
 };
 
@@ -110,9 +110,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images: Settings::default().deep_images, ..default.clone() };
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
-    let all_bounces = Sampled { hit_light: HitLight::Cached, bounces: Bounces::All, ..GOOD };
-    let settings = Settings { indirect: Indirect::Sampled(all_bounces), ..default.clone() };
-    rows.push(row("indirect sampled, bounces all".to_owned(), Truth::Full, settings));
+    let settings = Settings { indirect: Indirect::Sampled(GOOD), ..default.clone() };
+    rows.push(row("indirect sampled, one bounce".to_owned(), Truth::Full, settings));
     rows.extend(bounces(default));
     rows.extend(super::rooms::bounces(default));
     rows.extend(glossy_bounces(default));
@@ -122,7 +121,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
 }
 
 /// What the rows of one bounce take where they say nothing else.
-const GOOD: Sampled = Quality::Good.sampled();
+const GOOD: Sampled = Quality::Good.sampled().one_bounce();
 
 /// One bounce of diffuse light: by every tracer, by images of several resolutions, from every pixel and from every fourth, and by half
 /// as many rays.

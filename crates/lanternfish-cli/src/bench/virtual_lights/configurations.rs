@@ -60,7 +60,7 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     let grid = Culling::RasterGrid(Default::default());
     let paper = || Settings { deep_images: papers_images(), culling: grid, ..with(papers_lights()) };
     add("none", of(Indirect::None), false);
-    let good = Quality::Good.sampled();
+    let good = Quality::Good.sampled().one_bounce();
     add("sampled", of(Indirect::Sampled(good)), false);
     let half = Sampled { resolution: IndirectResolution::Half, ..good };
     add("sampled, indirect-resolution half", of(Indirect::Sampled(half)), false);
@@ -136,7 +136,7 @@ pub fn walked(look: &Settings) -> Vec<Configuration> {
     let plain = VirtualLights { unique: false, ..usual };
     let unshadowed = VirtualLights { shadows: Shadows::None, ..usual };
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled())),
+        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
         ("virtual-lights", Indirect::VirtualLights(usual)),
         ("virtual-lights, vpl-unique off", Indirect::VirtualLights(plain)),
         ("virtual-lights, vpl-shadows none", Indirect::VirtualLights(unshadowed)),

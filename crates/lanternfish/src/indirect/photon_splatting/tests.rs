@@ -208,8 +208,12 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
     let picture =
         |indirect, accumulate| render(gpu, Settings { accumulate, ..settings(indirect) }, &scene, &camera, SIZE);
     let of_frames = |frames: u32| {
-        let rays =
-            Sampled { diffuse_rays: 1024 / frames, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+        let rays = Sampled {
+            diffuse_rays: 1024 / frames,
+            filter_radius: 0,
+            clamp: IndirectClamp::Off,
+            ..Sampled::default().one_bounce()
+        };
         (picture(Indirect::None, frames), picture(Indirect::Sampled(rays), frames))
     };
     let references = [(1, of_frames(1)), (16, of_frames(16))];

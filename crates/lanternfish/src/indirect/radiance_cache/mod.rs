@@ -117,6 +117,8 @@ pub(crate) struct RadianceCache {
     slots: u32,
     /// Cells that it has room for at most.
     most_cells: u32,
+    /// A frame has ended with it.
+    has_had_room: bool,
     /// Samples of a cell of generation 0 in a picture's first frame.
     first_samples: u32,
     /// Of rays between cells.
@@ -216,6 +218,7 @@ impl RadianceCache {
             bounces,
             slots: slots_for(cache_cells.min(first_cells())),
             most_cells: cache_cells,
+            has_had_room: false,
             first_samples: cache_samples,
             tracer,
             kernels,
@@ -327,32 +330,18 @@ impl RadianceCache {
     }
 
     /// Whether in a picture's first frame there was no room for a cell so far, and may be: the table is another one then, larger and without cells,
-    /// and the view's rays have to look up their cells again.
+    /// and the view's rays have to look up their cells again. `is_last`: it is not asked again in this frame; before, it is asked as long as no frame
+    /// has ended with this table, since each time the frame waits.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         cache: &mut CacheOfFrame,
+        is_last: bool,
     ) -> Result<bool, RenderError> {
-        let most = slots_for(self.most_cells);
-        if !cache.may_start_over || self.slots >= most {
+        if !is_last && (self.has_had_room || !cache.may_start_over) {
             return Ok(false);
         }
-        let counted: Vec<u32> = frame.read_now(cache.counters.buffer(), COUNTERS.len())?;
-        let [cells, _, lost, lost_of_pixels] = counted[..] else { unreachable!("as many as were asked for") };
-        if lost == 0 && lost_of_pixels == 0 {
-            return Ok(false);
-        }
-        // There will be more.
-        self.slots = (2 * self.slots).max(slots_for(2 * cells)).min(most);
-        tracing::debug!(cells, slots = self.slots, "the radiance cache starts over with a larger table");
-        self.table = None;
-        *cache = self.begin(frame, view)?;
-        Ok(true)
-    }
-
-    /// Says how many cells there were, so that there is room for them in the next frame.
-    pub fn end(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) -> Result<(), RenderError> {
         let counted = Counted {
             list: CELLS,
             words: cache.counters.buffer(),
@@ -362,8 +351,18 @@ impl RadianceCache {
             limit: slots_for(self.most_cells).into(),
         };
         // What has no room is shaded: the frame is whole.
-        frame.counted_room(&counted, u64::MAX)?;
-        Ok(())
+        let [cells, _, lost, lost_of_pixels] = frame.counted_room(&counted, u64::MAX)?.words;
+        let most = slots_for(self.most_cells);
+        if !cache.may_start_over || self.slots >= most || (lost == 0 && lost_of_pixels == 0) {
+            self.has_had_room |= is_last;
+            return Ok(false);
+        }
+        // There will be more.
+        self.slots = (2 * self.slots).max(slots_for(2 * cells)).min(most);
+        tracing::debug!(cells, slots = self.slots, "the radiance cache starts over with a larger table");
+        self.table = None;
+        *cache = self.begin(frame, view)?;
+        Ok(true)
     }
 
     /// Takes more samples of cells that rays have asked for: up to so many of each that has few. `images`: where rays between cells go

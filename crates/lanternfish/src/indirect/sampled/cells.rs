@@ -171,21 +171,17 @@ impl FrameCells<'_> {
         }
     }
 
-    /// Whether the frame has to start over from its first round, with a larger table that has no cells yet: asked now and then in a picture's first
-    /// frame, as each time the frame waits.
+    /// Whether the frame has to start over from its first round, with a larger table that has no cells yet. Asked behind each round; behind the last
+    /// one the number of cells is noted, so that there is room for them in the next frame.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         round: u32,
     ) -> Result<bool, RenderError> {
-        let asks = (round + 1).is_power_of_two() || round + 1 == self.rounds;
-        Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame)?)
-    }
-
-    /// Says how many cells there were.
-    pub fn end(&self, frame: &mut Frame<'_>) -> Result<(), RenderError> {
-        self.cells.cache.end(frame, &self.of_frame)
+        let is_last = round + 1 == self.rounds;
+        let asks = is_last || (round + 1).is_power_of_two();
+        Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame, is_last)?)
     }
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums. `summing`: bindings of the round, the sums and counters.

@@ -276,9 +276,6 @@ impl IndirectPasses for SampledLight {
                 round = 0;
             }
         }
-        if let Some(cells) = &cells {
-            cells.end(frame)?;
-        }
 
         let layers = self.smoothing.record(frame, view_context, surface, &sums)?;
         Ok(IndirectSums {
@@ -323,8 +320,8 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     if matches!(settings.bounces, Bounces::UpTo(bounces) if !(1..=Bounces::MOST).contains(&bounces)) {
         return Err(RenderError::Together { setting: "`bounces`", needed: "1 to 8, or all" });
     }
-    if settings.bounces != Bounces::ONE && settings.hit_light != HitLight::Cached {
-        return Err(RenderError::Together { setting: "`bounces` other than 1", needed: "`hit-light cached`" });
+    if matches!(settings.bounces, Bounces::UpTo(2..)) && settings.hit_light != HitLight::Cached {
+        return Err(RenderError::Together { setting: "`bounces` of 2 to 8", needed: "`hit-light cached`" });
     }
     if settings.tracer.uses_deep_images() && !deep_images.payload {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });

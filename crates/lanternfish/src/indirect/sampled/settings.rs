@@ -41,10 +41,10 @@ pub struct Sampled {
     pub clamp: IndirectClamp,
     /// Where the light comes from that the ends of rays send.
     pub hit_light: HitLight,
-    /// How often light is reflected before it comes to the surface that is seen.
+    /// How often light is reflected before it comes to the surface that is seen; all: as often as `hit_light` knows, once where ends are shaded.
     pub bounces: Bounces,
-    /// Cells that the radiance cache has room for, 64 to 524,288, rounded up to a power of two. More: fewer ends of rays are shaded because there is
-    /// no room, and some 410 bytes each, with every bounce 1,100 and with eight 1,800.
+    /// Cells that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 32,768, and it grows. More: fewer
+    /// ends of rays are shaded because there is no room, and some 410 bytes for each that is there, with every bounce 1,100 and with eight 1,800.
     pub cache_cells: u32,
     /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
     /// less noise in a picture of one frame, and more of the bounces, slower.
@@ -55,11 +55,11 @@ named_enum! {
     /// Where the light comes from that the end of a ray sends back along it.
     #[derive(Default)]
     HitLight {
-        /// Each end is shaded: its material is read, and a light is chosen for it and looked for.
-        #[default]
-        Shaded = "shaded": "Each end is shaded: a light is chosen for it and looked for",
+        /// Each end is shaded: its material is read, and a light is chosen for it and looked for. One bounce.
+        Shaded = "shaded": "Each end is shaded: a light is chosen for it and looked for. One bounce",
         /// From the radiance cache: cells in space keep what the surfaces in them send, and a share of them is brought up to date in each
         /// frame, and all of them for some frames after a change of the scene.
+        #[default]
         Cached = "cached": "From the radiance cache: cells in space keep what their surfaces send",
     }
 }
@@ -67,6 +67,13 @@ named_enum! {
 impl Default for Sampled {
     fn default() -> Self {
         Quality::default().sampled()
+    }
+}
+
+impl Sampled {
+    /// The same rays, whose ends are shaded each: one bounce.
+    pub const fn one_bounce(self) -> Self {
+        Self { hit_light: HitLight::Shaded, bounces: Bounces::ONE, ..self }
     }
 }
 
@@ -80,9 +87,9 @@ impl Quality {
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::On,
-            hit_light: HitLight::Shaded,
-            bounces: Bounces::ONE,
-            cache_cells: 1 << 17,
+            hit_light: HitLight::Cached,
+            bounces: Bounces::All,
+            cache_cells: 1 << 18,
             cache_samples: 16,
         };
         match self {
@@ -128,15 +135,15 @@ impl Room for Sampled {
             "bounces",
             "N|all",
             Range::Names,
-            "How often light is reflected at most on its way to the surface that is seen, 1 to 8; all: as often as it is. More than 1: with \
-             `hit-light cached`",
+            "How often light is reflected at most on its way to the surface that is seen, 1 to 8; all: as often as it is, or once where ends are shaded. \
+             2 to 8: with `hit-light cached`",
             |sampled| &mut sampled.bounces,
         ),
         Knob::new(
             "cache-cells",
             "N",
             Range::Count(LEAST_CELLS, MOST_CELLS),
-            "Cells that the radiance cache has room for. More: fewer ends of rays are shaded for want of room",
+            "Cells that the radiance cache has room for at most. More: fewer ends of rays are shaded for want of room",
             |sampled| &mut sampled.cache_cells,
         ),
         Knob::new(

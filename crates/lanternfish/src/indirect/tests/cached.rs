@@ -255,7 +255,7 @@ fn gpu_caches_without_cells_or_samples_are_refused() {
         Sampled { cache_cells: 0, ..usual },
         Sampled { cache_cells: u32::MAX, ..usual },
         Sampled { cache_samples: 0, ..usual },
-        Sampled { hit_light: HitLight::Shaded, ..usual },
+        Sampled { hit_light: HitLight::Shaded, bounces: Bounces::UpTo(2), ..usual },
     ];
     for rays in refused {
         let error = Renderer::new(&gpu.device, &gpu.queue, settings(rays)).err();

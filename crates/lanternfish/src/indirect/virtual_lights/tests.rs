@@ -167,7 +167,12 @@ fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
         }
         let room = VirtualLights { map: MapSize::Texels64, count: 2048, far_lights: 512, ..room() };
         let of = |indirect| energy(&render(gpu, settings(indirect), &scene, &lit_view()));
-        let sampled = Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+        let sampled = Sampled {
+            diffuse_rays: 256,
+            filter_radius: 0,
+            clamp: IndirectClamp::Off,
+            ..Sampled::default().one_bounce()
+        };
         let direct = of(Indirect::None);
         let (found, rays) = (of(Indirect::VirtualLights(room)) - direct, of(Indirect::Sampled(sampled)) - direct);
         assert!((found / rays - 1.0).abs() < 0.08, "{what}: {found} of {rays}");
@@ -181,7 +186,8 @@ fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_the_energy_of_virtual_lights_is_that_of_one_bounce") else { return };
     let (scene, camera) = cornell();
     let direct = energy(&render(gpu, settings(Indirect::None), &scene, &camera));
-    let sampled = Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+    let sampled =
+        Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
     let truth = energy(&render(gpu, settings(Indirect::Sampled(sampled)), &scene, &camera)) - direct;
     let of = |room| (energy(&render_room(gpu, room, &scene, &camera)) - direct) / truth;
     let exact = VirtualLights { count: 2048, shadow_rays: 64, ..room() };
@@ -278,7 +284,8 @@ fn gpu_a_mean_of_frames_has_the_light_of_every_light() {
     let light = |i: i32| Light::point(Vec3::new(-1.9 + 0.0009 * i as f32, 0.8, 0.3), Vec3::splat(0.003));
     let scene = Scene { lights: (0..2000).map(light).collect(), ..two_rooms() };
     let direct = energy(&render(gpu, settings(Indirect::None), &scene, &lit_view()));
-    let sampled = Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+    let sampled =
+        Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
     let truth = energy(&render(gpu, settings(Indirect::Sampled(sampled)), &scene, &lit_view())) - direct;
     let room = VirtualLights { map: MapSize::Texels64, count: 512, ..room() };
     let settings = Settings { accumulate: 8, ..settings(Indirect::VirtualLights(room)) };

@@ -26,6 +26,11 @@ fn bvh(settings: Settings) -> Settings {
     Settings { shadows: Shadows::BVH, ..settings }
 }
 
+/// Indirect light that keeps nothing from frame to frame, as the radiance cache does: each frame is a picture by itself.
+fn one_bounce() -> Settings {
+    bvh(Settings { indirect: Indirect::Sampled(Sampled::default().one_bounce()), ..Settings::default() })
+}
+
 fn lit() -> Scene {
     let mut scene = demo("cornell").unwrap();
     scene.lights.extend(light_rain(&scene.bounds(), 3000, Some(0.4), 1, 0.0));
@@ -92,7 +97,7 @@ fn gpu_a_frame_in_the_callers_commands_is_the_picture_to_the_bit() {
     let plain = bvh(Settings::direct_light());
     for (name, settings) in [
         ("direct light", plain.clone()),
-        ("the default", bvh(Settings::default())),
+        ("indirect light", one_bounce()),
         ("four samples", Settings { samples: Samples::Four, tone_map: ToneMap::Aces, ..plain.clone() }),
         ("normals", Settings { debug_view: Some(DebugView::Normal), exposure: Exposure::Ev(0.0), ..plain }),
     ] {
@@ -268,7 +273,7 @@ fn gpu_ten_frames_are_on_their_way() {
     let Some(gpu) = testing::gpu("gpu_ten_frames_are_on_their_way") else { return };
     const FRAMES: usize = 10;
     let scene = lit();
-    let settings = bvh(Settings::default());
+    let settings = one_bounce();
     let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let uploaded = waiting.upload(&scene).unwrap();
     let cameras: Vec<_> = (0..FRAMES).map(|step| camera(&scene, step)).collect();
@@ -366,7 +371,7 @@ fn gpu_a_frame_that_lacks_room_shows_what_was_there_before() {
 fn gpu_frames_show_a_scene_as_it_was_when_they_were_submitted() {
     let Some(gpu) = testing::gpu("gpu_frames_show_a_scene_as_it_was_when_they_were_submitted") else { return };
     let mut scene = demo("cornell").unwrap();
-    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, bvh(Settings::default())).unwrap();
+    let mut renderer = Renderer::new(&gpu.device, &gpu.queue, one_bounce()).unwrap();
     let mut waiting = Renderer::with_engine(renderer.engine(), renderer.settings().clone()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
     let view = camera(&scene, 0);

@@ -6,7 +6,8 @@ use super::*;
 fn rays_and_photons(gpu: &Gpu, scene: &Scene, camera: &Camera, room: PhotonSplatting) -> [f64; 2] {
     let of = |indirect| energy(&render(gpu, settings(indirect), scene, camera, SIZE));
     let direct = of(Indirect::None);
-    let sampled = Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default() };
+    let sampled =
+        Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
     [Indirect::Sampled(sampled), Indirect::PhotonSplatting(room)].map(|indirect| of(indirect) - direct)
 }
 

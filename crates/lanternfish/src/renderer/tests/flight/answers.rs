@@ -132,7 +132,7 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
     }
     scene.sky = Vec3::splat(0.2);
     let plain = Settings { materials: Materials::Lambert, ..bvh(Settings::direct_light()) };
-    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
     let deep_images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
     let disk = Light::disk(Vec3::new(0.0, 1.6, 0.0), Vec3::NEG_Y, 0.2, Vec3::splat(4.0));
     let with_area = Scene { lights: scene.lights.iter().cloned().chain([disk]).collect(), ..scene.clone() };
