@@ -52,7 +52,8 @@
 //! ```
 //!
 //! Units: metres, radians, candela (point and spot lights), lux (directional lights), nits (disks, rectangles, emission, sky, pictures);
-//! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit.
+//! linear Rec. 709. Right-handed, +y up. The same scene, settings and adapter give the same image, bit for bit,
+//! as long as the radiance cache has room for its cells (`Sampled::cache_cells`).
 
 /// The code in the README compiles.
 #[cfg(doctest)]

@@ -130,6 +130,7 @@ pub fn run(shot: &Shot, started: Instant) -> Result<(), CliError> {
         }
     }
 
+    progress.warn(lost_cells(&pictures.cost.counters));
     let mut seconds = progress.finish();
     seconds.push(("total", started.elapsed().as_secs_f64()));
     let run = Run {
@@ -210,6 +211,26 @@ impl Told<'_> {
         let progress = progress.map(|farm| farm.lines(index + 1, self.all, &status())).unwrap_or_default();
         format!("{progress}{}\n", output.path.display())
     }
+}
+
+/// A warning where the radiance cache had no room for all of its cells.
+fn lost_cells(counters: &[(String, u64)]) -> Option<String> {
+    let lost = |(name, count): &&(String, u64)| {
+        *count > 0 && ["indirect/lost_cells", "radiance_cache/lost"].contains(&name.as_str())
+    };
+    counters.iter().find(lost).map(|_| {
+        "the radiance cache had no room for all cells: some light of later bounces is a guess, and the picture may be another one next time. \
+         Raise --cache-cells, or choose --hit-light shaded"
+            .to_owned()
+    })
+}
+
+#[cfg(test)]
+#[test]
+fn lost_cells_are_warned_of() {
+    let counters = |count| [("indirect/rays".to_owned(), 7), ("radiance_cache/lost".to_owned(), count)];
+    assert_eq!(lost_cells(&counters(0)), None);
+    assert!(lost_cells(&counters(1)).is_some_and(|text| text.contains("--cache-cells")));
 }
 
 /// Says which light has no part in the picture.

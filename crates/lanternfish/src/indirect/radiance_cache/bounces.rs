@@ -64,12 +64,6 @@ pub(super) struct Step {
     pub earlier: u32,
 }
 
-impl Default for Bounces {
-    fn default() -> Self {
-        Self::ONE
-    }
-}
-
 impl fmt::Display for Bounces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -101,7 +95,7 @@ impl Setting for Bounces {
 
     fn names(&self) -> Vec<(&'static str, &'static str)> {
         vec![
-            ("1", "Once: no cells are needed for it"),
+            ("1", "Once"),
             ("2", "Twice at most, by way of the radiance cache"),
             ("3", "Three times at most"),
             ("4", "Four times at most"),

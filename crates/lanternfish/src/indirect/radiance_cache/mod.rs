@@ -83,7 +83,7 @@ const KEPT: u32 = 128;
 /// Slots of a table at least: those that one workgroup looks at.
 const LEAST_SLOTS: u32 = 64;
 /// Cells that a table has room for at first.
-const FIRST_CELLS: u32 = 1 << 15;
+const FIRST_CELLS: u32 = 1 << 17;
 
 #[cfg(test)]
 thread_local! {
@@ -117,7 +117,7 @@ pub(crate) struct RadianceCache {
     slots: u32,
     /// Cells that it has room for at most.
     most_cells: u32,
-    /// A frame has ended with it.
+    /// A frame has ended with a table of so many.
     has_had_room: bool,
     /// Samples of a cell of generation 0 in a picture's first frame.
     first_samples: u32,
@@ -233,6 +233,7 @@ impl RadianceCache {
     /// Forgets all cells.
     pub fn forget(&mut self) {
         self.table = None;
+        self.has_had_room = false;
     }
 
     /// The cells as this view's rays find them. A picture for which frames wait starts without any, so that it is the same whatever was
@@ -330,15 +331,17 @@ impl RadianceCache {
     }
 
     /// Whether in a picture's first frame there was no room for a cell so far, and may be: the table is another one then, larger and without cells,
-    /// and the view's rays have to look up their cells again. `is_last`: it is not asked again in this frame; before, it is asked as long as no frame
-    /// has ended with this table, since each time the frame waits.
+    /// and the view's rays have to look up their cells again. `round`: the one behind which it is asked, of so many rounds. Before the last one it is
+    /// asked as long as no frame has ended with this table, since each time the frame waits; and in the first quarter of them a table that is half
+    /// full already is too small: later is dearer.
     pub fn starts_over(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         cache: &mut CacheOfFrame,
-        is_last: bool,
+        (round, rounds): (u32, u32),
     ) -> Result<bool, RenderError> {
+        let is_last = round + 1 == rounds;
         if !is_last && (self.has_had_room || !cache.may_start_over) {
             return Ok(false);
         }
@@ -353,10 +356,13 @@ impl RadianceCache {
         // What has no room is shaded: the frame is whole.
         let [cells, _, lost, lost_of_pixels] = frame.counted_room(&counted, u64::MAX)?.words;
         let most = slots_for(self.most_cells);
-        if !cache.may_start_over || self.slots >= most || (lost == 0 && lost_of_pixels == 0) {
+        let will_lose = 4 * (round + 1) <= rounds && 2 * cells > self.slots;
+        let lacks_room = lost > 0 || lost_of_pixels > 0 || will_lose;
+        if !cache.may_start_over || self.slots >= most || !lacks_room {
             self.has_had_room |= is_last;
             return Ok(false);
         }
+        self.has_had_room = false;
         // There will be more.
         self.slots = (2 * self.slots).max(slots_for(2 * cells)).min(most);
         tracing::debug!(cells, slots = self.slots, "the radiance cache starts over with a larger table");
@@ -437,4 +443,12 @@ impl RadianceCache {
             frame.dispatch(&self.kernels.relax, &bindings, workgroups(self.slots));
         }
     }
+}
+
+#[cfg(test)]
+#[test]
+fn counters_are_the_shaders() {
+    let constant = |name| crate::shaders::constant("indirect/radiance_cache/counters", name);
+    assert_eq!(constant("CELL_COUNTERS"), COUNTERS.len() as f64);
+    assert_eq!(["CELLS", "SAMPLES", "LOST", "LOST_OF_PIXELS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
 }

@@ -184,12 +184,13 @@ impl Rehash {
     ) -> Result<(), RenderError> {
         let count = parameters.slot_mask + 1;
         let grows = count != table.slots.count;
-        if !grows && parameters.frame - table.moved_at < parameters.kept {
+        let forgets = parameters.frame - table.moved_at >= parameters.kept;
+        if !grows && !forgets {
             return Ok(());
         }
-        // A table that grows keeps all cells: pictures do not depend on when it does.
-        let kept = if grows { u32::MAX } else { parameters.kept };
-        if !grows {
+        // What a table forgets does not depend on when it grows.
+        let kept = if forgets { parameters.kept } else { u32::MAX };
+        if forgets {
             table.moved_at = parameters.frame;
         }
         let new = match table.other.take().filter(|other| other.count == count) {

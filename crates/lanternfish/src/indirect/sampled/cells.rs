@@ -179,9 +179,8 @@ impl FrameCells<'_> {
         view: &ViewContext<'_>,
         round: u32,
     ) -> Result<bool, RenderError> {
-        let is_last = round + 1 == self.rounds;
-        let asks = is_last || (round + 1).is_power_of_two();
-        Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame, is_last)?)
+        let asks = round + 1 == self.rounds || (round + 1).is_power_of_two();
+        Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame, (round, self.rounds))?)
     }
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums. `summing`: bindings of the round, the sums and counters.

@@ -43,7 +43,7 @@ pub struct Sampled {
     pub hit_light: HitLight,
     /// How often light is reflected before it comes to the surface that is seen; all: as often as `hit_light` knows, once where ends are shaded.
     pub bounces: Bounces,
-    /// Cells that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 32,768, and it grows. More: fewer
+    /// Cells that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 131,072, and it grows. More: fewer
     /// ends of rays are shaded because there is no room, and some 410 bytes for each that is there, with every bounce 1,100 and with eight 1,800.
     pub cache_cells: u32,
     /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:

@@ -367,8 +367,10 @@ fn gpu_tables_that_grow_change_no_picture() {
         (picture.radiance, counts, moved)
     };
     let mut moved_between_frames = 0;
-    for tracer in [Tracer::Bvh, Tracer::WithinTexel] {
-        let rays = Sampled { tracer, ..rays };
+    for (tracer, bounces) in
+        [(Tracer::Bvh, Bounces::All), (Tracer::WithinTexel, Bounces::All), (Tracer::WithinTexel, Bounces::UpTo(3))]
+    {
+        let rays = Sampled { tracer, bounces, ..rays };
         let (expected, [cells, ..], _) = rendered(1 << 17, rays);
         for first_cells in [64, 1 << 14, 1 << 15] {
             let (found, counts, moved) = rendered(first_cells, rays);
