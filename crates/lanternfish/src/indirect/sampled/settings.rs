@@ -44,7 +44,8 @@ pub struct Sampled {
     /// How often light is reflected before it comes to the surface that is seen; all: as often as `hit_light` knows, once where ends are shaded.
     pub bounces: Bounces,
     /// Cells that the radiance cache has room for at most, 64 to 524,288, rounded up to a power of two; at first for 131,072, and it grows. More: fewer
-    /// ends of rays are shaded because there is no room, and some 410 bytes for each that is there, with every bounce 1,100 and with eight 1,800.
+    /// ends of rays are shaded because there is no room, and some 300 bytes for each that there is room for, with every bounce 660 and with eight 1,000;
+    /// after 128 frames, with a second table, 410, 1,100 and 1,800.
     pub cache_cells: u32,
     /// Samples that a cell of the radiance cache gets in a picture's first frame, at least 1; where rays of pixels do not end, down to a quarter. More:
     /// less noise in a picture of one frame, and more of the bounces, slower.
