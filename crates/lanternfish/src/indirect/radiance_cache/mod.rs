@@ -10,14 +10,18 @@
 //! 5. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
 
 mod bounces;
+mod growth;
 mod parameters;
 mod table;
 
-use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Counted, Feature, Frame, Growth, SharedStruct};
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
 
 pub use self::bounces::Bounces;
+#[cfg(test)]
+pub(crate) use self::growth::FIRST_CELLS_IN_TESTS;
 use self::{
     bounces::Step,
+    growth::{CELLS, COUNTERS, first_cells, slots_for},
     parameters::{CellSample, DueCell, Link, RadianceCacheParameters, SampledCell},
     table::{Change, Rehash, Slots, Table},
 };
@@ -80,35 +84,6 @@ const STEPS_OF_NEW: u32 = 24;
 const STEPS_OF_CHANGED: u32 = 16;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
-/// Slots of a table at least: those that one workgroup looks at.
-const LEAST_SLOTS: u32 = 64;
-/// Cells that a table has room for at first.
-const FIRST_CELLS: u32 = 1 << 17;
-
-#[cfg(test)]
-thread_local! {
-    /// What stands for [`FIRST_CELLS`] in tests.
-    pub(crate) static FIRST_CELLS_IN_TESTS: std::cell::Cell<u32> = const { std::cell::Cell::new(FIRST_CELLS) };
-}
-
-fn first_cells() -> u32 {
-    #[cfg(test)]
-    return FIRST_CELLS_IN_TESTS.get();
-    #[cfg(not(test))]
-    FIRST_CELLS
-}
-
-/// What is counted: `counters.wesl`. The first one is the length of the list that the table's room goes by.
-const COUNTERS: &[&str] =
-    &["radiance_cache/cells", "radiance_cache/samples", "radiance_cache/lost", "indirect/lost_cells"];
-/// Name of that list.
-const CELLS: &str = "cells of the radiance cache";
-
-/// Slots of a table for so many cells. Half of them stay empty: a table that is nearly full loses cells.
-fn slots_for(cells: u32) -> u32 {
-    (2 * cells).next_power_of_two().max(LEAST_SLOTS)
-}
-
 /// The cells, and the passes that update them.
 #[derive(Debug)]
 pub(crate) struct RadianceCache {
@@ -330,47 +305,6 @@ impl RadianceCache {
         })
     }
 
-    /// Whether in a picture's first frame there was no room for a cell so far, and may be: the table is another one then, larger and without cells,
-    /// and the view's rays have to look up their cells again. `round`: the one behind which it is asked, of so many rounds. Before the last one it is
-    /// asked as long as no frame has ended with this table, since each time the frame waits; and in the first quarter of them a table that is half
-    /// full already is too small: later is dearer.
-    pub fn starts_over(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        cache: &mut CacheOfFrame,
-        (round, rounds): (u32, u32),
-    ) -> Result<bool, RenderError> {
-        let is_last = round + 1 == rounds;
-        if !is_last && (self.has_had_room || !cache.may_start_over) {
-            return Ok(false);
-        }
-        let counted = Counted {
-            list: CELLS,
-            words: cache.counters.buffer(),
-            starts: (cache.counters.buffer(), 0),
-            may_wrap: &|_| false,
-            guess: 0,
-            limit: slots_for(self.most_cells).into(),
-        };
-        // What has no room is shaded: the frame is whole.
-        let [cells, _, lost, lost_of_pixels] = frame.counted_room(&counted, u64::MAX)?.words;
-        let most = slots_for(self.most_cells);
-        let will_lose = 4 * (round + 1) <= rounds && 2 * cells > self.slots;
-        let lacks_room = lost > 0 || lost_of_pixels > 0 || will_lose;
-        if !cache.may_start_over || self.slots >= most || !lacks_room {
-            self.has_had_room |= is_last;
-            return Ok(false);
-        }
-        self.has_had_room = false;
-        // There will be more.
-        self.slots = (2 * self.slots).max(slots_for(2 * cells)).min(most);
-        tracing::debug!(cells, slots = self.slots, "the radiance cache starts over with a larger table");
-        self.table = None;
-        *cache = self.begin(frame, view)?;
-        Ok(true)
-    }
-
     /// Takes more samples of cells that rays have asked for: up to so many of each that has few. `images`: where rays between cells go
     /// through those.
     pub fn update(
@@ -443,12 +377,4 @@ impl RadianceCache {
             frame.dispatch(&self.kernels.relax, &bindings, workgroups(self.slots));
         }
     }
-}
-
-#[cfg(test)]
-#[test]
-fn counters_are_the_shaders() {
-    let constant = |name| crate::shaders::constant("indirect/radiance_cache/counters", name);
-    assert_eq!(constant("CELL_COUNTERS"), COUNTERS.len() as f64);
-    assert_eq!(["CELLS", "SAMPLES", "LOST", "LOST_OF_PIXELS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
 }
