@@ -34,16 +34,20 @@ impl Bounces {
     }
 
     /// The parts that cells read of each other and write, one after the other, and which mean of earlier rays belongs to them, so that all that
-    /// is asked for comes by way of the cells' rays. `most`: reflections that are followed in this frame, where every one is asked for.
-    pub(super) fn steps(self, most: u32) -> Vec<Step> {
+    /// is asked for comes by way of the cells' rays. `turns`, where every bounce is asked for: half of the cells take one in each; `first`: which half
+    /// begins, 0 or 1.
+    pub(super) fn steps(self, first: u32, turns: u32) -> Vec<Step> {
         match self {
             Self::UpTo(bounces) => {
-                (1..bounces).map(|k| Step { read: k, written: (k + 1) % bounces, earlier: k - 1 }).collect()
+                (1..bounces).map(|k| Step { read: k, written: (k + 1) % bounces, earlier: k - 1, turn: ALL_CELLS }).collect()
             }
-            Self::All => {
-                let there_and_back = [[0, 2], [2, 0]].map(|[read, written]| Step { read, written, earlier: 0 });
-                there_and_back.into_iter().cycle().take(most.next_multiple_of(2) as usize).collect()
-            }
+            Self::All => (0..turns.next_multiple_of(2))
+                .map(|i| {
+                    let [read, written] = if i % 2 == 0 { [0, 2] } else { [2, 0] };
+                    let turn = if i < turns { (first + i) % 2 } else { NO_CELLS };
+                    Step { read, written, earlier: 0, turn }
+                })
+                .collect(),
         }
     }
 
@@ -56,12 +60,19 @@ impl Bounces {
     }
 }
 
+/// Every cell reads in a step: `relax.wesl`.
+const ALL_CELLS: u32 = 2;
+/// None does: what all have is moved to the other part.
+const NO_CELLS: u32 = 3;
+
 /// One pass in which cells read each other: the parts of `bounce_levels.wesl` that they read and write, and the mean of `links.wesl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Step {
     pub read: u32,
     pub written: u32,
     pub earlier: u32,
+    /// Which half of the cells does so, 0 or 1; [`ALL_CELLS`]; [`NO_CELLS`].
+    pub turn: u32,
 }
 
 impl fmt::Display for Bounces {
@@ -113,6 +124,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn turns_are_the_shaders() {
+        assert_eq!(crate::shaders::constant("indirect/radiance_cache/relax", "ALL_CELLS"), f64::from(ALL_CELLS));
+    }
+
+    #[test]
     fn texts_are_read_as_they_are_written() {
         for bounces in [Bounces::ONE, Bounces::UpTo(2), Bounces::UpTo(Bounces::MOST), Bounces::All] {
             assert_eq!(bounces.to_string().parse(), Ok(bounces));
@@ -130,16 +146,22 @@ mod tests {
     #[test]
     fn steps_lead_from_part_to_part() {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
-            for most in [1, 2, 7] {
-                let steps = bounces.steps(most);
+            for (first, turns) in [(0, 1), (1, 1), (0, 2), (1, 7)] {
+                let steps = bounces.steps(first, turns);
                 assert!(steps.windows(2).all(|pair| pair[0].written == pair[1].read), "{bounces}: {steps:?}");
                 assert!(steps.iter().all(|step| step.read <= bounces.levels() && step.written <= bounces.levels()));
                 // What lights send is nobody's to write.
                 assert!(steps.iter().all(|step| step.written != 1 && step.earlier < bounces.earlier_steps()));
                 assert_eq!(steps.last().map_or(0, |step| step.written), 0, "{bounces}");
                 match bounces {
-                    Bounces::UpTo(n) => assert_eq!(steps.len(), n as usize - 1),
-                    Bounces::All => assert!(steps.len() >= most as usize),
+                    Bounces::UpTo(n) => {
+                        assert_eq!(steps.len(), n as usize - 1);
+                        assert!(steps.iter().all(|step| step.turn == ALL_CELLS));
+                    }
+                    Bounces::All => {
+                        let taken: Vec<u32> = steps.iter().map(|step| step.turn).filter(|&turn| turn != NO_CELLS).collect();
+                        assert_eq!(taken, (0..turns).map(|i| (first + i) % 2).collect::<Vec<_>>());
+                    }
                 }
             }
         }

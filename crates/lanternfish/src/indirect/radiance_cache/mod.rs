@@ -77,11 +77,11 @@ const REMEMBERED: f32 = 3.0;
 const ALL: f32 = f32::MAX;
 /// After a change that comes alone it counts for nothing.
 const NONE: f32 = 0.0;
-/// Reflections between cells that are followed in a frame, where every one is asked for: light of more comes in later ones; and in a frame
+/// Turns in a frame in which half of the cells take a bounce, where every one is asked for: light of more comes in later frames. And in a frame
 /// that all cells are new in, and in those after a change.
-const STEPS: u32 = 2;
-const STEPS_OF_NEW: u32 = 24;
-const STEPS_OF_CHANGED: u32 = 16;
+const TURNS: u32 = 1;
+const TURNS_OF_NEW: u32 = 24;
+const TURNS_OF_CHANGED: u32 = 16;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
 /// The cells, and the passes that update them.
@@ -132,8 +132,8 @@ pub(crate) struct CacheOfFrame {
     is_new: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
-    /// Reflections between cells that are followed, where every one is asked for.
-    pub steps: u32,
+    /// Turns in which half of the cells take a bounce, where every one is asked for.
+    pub turns: u32,
     uniform: BufferPart,
     slots: Slots,
     /// Of an update: which cells are due, what is found of each, workgroups for all of them.
@@ -274,7 +274,7 @@ impl RadianceCache {
             fades: u32::from(!is_new),
             changes: self.changes,
             bounce_levels: self.bounces.levels(),
-            read_level: self.bounces.steps(2).first().map_or(0, |step| step.read),
+            read_level: self.bounces.steps(0, 2).first().map_or(0, |step| step.read),
             earlier_steps: self.bounces.earlier_steps(),
             ..Default::default()
         };
@@ -292,12 +292,12 @@ impl RadianceCache {
             is_new,
             may_start_over: is_first && is_first_view,
             // Light of many bounces has to find its way.
-            steps: if is_new {
-                STEPS_OF_NEW
+            turns: if is_new {
+                TURNS_OF_NEW
             } else if is_doubted {
-                STEPS_OF_CHANGED
+                TURNS_OF_CHANGED
             } else {
-                STEPS
+                TURNS
             },
             slots: table.slots.clone(),
             scratch,
@@ -356,21 +356,21 @@ impl RadianceCache {
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
             if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 && round + 1 < rounds {
                 // In the next round rays leave the list, and what they bring is kept: it has to be known.
-                self.relax(frame, cache, cache.steps);
+                self.relax(frame, cache);
             }
         }
         // Once a frame it is all cells' turn, they fade, and what was known counts for little.
         cache.parameters = RadianceCacheParameters { share: 0, remembered: ALL, fades: 0, ..cache.parameters };
     }
 
-    /// Brings what cells send of light from other cells up to date, by way of the rays that they have sent. `most`: reflections that are followed,
-    /// where every one is asked for.
-    pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame, most: u32) {
-        for Step { read, written, earlier } in self.bounces.steps(most) {
+    /// Brings what cells send of light from other cells up to date, by way of the rays that they have sent.
+    pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
+        for Step { read, written, earlier, turn } in self.bounces.steps(cache.parameters.frame % 2, cache.turns) {
             let uniform = frame.uniform(&RadianceCacheParameters {
                 read_level: read,
                 written_level: written,
                 step: earlier,
+                turn,
                 ..cache.parameters
             });
             let bindings = cache.slots.bindings().part("radiance_cache", &uniform);

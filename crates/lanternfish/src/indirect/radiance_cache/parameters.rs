@@ -44,6 +44,8 @@ gpu_struct! {
         step: u32,
         /// How many such means there are.
         earlier_steps: u32,
+        /// Which half of the cells takes a bounce: even keys, odd keys, or, 2, all, 3, none.
+        turn: u32,
     }
 }
 

@@ -167,7 +167,7 @@ impl FrameCells<'_> {
         let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;
         if left(round + 2) > left(round + 1) {
             // In the next round rays leave the lists, and what they bring then is kept.
-            self.cells.cache.relax(frame, &self.of_frame, self.of_frame.steps);
+            self.cells.cache.relax(frame, &self.of_frame);
         }
     }
 
@@ -193,7 +193,7 @@ impl FrameCells<'_> {
         images: Option<&DeepImages>,
     ) {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
-        self.cells.cache.relax(frame, &self.of_frame, self.of_frame.steps);
+        self.cells.cache.relax(frame, &self.of_frame);
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
     }
