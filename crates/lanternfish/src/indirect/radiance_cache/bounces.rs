@@ -38,9 +38,9 @@ impl Bounces {
     /// begins, 0 or 1.
     pub(super) fn steps(self, first: u32, turns: u32) -> Vec<Step> {
         match self {
-            Self::UpTo(bounces) => {
-                (1..bounces).map(|k| Step { read: k, written: (k + 1) % bounces, earlier: k - 1, turn: ALL_CELLS }).collect()
-            }
+            Self::UpTo(bounces) => (1..bounces)
+                .map(|k| Step { read: k, written: (k + 1) % bounces, earlier: k - 1, turn: ALL_CELLS })
+                .collect(),
             Self::All => (0..turns.next_multiple_of(2))
                 .map(|i| {
                     let [read, written] = if i % 2 == 0 { [0, 2] } else { [2, 0] };
@@ -159,7 +159,8 @@ mod tests {
                         assert!(steps.iter().all(|step| step.turn == ALL_CELLS));
                     }
                     Bounces::All => {
-                        let taken: Vec<u32> = steps.iter().map(|step| step.turn).filter(|&turn| turn != NO_CELLS).collect();
+                        let taken: Vec<u32> =
+                            steps.iter().map(|step| step.turn).filter(|&turn| turn != NO_CELLS).collect();
                         assert_eq!(taken, (0..turns).map(|i| (first + i) % 2).collect::<Vec<_>>());
                     }
                 }
