@@ -2,6 +2,7 @@ mod cached;
 mod counts;
 mod emission;
 mod history;
+mod lamps;
 mod noise;
 mod rounds;
 mod tracers;

@@ -1,7 +1,5 @@
 //! Light that the ends of rays send by way of the radiance cache.
 
-use lanternfish_scene::LightKind;
-
 use crate::{
     indirect::radiance_cache::FIRST_CELLS_IN_TESTS,
     settings::{Bounces, History, HitLight},
@@ -14,7 +12,7 @@ fn cached(tracer: Tracer, bounces: Bounces) -> Sampled {
     Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light: HitLight::Cached, bounces, ..sampled(tracer) }
 }
 
-fn over_frames(rays: Sampled, accumulate: u32) -> Settings {
+pub(super) fn over_frames(rays: Sampled, accumulate: u32) -> Settings {
     Settings { accumulate, ..settings(rays) }
 }
 
@@ -37,99 +35,6 @@ fn gpu_cells_send_what_the_surfaces_in_them_send() {
         let most = if is_exact(*tracer) { 0.03 } else { 0.08 };
         assert!((found - 1.0).abs() < most, "{tracer}: {found}");
     }
-}
-
-/// A lamp above the matt floor of a scene whose ceiling is a mirror, which shows what the floor's cells send.
-fn under_a_mirror(lamp: Light) -> Scene {
-    let floor = quad(0, Vec3::ZERO, Vec3::X, -Vec3::Z);
-    let ceiling = quad(1, 0.2 * Vec3::Y, Vec3::X, Vec3::Z);
-    let mirror = Material { metallic: 1.0, perceptual_roughness: 0.0, ..matt(1.0) };
-    Scene { lights: vec![lamp], ..scene_of(vec![floor, ceiling], vec![matt(0.5), mirror]) }
-}
-
-/// Its rays: most go into the mirror.
-fn into_a_mirror(hit_light: HitLight, cache_samples: u32) -> Sampled {
-    Sampled { diffuse_rays: 1, glossy_rays: 15, hit_light, cache_samples, ..sampled(Tracer::Bvh) }
-}
-
-/// A lamp five millimetres above a floor, a quarter of a cell's edge: of the few samples of a cell none need be where it is bright. A mirror shows what
-/// the cells send.
-#[test]
-fn gpu_cells_close_to_a_lamp_send_what_it_does() {
-    let Some(gpu) = testing::gpu("gpu_cells_close_to_a_lamp_send_what_it_does") else { return };
-    let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
-    let errors = [-0.041, -0.022, -0.007, 0.005, 0.013, 0.024, 0.037, 0.049].map(|x| {
-        let scene = under_a_mirror(Light::point(Vec3::new(x, 0.005, -0.7 * x), Vec3::ONE));
-        let rays = into_a_mirror(HitLight::Cached, 16);
-        let none = Settings { indirect: Indirect::None, ..over_frames(rays, 1) };
-        let [all, direct] = [over_frames(rays, 1), none].map(|settings| mean(&picture(gpu, settings, &scene, &camera)));
-        let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 128)));
-        let found = (all - direct) / (one - truly_direct);
-        println!("lamp at {x}: {found:.4} of the light");
-        found - 1.0
-    });
-    let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
-    println!("off by {rms:.4}");
-    assert!(rms < 0.08, "{rms}");
-}
-
-/// Close lamps of other kinds than points, and those that do not fall off by the inverse square, lose and gain nothing. A cell has few samples of a spot's
-/// edge: the mean of many lamps.
-#[test]
-fn gpu_cells_close_to_other_lamps_send_what_they_do() {
-    let Some(gpu) = testing::gpu("gpu_cells_close_to_other_lamps_send_what_they_do") else { return };
-    let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
-    let spot = LightKind::Spot { inner_angle: 0.3, outer_angle: 0.8 };
-    for (kind, attenuation, lamps) in [(spot, Attenuation::Physical, 40), (LightKind::Point, Attenuation::Linear, 4)] {
-        let mut random = Random::new(19);
-        let found = (0..lamps).map(|_| {
-            let place = Vec3::new(random.between(-0.05, 0.05), 0.01, random.between(-0.05, 0.05));
-            let lamp = Light { kind, direction: -Vec3::Y, range: Some(1.0), ..Light::point(place, Vec3::ONE) };
-            let scene = under_a_mirror(lamp);
-            let of = |rays| mean(&picture(gpu, Settings { attenuation, ..over_frames(rays, 1) }, &scene, &camera));
-            of(into_a_mirror(HitLight::Cached, 16)) / of(into_a_mirror(HitLight::Shaded, 16))
-        });
-        let found: Vec<f64> = found.collect();
-        let mean = found.iter().sum::<f64>() / found.len() as f64;
-        let apart = (found.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / found.len() as f64).sqrt();
-        println!("{kind:?}, {attenuation}: {mean:.4} of the light, one lamp's {apart:.3} off");
-        // Two standard errors.
-        let most = 2.0 * apart / f64::from(lamps).sqrt() + 0.01;
-        assert!((mean - 1.0).abs() < most && most < 0.2, "{kind:?}, {attenuation}: {mean}");
-    }
-}
-
-/// Of many lamps a cell's few samples try each in its turn: what the cells send is off by less than of lamps that are drawn at random, which is 0.088.
-/// A mirror shows what they send; blocks of pixels are as large as a cell.
-#[test]
-fn gpu_few_samples_know_many_lamps() {
-    let Some(gpu) = testing::gpu("gpu_few_samples_know_many_lamps") else { return };
-    let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
-    let mut random = Random::new(7);
-    let mut scene = under_a_mirror(Light::point(Vec3::ZERO, Vec3::ZERO));
-    scene.lights = (0..20)
-        .map(|i| {
-            let place = Vec3::new(random.between(-0.3, 0.3), 0.1, random.between(-0.3, 0.3));
-            Light::point(place, if i % 2 == 0 { Vec3::X } else { Vec3::Z })
-        })
-        .collect();
-    let of = |cache_samples, accumulate| {
-        let rays = into_a_mirror(HitLight::Cached, cache_samples);
-        let all = over_frames(rays, accumulate);
-        let none = Settings { indirect: Indirect::None, ..over_frames(rays, accumulate) };
-        let [all, direct] = [all, none].map(|settings| picture(gpu, settings, &scene, &camera));
-        let pixels: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| *all - *direct).collect();
-        let block = |x: u32, y: u32| {
-            let inside = (0..81).map(|i| pixels[((y + i / 9) * SIZE.x + x + i % 9) as usize]);
-            inside.sum::<Vec3>() / 81.0
-        };
-        let blocks =
-            (0..SIZE.y / 9).flat_map(|y| (0..SIZE.x / 9).map(move |x| (9 * x, 9 * y))).map(|(x, y)| block(x, y));
-        blocks.collect::<Vec<_>>()
-    };
-    let apart = off(&of(16, 1), &of(128, 16));
-    println!("off by {apart:.4}");
-    assert!(apart < 0.073, "{apart}");
 }
 
 /// A closed box that shines evenly: what it sends is a geometric series of bounces.
