@@ -33,21 +33,23 @@ impl Bounces {
         }
     }
 
+    /// The part that cells read of each other first.
+    pub(super) fn read_level(self) -> u32 {
+        u32::from(matches!(self, Self::UpTo(2..)))
+    }
+
     /// The parts that cells read of each other and write, one after the other, and which mean of earlier rays belongs to them, so that all that
-    /// is asked for comes by way of the cells' rays. `turns`, where every bounce is asked for: half of the cells take one in each; `first`: which half
-    /// begins, 0 or 1.
-    pub(super) fn steps(self, first: u32, turns: u32) -> Vec<Step> {
+    /// is asked for comes by way of the cells' rays. `turns`, where every bounce is asked for: each half of the cells takes so many.
+    pub(super) fn steps(self, turns: u32) -> Vec<Step> {
         match self {
             Self::UpTo(bounces) => (1..bounces)
                 .map(|k| Step { read: k, written: (k + 1) % bounces, earlier: k - 1, turn: ALL_CELLS })
                 .collect(),
-            Self::All => (0..turns.next_multiple_of(2))
-                .map(|i| {
-                    let [read, written] = if i % 2 == 0 { [0, 2] } else { [2, 0] };
-                    let turn = if i < turns { (first + i) % 2 } else { NO_CELLS };
-                    Step { read, written, earlier: 0, turn }
-                })
-                .collect(),
+            Self::All => {
+                let there = Step { read: 0, written: 2, earlier: 0, turn: 0 };
+                let back = Step { read: 2, written: 0, earlier: 0, turn: 1 };
+                [there, back].repeat(turns as usize)
+            }
         }
     }
 
@@ -62,8 +64,6 @@ impl Bounces {
 
 /// Every cell reads in a step: `relax.wesl`.
 const ALL_CELLS: u32 = 2;
-/// None does: what all have is moved to the other part.
-const NO_CELLS: u32 = 3;
 
 /// One pass in which cells read each other: the parts of `bounce_levels.wesl` that they read and write, and the mean of `links.wesl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ pub(super) struct Step {
     pub read: u32,
     pub written: u32,
     pub earlier: u32,
-    /// Which half of the cells does so, 0 or 1; [`ALL_CELLS`]; [`NO_CELLS`].
+    /// Which half of the cells does so, 0 or 1; [`ALL_CELLS`].
     pub turn: u32,
 }
 
@@ -146,22 +146,23 @@ mod tests {
     #[test]
     fn steps_lead_from_part_to_part() {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
-            for (first, turns) in [(0, 1), (1, 1), (0, 2), (1, 7)] {
-                let steps = bounces.steps(first, turns);
+            for turns in [1, 3] {
+                let steps = bounces.steps(turns);
                 assert!(steps.windows(2).all(|pair| pair[0].written == pair[1].read), "{bounces}: {steps:?}");
                 assert!(steps.iter().all(|step| step.read <= bounces.levels() && step.written <= bounces.levels()));
                 // What lights send is nobody's to write.
                 assert!(steps.iter().all(|step| step.written != 1 && step.earlier < bounces.earlier_steps()));
                 assert_eq!(steps.last().map_or(0, |step| step.written), 0, "{bounces}");
+                assert_eq!(steps.first().map_or(0, |step| step.read), bounces.read_level(), "{bounces}");
                 match bounces {
                     Bounces::UpTo(n) => {
                         assert_eq!(steps.len(), n as usize - 1);
                         assert!(steps.iter().all(|step| step.turn == ALL_CELLS));
                     }
+                    // Each cell takes as many, in whichever half it is.
                     Bounces::All => {
-                        let taken: Vec<u32> =
-                            steps.iter().map(|step| step.turn).filter(|&turn| turn != NO_CELLS).collect();
-                        assert_eq!(taken, (0..turns).map(|i| (first + i) % 2).collect::<Vec<_>>());
+                        let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
+                        assert_eq!([0, 1, ALL_CELLS].map(taken), [turns as usize, turns as usize, 0]);
                     }
                 }
             }

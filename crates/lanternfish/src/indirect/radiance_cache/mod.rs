@@ -77,11 +77,11 @@ const REMEMBERED: f32 = 3.0;
 const ALL: f32 = f32::MAX;
 /// After a change that comes alone it counts for nothing.
 const NONE: f32 = 0.0;
-/// Turns in a frame in which half of the cells take a bounce, where every one is asked for: light of more comes in later frames. And in a frame
+/// Bounces that each half of the cells takes in a frame, by turns, where every one is asked for: light of more comes in later frames. And in a frame
 /// that all cells are new in, and in those after a change.
 const TURNS: u32 = 1;
-const TURNS_OF_NEW: u32 = 24;
-const TURNS_OF_CHANGED: u32 = 16;
+const TURNS_OF_NEW: u32 = 18;
+const TURNS_OF_CHANGED: u32 = 12;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
 /// The cells, and the passes that update them.
@@ -132,8 +132,8 @@ pub(crate) struct CacheOfFrame {
     is_new: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
-    /// Turns in which half of the cells take a bounce, where every one is asked for.
-    pub turns: u32,
+    /// Bounces that each half of the cells takes, where every one is asked for.
+    turns: u32,
     uniform: BufferPart,
     slots: Slots,
     /// Of an update: which cells are due, what is found of each, workgroups for all of them.
@@ -274,7 +274,7 @@ impl RadianceCache {
             fades: u32::from(!is_new),
             changes: self.changes,
             bounce_levels: self.bounces.levels(),
-            read_level: self.bounces.steps(0, 2).first().map_or(0, |step| step.read),
+            read_level: self.bounces.read_level(),
             earlier_steps: self.bounces.earlier_steps(),
             ..Default::default()
         };
@@ -365,7 +365,7 @@ impl RadianceCache {
 
     /// Brings what cells send of light from other cells up to date, by way of the rays that they have sent.
     pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
-        for Step { read, written, earlier, turn } in self.bounces.steps(cache.parameters.frame % 2, cache.turns) {
+        for Step { read, written, earlier, turn } in self.bounces.steps(cache.turns) {
             let uniform = frame.uniform(&RadianceCacheParameters {
                 read_level: read,
                 written_level: written,

@@ -32,7 +32,7 @@ gpu_struct! {
         frame: u32,
         /// 1: cells that nothing asks for go on to the next generation, when it is their turn.
         fades: u32,
-        /// Times so far that what was known counted for few samples: cells have other rays each time.
+        /// Times so far that what was known counted for few samples: cells have other samples each time.
         changes: u32,
         /// Parts that cells keep beside all that is asked of them: `bounce_levels.wesl`.
         bounce_levels: u32,
@@ -44,7 +44,7 @@ gpu_struct! {
         step: u32,
         /// How many such means there are.
         earlier_steps: u32,
-        /// Which half of the cells takes a bounce: even keys, odd keys, or, 2, all, 3, none.
+        /// Which half of the cells takes a bounce; 0: those of even keys, 1: of odd ones, 2: all.
         turn: u32,
     }
 }
@@ -74,8 +74,8 @@ gpu_struct! {
     pub struct DueCell {
         /// The cell's slot.
         slot: u32,
-        /// Which of its rays: `due_list.wesl`.
-        ray: u32,
+        /// Which of its samples: `due_list.wesl`.
+        sample: u32,
     }
 }
 

@@ -65,10 +65,11 @@ fn gpu_cells_close_to_other_lamps_send_what_they_do() {
     }
 }
 
-/// Of many lamps a cell's few samples try each in its turn: what the cells send is off by less than of lamps that are drawn at random, which is 0.088.
-/// A mirror shows what they send; blocks of pixels are as large as a cell.
+/// Of many lamps a cell's few samples try each in its turn: what the cells send is off by 0.063 (software
+/// adapter), of lamps drawn at random by 0.088. A mirror shows what they send; blocks of pixels are as large as a cell.
 #[test]
 fn gpu_few_samples_know_many_lamps() {
+    const MOST: f64 = 0.073;
     let Some(gpu) = testing::gpu("gpu_few_samples_know_many_lamps") else { return };
     let camera = looking([0.0, 0.05, 0.01], [0.0, 0.2, 0.0]);
     let mut random = Random::new(7);
@@ -79,8 +80,8 @@ fn gpu_few_samples_know_many_lamps() {
             Light::point(place, if i % 2 == 0 { Vec3::X } else { Vec3::Z })
         })
         .collect();
-    let of = |cache_samples, accumulate| {
-        let rays = into_a_mirror(HitLight::Cached, cache_samples);
+    let of = |hit_light, cache_samples, accumulate| {
+        let rays = into_a_mirror(hit_light, cache_samples);
         let all = over_frames(rays, accumulate);
         let none = Settings { indirect: Indirect::None, ..over_frames(rays, accumulate) };
         let [all, direct] = [all, none].map(|settings| picture(gpu, settings, &scene, &camera));
@@ -93,7 +94,8 @@ fn gpu_few_samples_know_many_lamps() {
             (0..SIZE.y / 9).flat_map(|y| (0..SIZE.x / 9).map(move |x| (9 * x, 9 * y))).map(|(x, y)| block(x, y));
         blocks.collect::<Vec<_>>()
     };
-    let apart = off(&of(16, 1), &of(128, 16));
-    println!("off by {apart:.4}");
-    assert!(apart < 0.073, "{apart}");
+    let truth = of(HitLight::Shaded, 1, 64);
+    let [few, fewer] = [16, 4].map(|samples| off(&of(HitLight::Cached, samples, 1), &truth));
+    println!("16 samples are off by {few:.4}, 4 by {fewer:.4}");
+    assert!(few < MOST && fewer > MOST, "{few}, {fewer}");
 }
