@@ -403,7 +403,7 @@ impl RenderArgs {
             debug_view: self.look.debug_view,
             textures: technique.textures,
             anisotropy: self.look.anisotropy,
-            samples: technique.samples.unwrap_or(self.indirect.samples()),
+            samples: technique.samples.unwrap_or(self.indirect.samples(technique.accumulate)),
             indirect: self.indirect.indirect(),
             deep_images: self.indirect.deep_images(),
             accumulate: technique.accumulate,

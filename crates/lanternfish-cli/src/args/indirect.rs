@@ -6,6 +6,9 @@ use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, Occlusion
 use super::rooms::{KnobFlags, RoomFlag};
 use crate::{choices::choice, parse};
 
+/// Frames of a mean from which on it has smooth edges by itself.
+const SMOOTH_FRAMES: u32 = 4;
+
 #[derive(Debug, Args)]
 pub struct IndirectArgs {
     #[command(flatten)]
@@ -43,9 +46,11 @@ impl IndirectArgs {
         self.indirect_knobs.turned(self.indirect.0.of_quality(self.quality))
     }
 
-    /// Samples a pixel that go with it.
-    pub fn samples(&self) -> Samples {
+    /// Samples a pixel that go with it, in a mean of so many frames. Frames of a mean look through other points of their pixels, and their edges
+    /// are smooth without; with several samples in each as well, edges are smeared over the pixels beside them.
+    pub fn samples(&self, frames: u32) -> Samples {
         match self.indirect.0 {
+            _ if frames >= SMOOTH_FRAMES => Samples::One,
             Indirect::None => Settings::direct_light().samples,
             _ => self.quality.samples(),
         }
