@@ -1,6 +1,8 @@
 //! How many rays are traced.
 
-use super::*;
+use crate::settings::{Bounces, HitLight};
+
+use super::{cached::over_frames, *};
 
 /// Every pixel traces its rays; those that leave the scene meet nothing, and what is met in the dark asks for no light.
 #[test]
@@ -80,4 +82,26 @@ fn gpu_rays_left_out_change_no_mean() {
     }
     println!("{traced} of {open} traced, which bring {:.4} of all", brought / of_all);
     assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
+}
+
+/// In a mean every cell that pixels' rays ask for gets a sample in each frame; those of which much is known, half of them.
+#[test]
+fn gpu_well_known_cells_get_half_as_many_samples() {
+    let Some(gpu) = testing::gpu("gpu_well_known_cells_get_half_as_many_samples") else { return };
+    let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
+    let sampled_at_last = |cache_samples| {
+        let rays =
+            Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, cache_samples, ..sampled(Tracer::Bvh) };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 2)).unwrap();
+        let mut scene = closed_box(matt(0.5));
+        scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
+        let uploaded = renderer.upload(&scene).unwrap();
+        let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+        let counters = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().report.counters;
+        counters.iter().find(|(name, _)| name == "radiance_cache/samples").unwrap().1 as f64
+    };
+    let (known, well_known) = (sampled_at_last(16), sampled_at_last(64));
+    assert!(known > 1000.0, "{known}");
+    let share = well_known / known;
+    assert!((0.4..0.65).contains(&share), "{well_known} of {known}");
 }
