@@ -159,6 +159,25 @@ impl CacheOfFrame {
     }
 }
 
+/// Updates that a view counts for before its rounds, of which there are [`FEWEST`] in each part: all of a frame's views count for an odd number. Whose turn
+/// it is among 2, 4 or 8 cells is said by the number of the update, and all get theirs.
+fn first_updates(is_first_view: bool) -> u32 {
+    if is_first_view { 1 } else { 2 }
+}
+
+#[cfg(test)]
+#[test]
+fn every_cell_gets_its_turn() {
+    for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
+        let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
+        for share in [2, SHARE] {
+            let mut turns: Vec<u32> = (0..share).map(|frame| frame * of_frame % share).collect();
+            turns.sort_unstable();
+            assert_eq!(turns, (0..share).collect::<Vec<_>>(), "{views} views in {parts} parts");
+        }
+    }
+}
+
 impl RadianceCache {
     /// Rays of a cell that are listed: `links.wesl`.
     pub const LISTED: u32 = table::LINKS;
@@ -237,7 +256,7 @@ impl RadianceCache {
             (self.update, self.frame, self.changes) = (0, 0, 0);
         }
         let is_new = is_first || self.frame == 0;
-        self.update += 1;
+        self.update += first_updates(is_first_view);
         self.frame += 1;
         let change = match table.follow(scene, is_first_view) {
             // Cells know little yet.
