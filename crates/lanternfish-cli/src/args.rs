@@ -386,6 +386,11 @@ pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
 impl RenderArgs {
     /// The library's settings as these flags choose them.
     pub fn settings(&self) -> Settings {
+        self.settings_of(self.technique.accumulate)
+    }
+
+    /// The same where a picture is the mean of so many frames, whatever `--accumulate` says.
+    pub fn settings_of(&self, frames: u32) -> Settings {
         let technique = &self.technique;
         Settings {
             culling: technique.culling(),
@@ -403,10 +408,10 @@ impl RenderArgs {
             debug_view: self.look.debug_view,
             textures: technique.textures,
             anisotropy: self.look.anisotropy,
-            samples: technique.samples.unwrap_or(self.indirect.samples(technique.accumulate)),
+            samples: technique.samples.unwrap_or(self.indirect.samples(frames)),
             indirect: self.indirect.indirect(),
             deep_images: self.indirect.deep_images(),
-            accumulate: technique.accumulate,
+            accumulate: frames,
         }
     }
 }

@@ -162,9 +162,11 @@ fn loaded(shot: &Shot, progress: &mut Progress) -> Result<Loaded, CliError> {
     Ok(Loaded { scene, camera, by_rig, moment, rain })
 }
 
-/// A shot's settings for frames that follow each other: with a history, unless the shot says something of it.
+/// A shot's settings for frames that follow each other: with a history, unless the shot says something of it, and with as many samples a pixel as
+/// single frames have, since a frame is shown alone while the view moves.
 fn in_window(shot: &Shot) -> Settings {
-    let mut settings = shot.args.settings();
+    let samples = shot.args.settings_of(1).samples;
+    let mut settings = Settings { samples, ..shot.args.settings() };
     if !shot.names().iter().any(|name| name == "history") {
         settings.history = History::On;
     }
@@ -231,6 +233,9 @@ mod tests {
         let scene = folder.path().join("one.gltf");
         std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}"#).unwrap();
         assert!(dropped(&scene).unwrap().1.settings.is_none());
+        // A frame is seen alone, whatever the shot says of means.
+        std::fs::write(&shot, "scene = \"demo:cornell\"\n[technique]\naccumulate = 64\n").unwrap();
+        assert_eq!(dropped(&shot).unwrap().1.settings.unwrap().samples, lanternfish::settings::Samples::Four);
         let missing = dropped(&folder.path().join("nothing.glb")).err().unwrap().to_string();
         assert!(missing.contains("nothing.glb"), "{missing}");
     }

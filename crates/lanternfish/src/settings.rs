@@ -55,8 +55,8 @@ pub struct Settings {
     /// reaches them.
     pub history: History,
     /// Samples a pixel at edges of triangles. More: smoother edges, slower; every surface that a pixel shows is still shaded
-    /// once, where it covers the pixel. Debug views take one. In a mean of 4 frames or more one is better: the frames smooth edges by themselves,
-    /// and several samples smear them over three eighths of a pixel more.
+    /// once, where it covers the pixel. Debug views take one. In a mean of 8 frames or more one is better: the frames smooth edges by themselves,
+    /// and four samples smear them by three eighths of a pixel to each side. What is set here is taken, also in a mean.
     pub samples: Samples,
     /// Frames whose mean a picture is, each through other points of the pixels; at least 1. More: smoother edges, less noise,
     /// slower in proportion.

@@ -6,8 +6,8 @@ use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, Occlusion
 use super::rooms::{KnobFlags, RoomFlag};
 use crate::{choices::choice, parse};
 
-/// Frames of a mean from which on it has smooth edges by itself.
-const SMOOTH_FRAMES: u32 = 4;
+/// Frames of a mean from which on its edges are closer to the share of the pixel that they cover with one sample in each than with four.
+const SMOOTH_FRAMES: u32 = 8;
 
 #[derive(Debug, Args)]
 pub struct IndirectArgs {

@@ -172,6 +172,6 @@ fn quality_says_what_is_not_said_otherwise() {
     assert_eq!((samples(&["--indirect", "none"]), samples(&["--samples", "1"])), (Samples::One, Samples::One));
     assert_eq!(samples(&["--indirect", "none", "--samples", "4"]), Samples::Four);
     // A mean has smooth edges by itself.
-    assert_eq!((samples(&["--accumulate", "3"]), samples(&["--accumulate", "4"])), (Samples::Four, Samples::One));
+    assert_eq!((samples(&["--accumulate", "7"]), samples(&["--accumulate", "8"])), (Samples::Four, Samples::One));
     assert_eq!(samples(&["--accumulate", "64", "--samples", "4"]), Samples::Four);
 }

@@ -55,7 +55,7 @@ impl Plan {
     /// What a shot shows, or what a hand did to the camera in its scene. Each frame is one frame, whatever the shot says of means.
     pub fn of(shot: &Shot, recorded: Option<Vec<(f32, Camera)>>, progress: &mut Progress) -> Result<Self, CliError> {
         let (args, size) = (&shot.args, shot.args.output.size);
-        let settings = Settings { accumulate: 1, ..args.settings() };
+        let settings = args.settings_of(1);
         let (mut scene, motion) = lit_scene(args, progress)?;
         let is_recorded = recorded.is_some();
         let steps = match recorded {
@@ -129,5 +129,31 @@ impl Plan {
             Some(eyes) => Ok(stereo::cameras(eyes, &camera, aspect)?.into()),
             None => Ok(vec![camera]),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::settings::Samples;
+
+    use super::*;
+    use crate::shot;
+
+    /// The plan of a shot of a file.
+    fn plan(text: &str) -> Plan {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("shot.toml");
+        std::fs::write(&path, text).unwrap();
+        Plan::of(&shot::read(&path, Vec::new()).unwrap(), None, &mut Progress::hidden()).unwrap()
+    }
+
+    #[test]
+    fn frames_of_a_mean_are_played_as_single_frames() {
+        let settings = |accumulate: u32| {
+            plan(&format!("scene = \"demo:cornell\"\n[technique]\naccumulate = {accumulate}\n")).settings
+        };
+        let single = settings(1);
+        assert_eq!((single.accumulate, single.samples), (1, Samples::Four));
+        assert_eq!(settings(16), single);
     }
 }

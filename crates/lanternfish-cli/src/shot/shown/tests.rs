@@ -47,6 +47,7 @@ fn many_settings() -> Vec<Settings> {
         Settings::default(),
         Settings::direct_light(),
         Settings { accumulate: 64, exposure: Exposure::Ev(-1.3), tone_map: ToneMap::Aces, ..Settings::default() },
+        Settings { accumulate: 64, samples: Samples::One, ..Settings::default() },
         Settings { culling: Culling::Tiled(tiled), shadows: Shadows::None, shadow_rays: 3, ..Settings::direct_light() },
         Settings { culling: Culling::RasterGrid(RasterGrid::default()), ..Settings::direct_light() },
         Settings { culling: Culling::Clustered(Clustered::default()), light_radius: 0.123, ..Settings::default() },

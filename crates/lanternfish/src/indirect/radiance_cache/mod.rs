@@ -65,7 +65,8 @@ pub(crate) const DECLARED: Shaders = Shaders {
 /// Smallest cells' edges up to which cells are as small.
 const NEAR_EDGES: f32 = 128.0;
 /// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In pictures that are waited for, so do
-/// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them.
+/// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
+/// known get one in every second frame then: `due.wesl`.
 const SHARE: u32 = 8;
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
@@ -159,8 +160,9 @@ impl CacheOfFrame {
     }
 }
 
-/// Updates that a view counts for before its rounds, of which there are [`FEWEST`] in each part: all of a frame's views count for an odd number. Whose turn
-/// it is among 2, 4 or 8 cells is said by the number of the update, and all get theirs.
+/// Updates that are counted before the rounds of a view, of which there are [`FEWEST`], an even number, in each of its parts. So that all views of a
+/// frame, however many, count for an odd number of updates: the number of the update, modulo 2, 4 or 8, says which cells get a sample without being
+/// new, in the first round of the first view alone, and moves through all of these from frame to frame.
 fn first_updates(is_first_view: bool) -> u32 {
     if is_first_view { 1 } else { 2 }
 }
@@ -170,7 +172,7 @@ fn first_updates(is_first_view: bool) -> u32 {
 fn every_cell_gets_its_turn() {
     for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
         let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
-        for share in [2, SHARE] {
+        for share in [2, 4, SHARE] {
             let mut turns: Vec<u32> = (0..share).map(|frame| frame * of_frame % share).collect();
             turns.sort_unstable();
             assert_eq!(turns, (0..share).collect::<Vec<_>>(), "{views} views in {parts} parts");
