@@ -3,11 +3,12 @@ mod counts;
 mod emission;
 mod history;
 mod lamps;
+mod new_cells;
 mod noise;
 mod rounds;
 mod tracers;
 
-use glam::{UVec2, Vec3, Vec4};
+use glam::{Affine3A, UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_reference::{
     Film, Settings as TracerSettings, Tracer as PathTracer,

@@ -4,6 +4,8 @@ use std::{fmt, str::FromStr};
 
 use lanternfish_scene::Setting;
 
+use super::parameters::RadianceCacheParameters;
+
 /// How often light is reflected on its way to a surface from which it goes straight to the eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounces {
@@ -53,6 +55,14 @@ impl Bounces {
         }
     }
 
+    /// The same for some of the cells, while the others stay as they are. Where every bounce is asked for, what is written is then put back.
+    pub(super) fn steps_of_some(self, turns: u32) -> Vec<Step> {
+        match self {
+            Self::UpTo(_) => self.steps(1),
+            Self::All => vec![Step { read: 0, written: 2, earlier: 0, turn: ALL_CELLS }; turns as usize],
+        }
+    }
+
     /// Means of what earlier rays have brought: one of each part that is read, or of every bounce together.
     pub(super) fn earlier_steps(self) -> u32 {
         match self {
@@ -73,6 +83,14 @@ pub(super) struct Step {
     pub earlier: u32,
     /// Which half of the cells does so, 0 or 1; [`ALL_CELLS`].
     pub turn: u32,
+}
+
+impl Step {
+    /// What the pass is told.
+    pub fn parameters(self, of_frame: &RadianceCacheParameters) -> RadianceCacheParameters {
+        let Self { read: read_level, written: written_level, earlier: step, turn } = self;
+        RadianceCacheParameters { read_level, written_level, step, turn, ..*of_frame }
+    }
 }
 
 impl fmt::Display for Bounces {

@@ -12,6 +12,7 @@
 mod bounces;
 mod growth;
 mod parameters;
+mod reading;
 mod table;
 
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
@@ -20,9 +21,9 @@ pub use self::bounces::Bounces;
 #[cfg(test)]
 pub(crate) use self::growth::FIRST_CELLS_IN_TESTS;
 use self::{
-    bounces::Step,
     growth::{CELLS, COUNTERS, first_cells, slots_for},
     parameters::{CellSample, DueCell, Link, RadianceCacheParameters, SampledCell},
+    reading::turns_of_all,
     table::{Change, Rehash, Slots, Table},
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
@@ -78,11 +79,6 @@ const REMEMBERED: f32 = 3.0;
 const ALL: f32 = f32::MAX;
 /// After a change that comes alone it counts for nothing.
 const NONE: f32 = 0.0;
-/// Bounces that each half of the cells takes in a frame, by turns, where every one is asked for: light of more comes in later frames. And in a frame
-/// that all cells are new in, and in those after a change.
-const TURNS: u32 = 1;
-const TURNS_OF_NEW: u32 = 18;
-const TURNS_OF_CHANGED: u32 = 12;
 /// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
 const KEPT: u32 = 128;
 /// The cells, and the passes that update them.
@@ -123,6 +119,8 @@ struct Kernels {
     keep: ComputeKernel,
     commit: ComputeKernel,
     relax: ComputeKernel,
+    relax_due: ComputeKernel,
+    put_back: ComputeKernel,
 }
 
 /// What one frame needs of the cache, for its rays.
@@ -133,8 +131,8 @@ pub(crate) struct CacheOfFrame {
     is_new: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
-    /// Bounces that each half of the cells takes, where every one is asked for.
-    turns: u32,
+    /// Bounces that each half of the cells takes, where every one is asked for. None: cells take one when they get another sample.
+    turns: Option<u32>,
     uniform: BufferPart,
     slots: Slots,
     /// Of an update: which cells are due, what is found of each, workgroups for all of them.
@@ -209,6 +207,8 @@ impl RadianceCache {
             keep: kernel("keep_link", &[], "keep")?,
             commit: kernel("commit", &[], "commit")?,
             relax: kernel("relax", &[], "relax")?,
+            relax_due: kernel("relax", &[], "relax_due")?,
+            put_back: kernel("relax", &[], "put_back")?,
         };
         Ok(Self {
             bounces,
@@ -312,14 +312,7 @@ impl RadianceCache {
             parameters,
             is_new,
             may_start_over: is_first && is_first_view,
-            // Light of many bounces has to find its way.
-            turns: if is_new {
-                TURNS_OF_NEW
-            } else if is_doubted {
-                TURNS_OF_CHANGED
-            } else {
-                TURNS
-            },
+            turns: turns_of_all(is_new, is_doubted),
             slots: table.slots.clone(),
             scratch,
             counters,
@@ -375,6 +368,9 @@ impl RadianceCache {
                 frame.dispatch_indirect(keep, &sampling, &workgroups_due);
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
+            if cache.turns.is_none() {
+                self.relax_due(frame, cache, is_first, [&due, &workgroups_due]);
+            }
             if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 && round + 1 < rounds {
                 // In the next round rays leave the list, and what they bring is kept: it has to be known.
                 self.relax(frame, cache);
@@ -382,20 +378,5 @@ impl RadianceCache {
         }
         // Once a frame it is all cells' turn, they fade, and what was known counts for little.
         cache.parameters = RadianceCacheParameters { share: 0, remembered: ALL, fades: 0, ..cache.parameters };
-    }
-
-    /// Brings what cells send of light from other cells up to date, by way of the rays that they have sent.
-    pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
-        for Step { read, written, earlier, turn } in self.bounces.steps(cache.turns) {
-            let uniform = frame.uniform(&RadianceCacheParameters {
-                read_level: read,
-                written_level: written,
-                step: earlier,
-                turn,
-                ..cache.parameters
-            });
-            let bindings = cache.slots.bindings().part("radiance_cache", &uniform);
-            frame.dispatch(&self.kernels.relax, &bindings, workgroups(self.slots));
-        }
     }
 }
