@@ -6,7 +6,8 @@ use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, Occlusion
 use super::rooms::{KnobFlags, RoomFlag};
 use crate::{choices::choice, parse};
 
-/// Frames of a mean from which on its edges are closer to the share of the pixel that they cover with one sample in each than with four.
+/// Frames of a mean from which on its edges are as close to the share of the pixel that they cover with one sample in each as with four, and cost
+/// less; with more they are closer.
 const SMOOTH_FRAMES: u32 = 8;
 
 #[derive(Debug, Args)]

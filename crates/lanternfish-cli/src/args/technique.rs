@@ -38,7 +38,7 @@ pub struct TechniqueArgs {
     /// Samples a pixel at edges.
     ///
     /// The edges are those of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part
-    /// of the frame; 1 with --quality draft, --indirect none, debug views, and --accumulate 8 or more, whose edges are smooth without.
+    /// of the frame; 1 with --quality draft, --indirect none, debug views, and in pictures of --accumulate 8 or more, whose edges are smooth without.
     #[arg(long, value_name = "N", value_parser = choice::<Samples>())]
     pub samples: Option<Samples>,
     /// The mean of N frames: smooth edges, less noise.

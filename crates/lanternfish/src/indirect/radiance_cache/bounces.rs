@@ -172,13 +172,18 @@ mod tests {
                 assert!(steps.iter().all(|step| step.written != 1 && step.earlier < bounces.earlier_steps()));
                 assert_eq!(steps.last().map_or(0, |step| step.written), 0, "{bounces}");
                 assert_eq!(steps.first().map_or(0, |step| step.read), bounces.read_level(), "{bounces}");
+                let of_some = bounces.steps_of_some(turns);
                 match bounces {
                     Bounces::UpTo(n) => {
+                        assert_eq!(of_some, steps);
                         assert_eq!(steps.len(), n as usize - 1);
                         assert!(steps.iter().all(|step| step.turn == ALL_CELLS));
                     }
                     // Each cell takes as many, in whichever half it is.
                     Bounces::All => {
+                        // What is written is put back where it is read.
+                        let there = Step { read: 0, written: 2, earlier: 0, turn: ALL_CELLS };
+                        assert_eq!(of_some, vec![there; turns as usize]);
                         let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
                         assert_eq!([0, 1, ALL_CELLS].map(taken), [turns as usize, turns as usize, 0]);
                     }

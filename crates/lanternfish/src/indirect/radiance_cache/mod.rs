@@ -131,7 +131,7 @@ pub(crate) struct CacheOfFrame {
     is_new: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
-    /// Bounces that each half of the cells takes, where every one is asked for. None: cells take one when they get another sample.
+    /// Bounces that each half of the cells takes, where every one is asked for. None: only cells that get another sample take any (`reading.rs`).
     turns: Option<u32>,
     uniform: BufferPart,
     slots: Slots,
@@ -160,7 +160,7 @@ impl CacheOfFrame {
 
 /// Updates that are counted before the rounds of a view, of which there are [`FEWEST`], an even number, in each of its parts. So that all views of a
 /// frame, however many, count for an odd number of updates: the number of the update, modulo 2, 4 or 8, says which cells get a sample without being
-/// new, in the first round of the first view alone, and moves through all of these from frame to frame.
+/// new, in the first round of each view, by 2 and 4 of the first view alone, and moves through all of these from frame to frame.
 fn first_updates(is_first_view: bool) -> u32 {
     if is_first_view { 1 } else { 2 }
 }
