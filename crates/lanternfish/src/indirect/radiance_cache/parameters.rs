@@ -14,8 +14,8 @@ gpu_struct! {
         edge: f32,
         /// Distance from the eye up to which cells have that edge, m; it doubles with the distance.
         near: f32,
-        /// One of so many cells of generation 0 gets another sample in an update, of each later generation, and of cells of which much is known, half as
-        /// many; 0: none.
+        /// One of so many cells of generation 0 gets another sample in an update, of each later generation half as many, and of cells of which
+        /// much is known a half or a quarter of those; 0: none.
         share: u32,
         /// And one of so many at least.
         most_share: u32,

@@ -91,10 +91,10 @@ impl Quality {
             hit_light: HitLight::Cached,
             bounces: Bounces::All,
             cache_cells: 1 << 18,
-            cache_samples: 16,
+            cache_samples: 32,
         };
         match self {
-            Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, ..good },
+            Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, cache_samples: 16, ..good },
             Self::Good => good,
             Self::Best => Sampled { diffuse_rays: 64, glossy_rays: 16, cache_samples: 128, ..good },
         }
