@@ -91,11 +91,11 @@ named_enum! {
     /// What is spent on indirect light.
     #[derive(Default)]
     Quality {
-        /// 4 and 1 rays from every fourth pixel, through the BVH; 16 first samples of a cell of the radiance cache.
-        Draft = "draft": "4 and 1 rays from every fourth pixel, through the BVH, and 16 samples of a cell",
-        /// 8 and 4 rays from every pixel, through the BVH; 32 first samples of a cell of the radiance cache.
+        /// 4 and 1 rays from every fourth pixel, through the BVH.
+        Draft = "draft": "4 and 1 rays from every fourth pixel, through the BVH",
+        /// 8 and 4 rays from every pixel, through the BVH; 16 and 4 in a picture's first frame.
         #[default]
-        Good = "good": "8 and 4 rays from every pixel, through the BVH, and 32 samples of a cell",
+        Good = "good": "8 and 4 rays from every pixel, 16 and 4 in a picture's first frame, through the BVH",
         /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of a cell of the radiance cache.
         Best = "best": "64 and 16 rays from every pixel, through the BVH, and 128 samples of a cell",
     }

@@ -63,14 +63,16 @@ impl Cells {
         self.cache.forget();
     }
 
-    /// The cells for so many rounds of a frame's rays.
+    /// The cells for the rays of a frame. `rounds` of them: where some cells are known, and where all are new.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         sums: &PixelSums,
-        rounds: u32,
+        rounds: [u32; 2],
     ) -> Result<FrameCells<'a>, RenderError> {
+        let of_frame = self.cache.begin(frame, view)?;
+        let rounds = rounds[usize::from(of_frame.first_samples().is_some())];
         let bytes = 4 * u64::from(sums.size.x) * u64::from(sums.size.y);
         let together = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
         let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
@@ -80,7 +82,6 @@ impl Cells {
             frame.indirect("indirect/cells/shade_workgroups")?,
             frame.indirect("indirect/cells/shadow_workgroups")?,
         ];
-        let of_frame = self.cache.begin(frame, view)?;
         let asking_round = of_frame.number() % rounds.max(1);
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
         Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, together, rounds, asking_round, sky_is_dark })
@@ -105,6 +106,11 @@ pub(super) struct FrameCells<'a> {
 }
 
 impl FrameCells<'_> {
+    /// Whether all cells are new.
+    pub fn is_first(&self) -> bool {
+        self.of_frame.first_samples().is_some()
+    }
+
     /// What the cache has counted.
     pub fn counters(&self) -> Counters {
         self.of_frame.counters.clone()
@@ -128,7 +134,7 @@ impl FrameCells<'_> {
 
     /// Whether ends are looked up in this round; else they were in one before.
     pub fn looks_up(&self, parameters: &SampledParameters) -> bool {
-        self.of_frame.first_samples().is_some() || parameters.round == parameters.traced_first
+        self.is_first() || parameters.round == parameters.traced_first
     }
 
     /// The workgroups by which what is not in cells is shaded, and by which lights are looked for from there.

@@ -10,15 +10,15 @@ pub(super) mod sample_order;
 mod settings;
 mod targets;
 
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 
 pub use self::settings::{HitLight, Sampled};
 #[cfg(test)]
 pub(crate) use self::targets::MOST_ROUNDS_IN_TESTS;
 use self::{
-    cells::Cells,
-    settings::{LEAST_CELLS, MOST_CELLS, MOST_SAMPLES},
+    cells::{Cells, FrameCells},
+    settings::{LEAST_CELLS, MOST_CELLS, MOST_FIRST_RAYS, MOST_SAMPLES},
     targets::Targets,
 };
 use super::{
@@ -71,6 +71,8 @@ gpu_struct! {
         glossy_blur: f32,
         /// Rays from a pixel to emissive triangles; 0 where nothing shines.
         emitter_rays: u32,
+        /// Point of the pixel's sequence that the first of its diffuse rays goes by, and the first of those to emissive triangles.
+        first_points: UVec2,
         /// First of the rounds that are traced together.
         traced_first: u32,
         /// The round behind the last of those.
@@ -187,21 +189,34 @@ impl IndirectPasses for SampledLight {
     ) -> Result<IndirectSums, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view_context;
         let settings = &self.settings;
-        let rounds = settings.diffuse_rays + settings.glossy_rays;
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
+        let times = [1, settings.first_rays];
+        let mut cells = match &mut self.cells {
+            Some(cells) => {
+                let rounds = times.map(|times| times * settings.diffuse_rays + settings.glossy_rays);
+                Some(cells.begin(frame, view_context, &sums, rounds)?)
+            }
+            None => None,
+        };
+        let is_first = cells.as_ref().is_some_and(FrameCells::is_first);
+        let diffuse_rays = times[usize::from(is_first)] * settings.diffuse_rays;
+        let rounds = diffuse_rays + settings.glossy_rays;
         let targets = Targets::new(frame, sums.size, rounds)?;
         let [width, height, _] = self.shade.workgroup_size();
         let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
         // Half as many rays look for emissive triangles as are diffuse: the other way of finding them, rays that run into them, costs
         // nothing more.
-        let emitter_rays = if scene.has_emissive_triangles() { settings.diffuse_rays.div_ceil(2) } else { 0 };
+        let emitter_rays = if scene.has_emissive_triangles() { diffuse_rays.div_ceil(2) } else { 0 };
+        let turns = turns_before(view.random_index, is_first, if cells.is_some() { settings.first_rays } else { 1 });
+        let usual = UVec2::new(settings.diffuse_rays, settings.diffuse_rays.div_ceil(2));
         let parameters = SampledParameters {
             emitter_rays,
-            diffuse_rays: settings.diffuse_rays,
+            first_points: UVec2::splat(turns).wrapping_mul(usual),
+            diffuse_rays,
             glossy_rays: settings.glossy_rays,
-            diffuse_blur: diffuse_blur(settings.diffuse_rays, frames),
+            diffuse_blur: diffuse_blur(diffuse_rays, frames),
             glossy_blur: glossy_blur(settings.glossy_rays, frames),
             ..Default::default()
         };
@@ -211,10 +226,6 @@ impl IndirectPasses for SampledLight {
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
         let images = images.filter(|_| settings.tracer.uses_deep_images());
-        let mut cells = match &mut self.cells {
-            Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds)?),
-            None => None,
-        };
         // First of the rounds whose hits are there.
         let mut traced_first = None;
         let mut round = 0;
@@ -285,6 +296,24 @@ impl IndirectPasses for SampledLight {
     }
 }
 
+/// Frames' worth of a pixel's rays that come before this frame's in its sequence: a first frame takes `first_rays` of them.
+fn turns_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
+    random_index.wrapping_add(if is_first { 0 } else { first_rays - 1 })
+}
+
+#[cfg(test)]
+#[test]
+fn frames_go_on_in_the_sequence_where_a_first_one_ends() {
+    for first_rays in [1, 2, 8] {
+        let mut next = 0;
+        for frame in 0..5 {
+            let is_first = frame == 0;
+            assert_eq!(turns_before(frame, is_first, first_rays), next, "{first_rays}, frame {frame}");
+            next += if is_first { first_rays } else { 1 };
+        }
+    }
+}
+
 /// Roughness whose lobe about the mirror direction is as wide as the part of the hemisphere that one of so many rays, in each of so
 /// many frames, stands for: 2π over their number, a cone of whose directions half are within tan α of the half vector.
 pub(super) fn diffuse_blur(rays: u32, frames: u32) -> f32 {
@@ -313,8 +342,9 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     }
     if !(LEAST_CELLS..=MOST_CELLS).contains(&settings.cache_cells)
         || !(1..=MOST_SAMPLES).contains(&settings.cache_samples)
+        || !(1..=MOST_FIRST_RAYS).contains(&settings.first_rays)
     {
-        let needed = "`cache-cells` from 64 to 524,288, and `cache-samples` from 1 to 128";
+        let needed = "`cache-cells` from 64 to 524,288, `cache-samples` from 1 to 128, and `first-rays` from 1 to 8";
         return Err(RenderError::Together { setting: "`hit-light cached`", needed });
     }
     if matches!(settings.bounces, Bounces::UpTo(bounces) if !(1..=Bounces::MOST).contains(&bounces)) {

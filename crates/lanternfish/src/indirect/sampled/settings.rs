@@ -21,12 +21,17 @@ use crate::{
 pub(super) const LEAST_CELLS: u32 = 64;
 pub(super) const MOST_CELLS: u32 = 1 << 19;
 pub(super) const MOST_SAMPLES: u32 = 128;
+/// Times as many rays as a picture's first frame may have.
+pub(super) const MOST_FIRST_RAYS: u32 = 8;
 
 /// How rays of indirect light are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampled {
     /// Rays a pixel by the cosine, 1 to 128. More: less noise, slower.
     pub diffuse_rays: u32,
+    /// Times as many rays by the cosine in a picture's first frame, 1 to 8, where the radiance cache lights their ends: that frame has nothing from
+    /// before. More: less noise in a picture of one frame, slower.
+    pub first_rays: u32,
     /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
     pub glossy_rays: u32,
     /// What rays are traced through.
@@ -83,6 +88,7 @@ impl Quality {
     pub const fn sampled(self) -> Sampled {
         let good = Sampled {
             diffuse_rays: 8,
+            first_rays: 2,
             glossy_rays: 4,
             tracer: Tracer::Bvh,
             resolution: IndirectResolution::Full,
@@ -91,12 +97,14 @@ impl Quality {
             hit_light: HitLight::Cached,
             bounces: Bounces::All,
             cache_cells: 1 << 18,
-            cache_samples: 32,
+            cache_samples: 16,
         };
         match self {
-            Self::Draft => Sampled { diffuse_rays: 4, glossy_rays: 1, resolution: IndirectResolution::Half, cache_samples: 16, ..good },
+            Self::Draft => {
+                Sampled { diffuse_rays: 4, first_rays: 1, glossy_rays: 1, resolution: IndirectResolution::Half, ..good }
+            }
             Self::Good => good,
-            Self::Best => Sampled { diffuse_rays: 64, glossy_rays: 16, cache_samples: 128, ..good },
+            Self::Best => Sampled { diffuse_rays: 64, first_rays: 1, glossy_rays: 16, cache_samples: 128, ..good },
         }
     }
 }
@@ -111,6 +119,13 @@ impl Room for Sampled {
             Range::Count(1, 4096),
             "Diffuse rays a pixel. More: less noise, slower",
             |sampled| &mut sampled.diffuse_rays,
+        ),
+        Knob::new(
+            "first-rays",
+            "N",
+            Range::Count(1, MOST_FIRST_RAYS),
+            "Times as many diffuse rays in a picture's first frame, with `hit-light cached`. More: less noise, slower",
+            |sampled| &mut sampled.first_rays,
         ),
         Knob::new(
             "glossy-rays",

@@ -84,6 +84,32 @@ fn gpu_rays_left_out_change_no_mean() {
     assert!(traced < open / 2 && (brought / of_all - 1.0).abs() < 0.01, "{traced} of {open}: {brought} of {of_all}");
 }
 
+/// A picture's first frame has so many times the diffuse rays where cells light their ends: it is the picture of so many rays. Later frames have
+/// the usual number, and so have those whose ends are shaded.
+#[test]
+fn gpu_first_frames_have_more_rays() {
+    let Some(gpu) = testing::gpu("gpu_first_frames_have_more_rays") else { return };
+    let mut scene = closed_box(matt(0.5));
+    scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));
+    let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
+    let rendered = |frames, hit_light, diffuse_rays, first_rays| {
+        let rays = Sampled { diffuse_rays, first_rays, glossy_rays: 0, hit_light, ..sampled(Tracer::Bvh) };
+        let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
+        let uploaded = renderer.upload(&scene).unwrap();
+        let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
+        let counted = picture.report.counters.iter().find(|(name, _)| name == "indirect/rays").unwrap().1;
+        (counted / (u64::from(SIZE.x) * u64::from(SIZE.y)), picture.radiance)
+    };
+    let (rays, picture) = rendered(1, HitLight::Cached, 4, 2);
+    let (as_many, same) = rendered(1, HitLight::Cached, 8, 1);
+    assert_eq!([rays, as_many], [8, 8]);
+    assert!(picture == same, "another picture");
+    assert!(picture != rendered(1, HitLight::Cached, 4, 1).1, "the same picture by half of the rays");
+    // Counted in the last frame.
+    assert_eq!(rendered(2, HitLight::Cached, 4, 2).0, 4);
+    assert_eq!(rendered(1, HitLight::Shaded, 4, 2).0, 4);
+}
+
 /// In a mean every cell that pixels' rays ask for gets a sample in each frame; those of which much is known, half or a quarter of them.
 #[test]
 fn gpu_well_known_cells_get_fewer_samples() {
@@ -102,7 +128,7 @@ fn gpu_well_known_cells_get_fewer_samples() {
     };
     let all = sampled_at_last(16);
     assert!(all > 1000.0, "{all}");
-    for (cache_samples, share) in [(32, 0.5), (48, 0.25), (64, 0.25)] {
+    for (cache_samples, share) in [(48, 0.5), (64, 0.25), (96, 0.25)] {
         let well_known = sampled_at_last(cache_samples);
         println!("{cache_samples} samples: {well_known} of {all}");
         assert!((well_known / all - share).abs() < 0.3 * share, "{cache_samples} samples: {well_known} of {all}");
