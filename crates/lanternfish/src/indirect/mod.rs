@@ -93,7 +93,7 @@ named_enum! {
     Quality {
         /// 4 and 1 rays from every fourth pixel, through the BVH.
         Draft = "draft": "4 and 1 rays from every fourth pixel, through the BVH",
-        /// 8 and 4 rays from every pixel, through the BVH; 16 and 4 in a picture's first frame.
+        /// 8 and 4 rays from every pixel, through the BVH; 16 and 4 in a picture's first frame where the radiance cache lights their ends.
         #[default]
         Good = "good": "8 and 4 rays from every pixel, 16 and 4 in a picture's first frame, through the BVH",
         /// 64 and 16 rays from every pixel, through the BVH; 128 first samples of a cell of the radiance cache.

@@ -30,8 +30,7 @@ const SIZE: UVec2 = UVec2::new(61, 45);
 
 fn sampled(tracer: Tracer) -> Sampled {
     let clamp = IndirectClamp::Off;
-    let usual = Sampled { diffuse_rays: 64, first_rays: 1, glossy_rays: 32, ..Sampled::default().one_bounce() };
-    Sampled { tracer, filter_radius: 0, clamp, ..usual }
+    Sampled { diffuse_rays: 64, glossy_rays: 32, tracer, filter_radius: 0, clamp, ..Sampled::default().one_bounce() }
 }
 
 fn settings(sampled: Sampled) -> Settings {

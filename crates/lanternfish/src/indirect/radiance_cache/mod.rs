@@ -67,7 +67,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
 const NEAR_EDGES: f32 = 128.0;
 /// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In pictures that are waited for, so do
 /// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
-/// known get one in every second frame then: `due.wesl`.
+/// known get one in every second or fourth frame then: `due.wesl`.
 const SHARE: u32 = 8;
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;

@@ -63,18 +63,21 @@ impl Cells {
         self.cache.forget();
     }
 
-    /// The cells for the rays of a frame. `rounds` of them: where some cells are known, and where all are new.
+    /// The cells for the rays of a frame: `rounds` of them, or `first_rounds` where all cells are new.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         sums: &PixelSums,
-        rounds: [u32; 2],
+        rounds: u32,
+        first_rounds: u32,
     ) -> Result<FrameCells<'a>, RenderError> {
         let of_frame = self.cache.begin(frame, view)?;
-        let rounds = rounds[usize::from(of_frame.first_samples().is_some())];
+        let rounds = if of_frame.first_samples().is_some() { first_rounds } else { rounds };
         let bytes = 4 * u64::from(sums.size.x) * u64::from(sums.size.y);
-        let together = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
+        let most = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
+        // Parts of one size, or nearly.
+        let together = rounds.div_ceil(rounds.div_ceil(most).max(1)).max(1);
         let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
         let counts = frame.zeroed("indirect/cells/counts", 12)?;
         let dispatches = [
@@ -166,8 +169,10 @@ impl FrameCells<'_> {
     /// are not all in one place.
     pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, images: Option<&DeepImages>, round: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
-        let until =
-            |round: u32| (u64::from(samples) * u64::from(round.min(self.rounds)) / u64::from(self.rounds)) as u32;
+        // Behind the first round some: cells are counted then, too.
+        let until = |round: u32| {
+            (u64::from(samples) * u64::from(round.min(self.rounds))).div_ceil(u64::from(self.rounds)) as u32
+        };
         let most = until(round + 1) - until(round);
         self.cells.cache.update(frame, view, &mut self.of_frame, images, most);
         let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;

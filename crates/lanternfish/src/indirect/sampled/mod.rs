@@ -192,17 +192,16 @@ impl IndirectPasses for SampledLight {
         let frames = self.frames.max(view.frame_index.saturating_add(1));
         let (resolution, radius) = (settings.resolution, settings.filter_radius);
         let sums = PixelSums::new(frame, surface.size, resolution, radius, settings.clamp, frames)?;
-        let times = [1, settings.first_rays];
+        let first_diffuse_rays = settings.first_rays * settings.diffuse_rays;
+        let [rounds, first_rounds] =
+            [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
         let mut cells = match &mut self.cells {
-            Some(cells) => {
-                let rounds = times.map(|times| times * settings.diffuse_rays + settings.glossy_rays);
-                Some(cells.begin(frame, view_context, &sums, rounds)?)
-            }
+            Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds, first_rounds)?),
             None => None,
         };
         let is_first = cells.as_ref().is_some_and(FrameCells::is_first);
-        let diffuse_rays = times[usize::from(is_first)] * settings.diffuse_rays;
-        let rounds = diffuse_rays + settings.glossy_rays;
+        let (diffuse_rays, rounds) =
+            if is_first { (first_diffuse_rays, first_rounds) } else { (settings.diffuse_rays, rounds) };
         let targets = Targets::new(frame, sums.size, rounds)?;
         let [width, height, _] = self.shade.workgroup_size();
         let samples = [sums.size.x.div_ceil(width), sums.size.y.div_ceil(height), 1];
@@ -296,7 +295,8 @@ impl IndirectPasses for SampledLight {
     }
 }
 
-/// Frames' worth of a pixel's rays that come before this frame's in its sequence: a first frame takes `first_rays` of them.
+/// Frames' worth of a pixel's diffuse rays that come before this frame's in its sequence: a first frame takes `first_rays` of them. (Where their
+/// number is odd, rays to emissive triangles leave points out: there are half as many in each frame, rounded up.)
 fn turns_before(random_index: u32, is_first: bool, first_rays: u32) -> u32 {
     random_index.wrapping_add(if is_first { 0 } else { first_rays - 1 })
 }

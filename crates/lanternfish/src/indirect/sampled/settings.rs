@@ -21,7 +21,7 @@ use crate::{
 pub(super) const LEAST_CELLS: u32 = 64;
 pub(super) const MOST_CELLS: u32 = 1 << 19;
 pub(super) const MOST_SAMPLES: u32 = 128;
-/// Times as many rays as a picture's first frame may have.
+/// How many times as many rays a picture's first frame may have.
 pub(super) const MOST_FIRST_RAYS: u32 = 8;
 
 /// How rays of indirect light are taken.
@@ -29,8 +29,8 @@ pub(super) const MOST_FIRST_RAYS: u32 = 8;
 pub struct Sampled {
     /// Rays a pixel by the cosine, 1 to 128. More: less noise, slower.
     pub diffuse_rays: u32,
-    /// Times as many rays by the cosine in a picture's first frame, 1 to 8, where the radiance cache lights their ends: that frame has nothing from
-    /// before. More: less noise in a picture of one frame, slower.
+    /// How many times as many rays by the cosine a picture's first frame has, 1 to 8, where the radiance cache lights their ends: that frame has
+    /// nothing from before. More: less noise in a picture of one frame, slower.
     pub first_rays: u32,
     /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
     pub glossy_rays: u32,
@@ -77,9 +77,9 @@ impl Default for Sampled {
 }
 
 impl Sampled {
-    /// The same rays, whose ends are shaded each: one bounce.
+    /// The same rays in every frame, whose ends are shaded each: one bounce.
     pub const fn one_bounce(self) -> Self {
-        Self { hit_light: HitLight::Shaded, bounces: Bounces::ONE, ..self }
+        Self { first_rays: 1, hit_light: HitLight::Shaded, bounces: Bounces::ONE, ..self }
     }
 }
 
@@ -117,14 +117,14 @@ impl Room for Sampled {
             "indirect-rays",
             "N",
             Range::Count(1, 4096),
-            "Diffuse rays a pixel. More: less noise, slower",
+            "Diffuse rays a pixel; in a picture's first frame `first-rays` times as many. More: less noise, slower",
             |sampled| &mut sampled.diffuse_rays,
         ),
         Knob::new(
             "first-rays",
             "N",
             Range::Count(1, MOST_FIRST_RAYS),
-            "Times as many diffuse rays in a picture's first frame, with `hit-light cached`. More: less noise, slower",
+            "How many times as many diffuse rays a picture's first frame has, with `hit-light cached`. More: less noise, slower",
             |sampled| &mut sampled.first_rays,
         ),
         Knob::new(

@@ -193,6 +193,8 @@ fn gpu_caches_without_cells_or_samples_are_refused() {
         Sampled { cache_cells: 0, ..usual },
         Sampled { cache_cells: u32::MAX, ..usual },
         Sampled { cache_samples: 0, ..usual },
+        Sampled { first_rays: 0, ..usual },
+        Sampled { first_rays: 9, ..usual },
         Sampled { hit_light: HitLight::Shaded, bounces: Bounces::UpTo(2), ..usual },
     ];
     for rays in refused {
@@ -305,10 +307,13 @@ fn gpu_tables_that_grow_change_no_picture() {
         (picture.radiance, counts, moved)
     };
     let mut moved_between_frames = 0;
-    for (tracer, bounces) in
-        [(Tracer::Bvh, Bounces::All), (Tracer::WithinTexel, Bounces::All), (Tracer::WithinTexel, Bounces::UpTo(3))]
-    {
-        let rays = Sampled { tracer, bounces, ..rays };
+    // The last ones have more rounds of rays in the first frame than samples of a cell.
+    for (tracer, bounces, first_rays) in [
+        (Tracer::Bvh, Bounces::All, 1),
+        (Tracer::WithinTexel, Bounces::All, 1),
+        (Tracer::WithinTexel, Bounces::UpTo(3), 4),
+    ] {
+        let rays = Sampled { tracer, bounces, first_rays, ..rays };
         let (expected, [cells, ..], _) = rendered(1 << 17, rays);
         for first_cells in [64, 1 << 14, 1 << 15] {
             let (found, counts, moved) = rendered(first_cells, rays);
