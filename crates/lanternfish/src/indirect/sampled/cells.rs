@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
-use super::{Sampled, SampledParameters};
+use super::{Sampled, SampledParameters, targets::in_parts};
 use crate::{
     context::ViewContext,
     deep_images::DeepImages,
@@ -75,9 +75,8 @@ impl Cells {
         let of_frame = self.cache.begin(frame, view)?;
         let rounds = if of_frame.first_samples().is_some() { first_rounds } else { rounds };
         let bytes = 4 * u64::from(sums.size.x) * u64::from(sums.size.y);
-        let most = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).clamp(1, rounds.max(1));
-        // Parts of one size, or nearly.
-        let together = rounds.div_ceil(rounds.div_ceil(most).max(1)).max(1);
+        let most = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).max(1);
+        let together = in_parts(rounds, most);
         let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
         let counts = frame.zeroed("indirect/cells/counts", 12)?;
         let dispatches = [

@@ -34,6 +34,19 @@ fn most_rounds(device: &wgpu::Device) -> u64 {
     most
 }
 
+/// Rounds of each part but the last, where at most so many go together: parts are of one size, or nearly.
+pub(super) fn in_parts(rounds: u32, most: u32) -> u32 {
+    let parts = rounds.div_ceil(most).max(1);
+    rounds.div_ceil(parts).max(1)
+}
+
+#[cfg(test)]
+#[test]
+fn parts_are_of_one_size() {
+    let parts = [(20, 16), (20, 12), (12, 16), (20, 9), (1, 1), (0, 1)].map(|(rounds, most)| in_parts(rounds, most));
+    assert_eq!(parts, [10, 10, 12, 7, 1, 1]);
+}
+
 /// What is written for one view of a frame, of so many samples across and down.
 #[derive(Debug)]
 pub(super) struct Targets {
@@ -50,9 +63,7 @@ impl Targets {
         let count = u64::from(samples.x) * u64::from(samples.y);
         let bytes = size_of::<SampledHit>() as u64 * count;
         let most = (MOST_BYTES / bytes.max(1)).clamp(1, most_rounds(frame.device));
-        // Parts of one size, or nearly.
-        let parts = rounds.div_ceil(most as u32).max(1);
-        let together = rounds.div_ceil(parts).max(1);
+        let together = in_parts(rounds, most as u32);
         Ok(Self {
             together,
             hits: frame.scratch("indirect/hits", bytes * u64::from(together))?,
