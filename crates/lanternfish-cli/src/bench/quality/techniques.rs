@@ -112,6 +112,11 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     }
     let settings = Settings { indirect: Indirect::Sampled(GOOD), ..default.clone() };
     rows.push(row("indirect sampled, one bounce".to_owned(), Truth::Full, settings));
+    let settings = Settings { indirect: Indirect::Sampled(Quality::Best.sampled()), ..default.clone() };
+    rows.push(row("indirect sampled, best".to_owned(), Truth::Full, settings));
+    let indirect = Indirect::Sampled(Quality::Good.sampled());
+    let settings = Settings { indirect, accumulate: MEAN, ..default.clone() };
+    rows.push(row(format!("indirect sampled, {MEAN} frames"), Truth::Full, settings));
     rows.extend(bounces(default));
     rows.extend(super::rooms::bounces(default));
     rows.extend(glossy_bounces(default));
@@ -119,6 +124,9 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows.extend(environments(default, diagonal));
     rows
 }
+
+/// Frames of the mean with every bounce.
+const MEAN: u32 = 64;
 
 /// What the rows of one bounce take where they say nothing else.
 const GOOD: Sampled = Quality::Good.sampled().one_bounce();
@@ -405,7 +413,7 @@ mod tests {
                 s.textures != default.textures,
                 s.samples != default.samples,
                 s.anisotropy != default.anisotropy,
-                s.accumulate != default.accumulate,
+                s.accumulate != default.accumulate && row.truth == Truth::Direct,
                 row.truth == Truth::DirectSoft,
                 row.truth == Truth::Full,
                 matches!(row.truth, Truth::OneBounce | Truth::OneBounceFile),
