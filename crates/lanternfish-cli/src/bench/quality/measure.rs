@@ -123,20 +123,27 @@ impl Bench<'_> {
         Ok(row(None, Some(figures)))
     }
 
-    /// The picture, and the median of the frames after it.
+    /// The picture, and how long it takes, ms: the median of the frames after it; of a mean, all of its own frames.
     fn render(&self, technique: &Technique, scene: &Scene) -> Result<(Picture, f64), RenderError> {
         let mut renderer = Renderer::with_engine(self.engine, technique.settings.clone())?;
         let uploaded = renderer.upload(scene)?;
         let Shot { size, factor, .. } = self.shot;
-        let mut frame = || renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height);
-        let picture = frame()?;
+        let mut timed = || {
+            let started = Instant::now();
+            let picture = renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height)?;
+            let wall_ms = 1e3 * started.elapsed().as_secs_f64();
+            let passes = &picture.report.passes;
+            let ms = if passes.is_empty() { wall_ms } else { passes.iter().map(|pass| pass.ms).sum() };
+            Ok::<_, RenderError>((picture, ms))
+        };
+        let (picture, first_ms) = timed()?;
+        if technique.settings.accumulate > 1 {
+            return Ok((picture, first_ms));
+        }
         let mut times: Vec<f64> = Vec::new();
         let begun = Instant::now();
         while times.len() < self.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
-            let started = Instant::now();
-            let passes = frame()?.report.passes;
-            let wall_ms = 1e3 * started.elapsed().as_secs_f64();
-            times.push(if passes.is_empty() { wall_ms } else { passes.iter().map(|pass| pass.ms).sum() });
+            times.push(timed()?.1);
         }
         Ok((picture, median(&mut times)))
     }

@@ -148,7 +148,7 @@ impl Report {
                  with * where it is farther from 1 than {:.0} % and twice the truth's own noise. Of indirect: the same of \
                  what the picture has more than the row without indirect light, left out where the truth's own noise is more than a quarter of that. Pixels: those of the larger picture that differ from the default's in \
                  any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. ms: median of at most {} frames after one, in which deep images are built and then kept, \
-                 at the larger size.{noisy} The row of each truth is its own noise, below which an error says nothing: FLIP is \
+                 at the larger size; of a mean, of all its frames.{noisy} The row of each truth is its own noise, below which an error says nothing: FLIP is \
                  that between its two halves of samples.",
                 100.0 * ENERGY_TOLERANCE,
                 self.runs
