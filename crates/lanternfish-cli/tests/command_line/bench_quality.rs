@@ -109,6 +109,11 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
         assert!(none > 1.3 * sampled, "{figure}: {none} {sampled}");
     }
     assert!(found.energy("indirect none") < 0.8 * found.energy("indirect sampled"));
+    // Every bounce, however long it takes.
+    for way in ["", ", best", ", 64 frames"] {
+        let [one, every] = [", one bounce", way].map(|way| found.energy(&format!("indirect sampled{way}")));
+        assert!(one < 0.9 * every, "{way}: {one} {every}");
+    }
 }
 
 #[test]

@@ -1,0 +1,133 @@
+use super::*;
+
+fn rows() -> Vec<Technique> {
+    techniques(&Settings::direct_light(), 10.0)
+}
+
+#[track_caller]
+fn assert_every<T: PartialEq + std::fmt::Debug>(all: &[T], of: impl Fn(&Settings) -> T) {
+    for value in all {
+        assert!(rows().iter().any(|row| of(&row.settings) == *value), "no row for {value:?}");
+    }
+}
+
+#[test]
+fn every_value_of_every_setting_has_a_row() {
+    assert_every(Shadows::ALL, |settings| settings.shadows);
+    assert_every(RayCulling::ALL, |settings| settings.ray_culling);
+    assert_every(Materials::ALL, |settings| settings.materials);
+    assert_every(TextureBinding::ALL, |settings| settings.textures);
+
+    assert_every(Samples::ALL, |settings| settings.samples);
+    assert_every(Anisotropy::ALL, |settings| settings.anisotropy);
+    assert_every(&[false, true], |settings| settings.accumulate > 1);
+    assert_every(&[false, true], |settings| settings.light_radius > 0.0);
+
+    // Every part of every scheme.
+    let clustered = |culling| match culling {
+        Culling::Clustered(clustered) => Some(clustered),
+        _ => None,
+    };
+    let tiled = |culling| match culling {
+        Culling::Tiled(Tiled { tile_size, aabb_test }) => Some((tile_size, aabb_test)),
+        _ => None,
+    };
+    let shape = |shape| match shape {
+        ClusterShape::Perspective { .. } => 0,
+        ClusterShape::Orthographic { .. } => 1,
+        ClusterShape::Displaced { .. } => 2,
+    };
+    assert_every(&[Culling::All], |settings| settings.culling);
+    let names: Vec<_> = Culling::rooms().iter().map(Family::name).collect();
+    assert_every(&names, |settings| settings.culling.name());
+    for size in TileSize::ALL {
+        assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(settings.culling));
+    }
+    let grid = |culling| match culling {
+        Culling::RasterGrid(RasterGrid { tile_size, layers }) => Some((tile_size, layers > 8)),
+        _ => None,
+    };
+    for size in TileSize::ALL {
+        assert_every(&[Some((*size, true))], |settings| grid(settings.culling));
+    }
+    assert_every(&[Some(false)], |settings| grid(settings.culling).map(|(_, is_deep)| is_deep));
+    assert_every(&[Some(0), Some(1), Some(2)], |settings| clustered(settings.culling).map(|c| shape(c.shape)));
+    for assignment in Assignment::ALL {
+        assert_every(&[Some(*assignment)], |settings| clustered(settings.culling).map(|c| c.assignment));
+    }
+    for test in ClusterTest::ALL {
+        assert_every(&[Some(*test)], |settings| clustered(settings.culling).map(|c| c.test));
+    }
+}
+
+#[test]
+fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
+    for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear, Truth::Environment] {
+        let mut rows = rows();
+        rows.retain(|row| row.truth == truth);
+        for known in std::iter::once(Occlusion::None).chain(Occlusion::rooms()) {
+            assert!(rows.iter().any(|row| row.settings.occlusion.name() == known.name()), "{truth}");
+        }
+    }
+}
+
+#[test]
+fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
+    let sampled = |settings: &Settings| match settings.indirect {
+        Indirect::Sampled(sampled) => Some(sampled),
+        _ => None,
+    };
+    for tracer in Tracer::ALL {
+        assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer));
+    }
+    for resolution in IndirectResolution::ALL {
+        assert_every(&[Some(*resolution)], |settings| sampled(settings).map(|sampled| sampled.resolution));
+    }
+    for clamp in IndirectClamp::ALL {
+        assert_every(&[Some(*clamp)], |settings| sampled(settings).map(|sampled| sampled.clamp));
+    }
+    assert_every(&[Indirect::None], |settings| settings.indirect);
+    assert_every(&Indirect::rooms(), |settings| settings.indirect);
+}
+
+#[test]
+fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
+    let default = Settings::direct_light();
+    let rows = rows();
+    for (i, row) in rows.iter().enumerate() {
+        let s = &row.settings;
+        let changes = [
+            s.culling != default.culling,
+            s.shadows != default.shadows,
+            s.ray_culling != default.ray_culling,
+            s.materials != default.materials && row.truth != Truth::OneBounce,
+            s.textures != default.textures,
+            s.samples != default.samples,
+            s.anisotropy != default.anisotropy,
+            s.accumulate != default.accumulate && row.truth == Truth::Direct,
+            row.truth == Truth::DirectSoft,
+            row.truth == Truth::Full,
+            matches!(row.truth, Truth::OneBounce | Truth::OneBounceFile),
+            matches!(row.truth, Truth::Environment | Truth::EnvironmentBounce),
+            matches!(row.truth, Truth::Occlusion | Truth::ObscuranceFar | Truth::ObscuranceNear),
+        ];
+        let count = changes.iter().filter(|changed| **changed).count();
+        assert_eq!(count, usize::from(i > 0), "{}", row.name);
+        assert!(rows[..i].iter().all(|other| other.file_name() != row.file_name()), "{}", row.name);
+    }
+}
+
+#[test]
+fn a_mean_with_every_bounce_is_of_the_same_frames() {
+    let row = |name: &str| rows().into_iter().find(|row| row.name == name).unwrap().settings;
+    let mean = row(&format!("indirect sampled, {MEAN} frames"));
+    assert_eq!(mean, Settings { accumulate: MEAN, ..row("indirect sampled") });
+    assert_ne!(row("indirect sampled, best").indirect, mean.indirect);
+}
+
+#[test]
+fn every_truth_judges_something() {
+    for truth in Truth::ALL {
+        assert!(rows().iter().any(|row| row.truth == *truth), "{truth}");
+    }
+}
