@@ -110,13 +110,13 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images: Settings::default().deep_images, ..default.clone() };
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
-    let settings = Settings { indirect: Indirect::Sampled(GOOD), ..default.clone() };
-    rows.push(row("indirect sampled, one bounce".to_owned(), Truth::Full, settings));
-    let settings = Settings { indirect: Indirect::Sampled(Quality::Best.sampled()), ..default.clone() };
-    rows.push(row("indirect sampled, best".to_owned(), Truth::Full, settings));
-    let indirect = Indirect::Sampled(Quality::Good.sampled());
-    let settings = Settings { indirect, accumulate: MEAN, ..default.clone() };
-    rows.push(row(format!("indirect sampled, {MEAN} frames"), Truth::Full, settings));
+    let sampled = |name: &str, sampled, accumulate| {
+        let settings = Settings { indirect: Indirect::Sampled(sampled), accumulate, ..default.clone() };
+        row(format!("indirect sampled, {name}"), Truth::Full, settings)
+    };
+    rows.push(sampled("one bounce", GOOD, 1));
+    rows.push(sampled("best", Quality::Best.sampled(), 1));
+    rows.push(sampled(&format!("{MEAN_FRAMES} frames"), Quality::Good.sampled(), MEAN_FRAMES));
     rows.extend(bounces(default));
     rows.extend(super::rooms::bounces(default));
     rows.extend(glossy_bounces(default));
@@ -126,7 +126,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
 }
 
 /// Frames of the mean with every bounce.
-const MEAN: u32 = 64;
+const MEAN_FRAMES: u32 = 64;
 
 /// What the rows of one bounce take where they say nothing else.
 const GOOD: Sampled = Quality::Good.sampled().one_bounce();

@@ -120,8 +120,8 @@ fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
 #[test]
 fn a_mean_with_every_bounce_is_of_the_same_frames() {
     let row = |name: &str| rows().into_iter().find(|row| row.name == name).unwrap().settings;
-    let mean = row(&format!("indirect sampled, {MEAN} frames"));
-    assert_eq!((mean.indirect, mean.accumulate), (row("indirect sampled").indirect, MEAN));
+    let mean = row(&format!("indirect sampled, {MEAN_FRAMES} frames"));
+    assert_eq!((mean.indirect, mean.accumulate), (row("indirect sampled").indirect, MEAN_FRAMES));
     assert_ne!(row("indirect sampled, best").indirect, mean.indirect);
 }
 
