@@ -317,7 +317,7 @@ fn draw(
 
 #[cfg(test)]
 mod tests {
-    use super::images_that_fit;
+    use super::{DeepImageSettings, Directions, images_that_fit};
 
     #[test]
     fn a_chunk_has_room_for_the_ends_of_its_lists() {
@@ -327,5 +327,14 @@ mod tests {
         assert_eq!(images_that_fit((1 << 25) + 2, 512, 1), 128);
         assert_eq!(images_that_fit(1 << 25, 64, 32), 255);
         assert_eq!(images_that_fit(16, 512, 1), 1);
+    }
+
+    /// Rays go through one chunk after the other, and most of them for nothing.
+    #[test]
+    fn the_usual_images_are_in_one_chunk_at_128_texels() {
+        let DeepImageSettings { directions, fragments_a_texel, .. } = DeepImageSettings::default();
+        let images = Directions::new(directions).unwrap().len() as u32;
+        // Of the 128 MiB that every device can bind.
+        assert!(images_that_fit(1 << 25, 128, fragments_a_texel) >= images);
     }
 }

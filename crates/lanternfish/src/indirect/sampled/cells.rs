@@ -23,6 +23,9 @@ use crate::{
 /// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.
 const MOST_BYTES: u64 = 96 << 20;
 
+/// Bytes of `RoundEnds` of `round_ends.wesl` before its list.
+const ENDS_BYTES: u64 = 12;
+
 /// The cache, and the passes by which a pixel's rays find its cells and read them.
 #[derive(Debug)]
 pub(super) struct Cells {
@@ -32,6 +35,7 @@ pub(super) struct Cells {
     insert: ComputeKernel,
     place: ComputeKernel,
     before_shade: ComputeKernel,
+    keep: ComputeKernel,
     gather: ComputeKernel,
 }
 
@@ -54,6 +58,7 @@ impl Cells {
             insert: kernel("insert_cells", "insert", "insert")?,
             place: kernel("insert_cells", "place", "place")?,
             before_shade: kernel("open_passes", "before_shade", "open")?,
+            keep: kernel("keep_hits", "keep", "keep")?,
             gather: kernel("gather_cells", "gather", "gather")?,
         })
     }
@@ -78,7 +83,8 @@ impl Cells {
         let most = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).max(1);
         let together = in_parts(rounds, most);
         let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
-        let counts = frame.zeroed("indirect/cells/counts", 12)?;
+        let ends = frame.scratch("indirect/cells/ends", ENDS_BYTES + bytes * u64::from(together))?;
+        frame.encoder().clear_buffer(&ends, 0, Some(ENDS_BYTES));
         let dispatches = [
             frame.indirect("indirect/cells/insert_workgroups")?,
             frame.indirect("indirect/cells/shade_workgroups")?,
@@ -86,7 +92,7 @@ impl Cells {
         ];
         let asking_round = of_frame.number() % rounds.max(1);
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, slots, counts, dispatches, together, rounds, asking_round, sky_is_dark })
+        Ok(FrameCells { cells: self, of_frame, slots, ends, dispatches, together, rounds, asking_round, sky_is_dark })
     }
 }
 
@@ -96,8 +102,8 @@ pub(super) struct FrameCells<'a> {
     of_frame: CacheOfFrame,
     /// Slot of each ray's cell, round after round: `ray_slots.wesl`.
     slots: wgpu::Buffer,
-    /// `open_passes.wesl`.
-    counts: wgpu::Buffer,
+    /// What became of them in all: `round_ends.wesl`.
+    ends: wgpu::Buffer,
     /// Workgroups of passes for which rays may have left something: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
     /// Rounds whose ends are gathered together.
@@ -153,15 +159,16 @@ impl FrameCells<'_> {
             .clone()
             .with(&of_frame)
             .buffer("ray_slots", &self.slots)
-            .buffer("round_counts", &self.counts)
+            .buffer("round_ends", &self.ends)
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
         frame.dispatch(&self.cells.find, &finding, samples);
         frame.dispatch(&self.cells.before_insert, &finding, [1; 3]);
         frame.dispatch_indirect(&self.cells.insert, &finding, insert);
-        frame.dispatch_indirect(&self.cells.place, &finding, insert);
+        frame.dispatch(&self.cells.place, &finding, samples);
         frame.dispatch(&self.cells.before_shade, &finding, [1; 3]);
+        frame.dispatch_indirect(&self.cells.keep, &finding, shade);
     }
 
     /// In the frame that all cells are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one cell

@@ -47,6 +47,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("indirect/sampled/find_cells"),
         Root::new("indirect/sampled/insert_cells"),
         Root::new("indirect/sampled/open_passes"),
+        Root::new("indirect/sampled/keep_hits"),
         Root::new("indirect/sampled/gather_cells"),
     ],
     structs: &[
@@ -229,6 +230,9 @@ impl IndirectPasses for SampledLight {
         let mut traced_first = None;
         let mut round = 0;
         while round < rounds {
+            if round == 0 {
+                frame.encoder().clear_buffer(&sums.sums, 0, None);
+            }
             let of_cells = cells.as_ref().map_or(0..rounds, |cells| cells.gathered_with(round));
             let traced = targets.traced_with(round, of_cells.clone());
             let parameters = SampledParameters {
