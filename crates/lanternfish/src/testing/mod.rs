@@ -22,7 +22,7 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 12] = [
+const PROBES: [ShaderSource; 13] = [
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
     ("testing/functions", include_str!("functions.wesl")),
@@ -32,6 +32,7 @@ const PROBES: [ShaderSource; 12] = [
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
     ("testing/random", include_str!("random.wesl")),
+    ("testing/ray_weights", include_str!("ray_weights.wesl")),
     ("testing/roulette", include_str!("roulette.wesl")),
     ("testing/segments", include_str!("segments.wesl")),
     ("testing/unmarked", include_str!("unmarked.wesl")),

@@ -101,7 +101,8 @@ pub struct DeepImageBuilder {
     directions: Directions,
     rotation: Quat,
     direction_cells: wgpu::Buffer,
-    /// Images of a chunk at most: fewer, once more of them were too many for a binding; and of which scene, by its generation.
+    /// Images of a chunk at most: fewer, once more of them were too many for a binding; and of which scene, by [`GpuScene::triangle_order`]: while
+    /// it moves they stay too many.
     most_images: (u64, u32),
 }
 
@@ -157,8 +158,8 @@ impl DeepImageBuilder {
             .collect();
         let frames = storage_buffer_of(frame.device, "deep_images/frames", &axes, wgpu::BufferUsages::empty())?;
         let images = axes.len() as u32;
-        let (generation, known) = self.most_images;
-        let most_images = if generation == scene.generation() { known } else { u32::MAX };
+        let (order, known) = self.most_images;
+        let most_images = if order == scene.triangle_order() { known } else { u32::MAX };
         let slices = if frame.growth() == Growth::Later { self.settings.slices.max(1) } else { 1 };
         let mut most = self.images_a_chunk(frame.device).min(most_images).min(images.div_ceil(slices));
         let mut chunks = Vec::new();
@@ -180,7 +181,7 @@ impl DeepImageBuilder {
             Ok(())
         })?;
         if was_divided {
-            self.most_images = (scene.generation(), most);
+            self.most_images = (scene.triangle_order(), most);
         }
         let (settings, direction_cells) = (self.settings, self.direction_cells.clone());
         let counts = DeepCounts::default();

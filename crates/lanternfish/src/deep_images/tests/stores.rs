@@ -1,12 +1,13 @@
 //! What each store makes of fragments.
 
-use glam::Vec3;
-use lanternfish_gpu::testing;
+use glam::{Affine3A, Vec3};
+use lanternfish_gpu::{Frame, Profiler, testing};
 
 use super::{build, lists, settings, upload};
 use crate::{
+    GpuScene, Renderer, Settings,
     deep_images::{DeepImageBuilder, directions::DirectionSet},
-    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
+    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, Shadows},
     testing::{quad, scene_of},
 };
 
@@ -56,7 +57,10 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
         quad(0, (i as f32 / sheets as f32 - 0.5) * 0.8 * axis, 0.4 * right, 0.4 * up)
     };
     let all = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| (0..sheets).map(move |i| sheet(axis, i)));
-    let scene = upload(gpu, &scene_of(all.collect(), vec![Default::default()]));
+    let mut flat = scene_of(all.collect(), vec![Default::default()]);
+    let with_rays = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
+    let renderer = Renderer::with_engine(&testing::engine(gpu), with_rays).unwrap();
+    let mut scene = renderer.upload(&flat).unwrap();
     let settings = DeepImageSettings {
         directions: DirectionSet::Cube { k: 1 },
         resolution,
@@ -69,6 +73,23 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
     println!("{} fragments in chunks of {chunks:?} images", images.counts.drawn);
     assert!(images.counts.drawn > limit && images.counts.kept == images.counts.drawn, "{:?}", images.counts);
     assert_eq!(chunks, [1, 1, 1]);
+    // What has moved is not tried in one chunk again.
+    let mut builder = DeepImageBuilder::new(&gpu.device, settings).unwrap();
+    let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
+    let mut passes = |uploaded: &GpuScene| {
+        let before = profiler.compute_passes();
+        let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
+        builder.record(&mut frame, uploaded).unwrap();
+        frame.submit();
+        profiler.compute_passes() - before
+    };
+    let [first, again] = [(), ()].map(|()| passes(&scene));
+    flat.instances[0].world_from_object = Affine3A::from_translation(0.01 * Vec3::X);
+    let generation = scene.generation();
+    renderer.update(&mut scene, &flat).unwrap();
+    assert_ne!(scene.generation(), generation);
+    let then = passes(&scene);
+    assert!(then == again && again < first, "{first} passes, {again}, {then} of what has moved");
 }
 
 /// 10,000 sheets behind each other: a list as long is sorted, and in no quadratic time.

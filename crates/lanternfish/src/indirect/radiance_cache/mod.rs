@@ -69,6 +69,7 @@ const NEAR_EDGES: f32 = 128.0;
 /// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
 /// known get one in every second or fourth frame then: `due.wesl`.
 const SHARE: u32 = 8;
+const _: () = assert!(SHARE.is_power_of_two());
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
 const FEWEST: u32 = 4;
 /// From this sample on each counts as much as that one.

@@ -102,7 +102,7 @@ pub(super) struct FrameCells<'a> {
     of_frame: CacheOfFrame,
     /// Slot of each ray's cell, round after round: `ray_slots.wesl`.
     slots: wgpu::Buffer,
-    /// What became of them in all: `round_ends.wesl`.
+    /// What became of them in all, and which cells are missing: `round_ends.wesl`.
     ends: wgpu::Buffer,
     /// Workgroups of passes for which rays may have left something: insert, shade, shadow.
     dispatches: [wgpu::Buffer; 3],
@@ -151,7 +151,7 @@ impl FrameCells<'_> {
         [shade, shadow]
     }
 
-    /// Looks up the cells of the rays of some rounds. `tracing`: bindings of the first of them, its hits, sums and counters.
+    /// Looks up the cells of the rays of some rounds. `tracing`: bindings of the first of them and of what their rays met.
     pub fn find(&mut self, frame: &mut Frame<'_>, tracing: &Bindings<'_>, samples: [u32; 3]) {
         let of_frame = self.of_frame.bindings();
         let [insert, shade, shadow] = &self.dispatches;
@@ -214,4 +214,17 @@ impl FrameCells<'_> {
         let cells = self.of_frame.bindings();
         frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
     }
+}
+
+#[cfg(test)]
+#[test]
+fn the_list_of_missing_rays_begins_where_shaders_have_it() {
+    let shader = SHADERS.link("indirect/sampled/find_cells", &[]).unwrap();
+    let offset = shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
+        wgpu::naga::TypeInner::Struct { members, .. } => {
+            members.iter().find(|member| member.name.as_deref() == Some("missing_rays")).map(|member| member.offset)
+        }
+        _ => None,
+    });
+    assert_eq!(offset, Some(ENDS_BYTES as u32));
 }

@@ -266,7 +266,7 @@ impl IndirectPasses for SampledLight {
                 }
                 Some(cells) => {
                     if cells.looks_up(&parameters) {
-                        cells.find(frame, &tracing.with(&summing), samples);
+                        cells.find(frame, &tracing, samples);
                     }
                     let [to_shade, to_look] = cells.left_over();
                     frame.dispatch_indirect(shade, &shading, to_shade);

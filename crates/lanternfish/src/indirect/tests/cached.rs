@@ -159,8 +159,8 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let none = Settings { indirect: Indirect::None, ..over_frames(sampled(Tracer::Bvh), 8) };
     let direct = mean(&picture(gpu, none, &scene, &camera));
-    let rendered = |rays| {
-        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 8)).unwrap();
+    let rendered_over = |frames, rays| {
+        let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
         let pixels: Vec<Vec3> = picture.radiance.iter().map(|pixel| Vec4::from(*pixel).truncate()).collect();
@@ -168,6 +168,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
         let names = ["indirect/rays", "indirect/hits", "indirect/lost_cells", "radiance_cache/lost"];
         (mean(&pixels) - direct, names.map(|name| counted(name).unwrap_or(0)))
     };
+    let rendered = |rays| rendered_over(8, rays);
     let one = cached(Tracer::Bvh, Bounces::ONE);
     let (expected, [rays, hits, ..]) = rendered(Sampled { hit_light: HitLight::Shaded, ..one });
     let (found, counts) = rendered(one);
@@ -177,6 +178,15 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     println!("{} rays' cells had no room; {:.4} of the light", counts[2], found / expected);
     assert!(counts[..2] == [rays, hits] && counts[2] > 10_000 && counts[3] == 0, "{counts:?}");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
+    // A first frame that starts over, with a table that is full again: cells that had room before have none then.
+    let first = Sampled { first_rays: 1, ..one };
+    let (_, [rays, hits, ..]) = rendered_over(1, Sampled { hit_light: HitLight::Shaded, ..first });
+    FIRST_CELLS_IN_TESTS.set(256);
+    let (found, counts) = rendered_over(1, Sampled { cache_cells: 512, ..first });
+    println!("{} rays' cells had no room after starting over; {:.4} of the light", counts[2], found / expected);
+    assert!(counts[..2] == [rays, hits] && counts[2] > 10_000, "{counts:?}, {rays} rays, {hits} hits");
+    assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
+    FIRST_CELLS_IN_TESTS.set(1 << 17);
     let all = cached(Tracer::Bvh, Bounces::All);
     let (with_room, counts) = rendered(all);
     assert_eq!(counts[2..], [0, 0]);

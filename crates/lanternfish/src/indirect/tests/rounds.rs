@@ -2,14 +2,15 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{UVec4, Vec2, Vec4Swizzles};
+use glam::{UVec4, Vec2, Vec4, Vec4Swizzles};
 use lanternfish_gpu::{Bindings, uniform_buffer_of};
 
 use super::*;
 use crate::{
-    indirect::sampled::{MOST_ROUNDS_IN_TESTS, sample_order},
+    indirect::sampled::{MOST_ROUNDS_IN_TESTS, SampledParameters, sample_order},
     settings::HitLight,
-    testing::ask_about,
+    testing::{Random, ask_about, ask_module},
+    view::View,
 };
 
 /// A mean of two frames, of which so many rounds are traced together.
@@ -110,4 +111,32 @@ fn gpu_shifts_of_a_square_of_pixels_are_a_net() {
     let differ = |a: Vec2, b: Vec2| (a - b).abs().min(1.0 - (a - b).abs()).min_element() > 0.05;
     assert!(moved.iter().all(|a| differ(*a, Vec2::ZERO)), "{moved:?}");
     assert!(differ(moved[0], moved[1]) && differ(moved[0], moved[2]) && differ(moved[1], moved[2]), "{moved:?}");
+}
+
+/// Where no glossy rays are traced, what a ray counts for does not need its direction.
+#[test]
+fn gpu_weights_of_diffuse_rays_need_no_directions() {
+    let Some(gpu) = testing::gpu("gpu_weights_of_diffuse_rays_need_no_directions") else { return };
+    let parameters = SampledParameters { diffuse_rays: 8, first_points: UVec2::splat(40), ..Default::default() };
+    let sampled = uniform_buffer_of(&gpu.device, "sampled", &parameters);
+    let view = uniform_buffer_of(&gpu.device, "view", &View::default());
+    let mut random = Random::new(3);
+    let mut queries = Vec::new();
+    for i in 0..4000 {
+        let normal = random.direction();
+        // Towards whoever sees the surface.
+        let towards = (normal + 0.99 * random.direction()).normalize();
+        queries.extend([normal.extend(random.unit()), towards.extend((i % 8) as f32)]);
+        queries.push(Vec4::new(random.unit(), random.unit(), 0.0, 0.0));
+    }
+    let about = Bindings::new().buffer("sampled", &sampled).buffer("view", &view);
+    let answers = ask_module(gpu, "testing/ray_weights", "weights", &about, &queries, 3);
+    let off = |a: Vec2, b: Vec2| (a - b).abs().max_element();
+    // A ray within rounding of the surface may have none.
+    let apart = answers.iter().filter(|answer| off(answer.xy(), answer.zw()) > 1e-5).count();
+    assert!(apart <= 4, "{apart} of {}", answers.len());
+    // Each counts as much as any other, and how much of that as at grazing incidence differs: the comparison can fail.
+    assert!(answers.iter().all(|answer| (answer.z + answer.w - 0.125).abs() < 1e-6));
+    let others = answers.iter().zip(&answers[1..]).filter(|(a, b)| off(a.xy(), b.zw()) > 1e-4).count();
+    assert!(2 * others > answers.len(), "{others}");
 }

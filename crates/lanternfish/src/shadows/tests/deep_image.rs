@@ -15,8 +15,7 @@ const SIZE: (u32, u32) = (90, 76);
 
 fn deep(resolution: u32) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 60 };
-    let deep_images =
-        DeepImageSettings { directions, resolution, fragments_a_texel: 8, ..DeepImageSettings::default() };
+    let deep_images = DeepImageSettings { directions, resolution, ..DeepImageSettings::default() };
     Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), deep_images, ..Settings::direct_light() }
 }
 
