@@ -18,8 +18,8 @@ pub struct DeepImageSettings {
     /// Fragments of a texel nearer to each other than so many texels are one surface. More: fewer fragments; thin walls lose
     /// their thickness. Linked lists are not merged.
     pub merge_texels: f32,
-    /// Fragments expected of a texel, in the mean, by which images are divided into chunks: as many of them as one binding may hold. Rays go
-    /// through one chunk after the other. More: more chunks; fewer: images of which a chunk cannot hold so many are built once in vain, then divided.
+    /// Fragments that a texel's list is expected to have in the mean. A chunk takes as many images as fit one binding with so many; rays go through
+    /// one chunk after the other. More: more chunks, slower rays. Fewer: a chunk that does not fit is built in vain once, then divided.
     pub fragments_a_texel: u64,
     /// Frames, 1 to 64, over which images are built anew once something has moved, where frames do not wait ([`crate::Renderer::record`]): each builds
     /// those of as many directions, the oldest first. More: less time in each frame, and rays in some directions meet things where they

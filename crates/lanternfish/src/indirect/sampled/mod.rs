@@ -230,6 +230,7 @@ impl IndirectPasses for SampledLight {
         let mut traced_first = None;
         let mut round = 0;
         while round < rounds {
+            // Again where the frame starts over.
             if round == 0 {
                 frame.encoder().clear_buffer(&sums.sums, 0, None);
             }
