@@ -110,6 +110,7 @@ pub(crate) struct RadianceCache {
 struct Kernels {
     clear: ComputeKernel,
     choose: ComputeKernel,
+    choose_again: ComputeKernel,
     measure: ComputeKernel,
     light: ComputeKernel,
     light_environment: ComputeKernel,
@@ -136,8 +137,8 @@ pub(crate) struct CacheOfFrame {
     turns: Option<u32>,
     uniform: BufferPart,
     slots: Slots,
-    /// Of an update: which cells are due, what is found of each, workgroups for all of them.
-    scratch: [wgpu::Buffer; 3],
+    /// Of an update: which cells are due, and were before; what is found of each, workgroups for all of them.
+    scratch: [wgpu::Buffer; 4],
     /// What is counted.
     pub counters: Counters,
 }
@@ -198,6 +199,7 @@ impl RadianceCache {
         let kernels = Kernels {
             clear: kernel("due", &[], "clear")?,
             choose: kernel("due", &[], "choose")?,
+            choose_again: kernel("due", &[], "choose_again")?,
             measure: kernel("due", &[], "measure")?,
             light: kernel("light", &[EVENLY_SENT], "light")?,
             light_environment: kernel("light", &[EVENLY_SENT, ENVIRONMENT], "light")?,
@@ -303,8 +305,10 @@ impl RadianceCache {
         self.rehash.record(frame, table, &parameters)?;
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
         let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
+        let bytes_due = 4 + size_of::<DueCell>() as u64 * u64::from(self.slots);
         let scratch = [
-            frame.scratch("radiance_cache/due", 4 + size_of::<DueCell>() as u64 * u64::from(self.slots))?,
+            frame.scratch("radiance_cache/due", bytes_due)?,
+            frame.scratch("radiance_cache/due_before", bytes_due)?,
             frame.scratch("radiance_cache/sampled", bytes)?,
             frame.indirect("radiance_cache/workgroups")?,
         ];
@@ -330,11 +334,11 @@ impl RadianceCache {
         images: Option<&DeepImages>,
         most: u32,
     ) {
-        let [due, sampled, workgroups_due] = cache.scratch.clone();
+        let [mut due, mut due_before, sampled, workgroups_due] = cache.scratch.clone();
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let Kernels {
-            clear, choose, measure, light, light_environment, shadow, trace, meet, place, keep, commit, ..
+            clear, choose, choose_again, measure, light, light_environment, shadow, trace, meet, place, keep, commit, ..
         } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
         let images = images.filter(|_| self.tracer.uses_deep_images());
@@ -342,19 +346,32 @@ impl RadianceCache {
         for round in 0..rounds {
             // New cells get one sample after the other; the others one in the first round.
             let is_first = round == 0;
+            // Rays between cells ask for more of them.
+            let chooses_all = is_first || self.bounces.needs_rays();
+            let counts = if self.bounces.needs_rays() { round + 1 == rounds } else { is_first };
             let parameters = cache.parameters;
             let uniform = frame.uniform(&RadianceCacheParameters {
                 update: self.update,
                 share: if is_first { parameters.share } else { 0 },
                 remembered: if is_first { parameters.remembered } else { ALL },
                 fades: if is_first { parameters.fades } else { 0 },
+                counts: counts.into(),
                 ..parameters
             });
             self.update += 1;
             let bindings = shared.clone().part("radiance_cache", &uniform);
-            let choosing = bindings.clone().buffer("found_due", &due).buffer("due_dispatch", &workgroups_due);
+            std::mem::swap(&mut due, &mut due_before);
+            let choosing = bindings
+                .clone()
+                .buffer("found_due", &due)
+                .buffer("due", &due_before)
+                .buffer("due_dispatch", &workgroups_due);
             frame.dispatch(clear, &choosing, [1; 3]);
-            frame.dispatch(choose, &choosing, workgroups(self.slots));
+            if chooses_all {
+                frame.dispatch(choose, &choosing, workgroups(self.slots));
+            } else {
+                frame.dispatch_indirect(choose_again, &choosing, &workgroups_due);
+            }
             frame.dispatch(measure, &choosing, [1; 3]);
             let mut sampling = bindings.buffer("due", &due).buffer("sampled_cells", &sampled);
             if let Some(environment) = &environment {

@@ -47,6 +47,8 @@ gpu_struct! {
         earlier_steps: u32,
         /// Which half of the cells takes a bounce; 0: those of even keys, 1: of odd ones, 2: all.
         turn: u32,
+        /// 1: cells are counted where they are chosen.
+        counts: u32,
     }
 }
 
