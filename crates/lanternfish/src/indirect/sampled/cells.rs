@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
-use super::{Sampled, SampledParameters, targets::in_parts};
+use super::{Sampled, SampledParameters, sample_order::{place_count, workgroups_in_rows}, targets::in_parts};
 use crate::{
     context::ViewContext,
     deep_images::DeepImages,
@@ -79,7 +79,7 @@ impl Cells {
     ) -> Result<FrameCells<'a>, RenderError> {
         let of_frame = self.cache.begin(frame, view)?;
         let rounds = if of_frame.first_samples().is_some() { first_rounds } else { rounds };
-        let bytes = 4 * u64::from(sums.size.x) * u64::from(sums.size.y);
+        let bytes = 4 * u64::from(place_count(sums.size));
         let most = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).max(1);
         let together = in_parts(rounds, most);
         let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
@@ -152,7 +152,7 @@ impl FrameCells<'_> {
     }
 
     /// Looks up the cells of the rays of some rounds. `tracing`: bindings of the first of them and of what their rays met.
-    pub fn find(&mut self, frame: &mut Frame<'_>, tracing: &Bindings<'_>, samples: [u32; 3]) {
+    pub fn find(&mut self, frame: &mut Frame<'_>, tracing: &Bindings<'_>, size: UVec2) {
         let of_frame = self.of_frame.bindings();
         let [insert, shade, shadow] = &self.dispatches;
         let finding = tracing
@@ -163,10 +163,10 @@ impl FrameCells<'_> {
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
-        frame.dispatch(&self.cells.find, &finding, samples);
+        frame.dispatch(&self.cells.find, &finding, workgroups_in_rows(size));
         frame.dispatch(&self.cells.before_insert, &finding, [1; 3]);
         frame.dispatch_indirect(&self.cells.insert, &finding, insert);
-        frame.dispatch(&self.cells.place, &finding, samples);
+        frame.dispatch(&self.cells.place, &finding, workgroups_in_rows(size));
         frame.dispatch(&self.cells.before_shade, &finding, [1; 3]);
         frame.dispatch_indirect(&self.cells.keep, &finding, shade);
     }
@@ -206,13 +206,14 @@ impl FrameCells<'_> {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         summing: &Bindings<'_>,
-        samples: [u32; 3],
+        size: UVec2,
         images: Option<&DeepImages>,
     ) {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
         self.cells.cache.relax(frame, &self.of_frame);
         let cells = self.of_frame.bindings();
-        frame.dispatch(&self.cells.gather, &summing.clone().with(&cells).buffer("ray_slots", &self.slots), samples);
+        let gathering = summing.clone().with(&cells).buffer("ray_slots", &self.slots);
+        frame.dispatch(&self.cells.gather, &gathering, workgroups_in_rows(size));
     }
 }
 

@@ -220,7 +220,7 @@ impl IndirectPasses for SampledLight {
             glossy_blur: glossy_blur(settings.glossy_rays, frames),
             ..Default::default()
         };
-        let surfaces = buffer.bindings().with(&surface.bindings());
+        let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
         let seen = scene.bindings().with(&surfaces).with(&sums.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
@@ -249,8 +249,7 @@ impl IndirectPasses for SampledLight {
             let round_bindings = seen.clone().part("sampled", &uniform);
             let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
             if traced_first.replace(traced.start) != Some(traced.start) {
-                let ordered = tracing.clone().buffer("sample_order", &self.sample_order);
-                rays::dispatch(frame, &self.trace, &ordered, sample_order::workgroups(sums.size), images);
+                rays::dispatch(frame, &self.trace, &tracing, sample_order::workgroups(sums.size), images);
             }
             let summing =
                 round_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());
@@ -267,7 +266,7 @@ impl IndirectPasses for SampledLight {
                 }
                 Some(cells) => {
                     if cells.looks_up(&parameters) {
-                        cells.find(frame, &tracing, samples);
+                        cells.find(frame, &tracing, sums.size);
                     }
                     let [to_shade, to_look] = cells.left_over();
                     frame.dispatch_indirect(shade, &shading, to_shade);
@@ -281,7 +280,7 @@ impl IndirectPasses for SampledLight {
             if let Some(cells) = &mut cells
                 && round + 1 == of_cells.end
             {
-                cells.gather(frame, view_context, &summing, samples, images);
+                cells.gather(frame, view_context, &summing, sums.size, images);
             }
             round += 1;
             if let Some(cells) = &mut cells

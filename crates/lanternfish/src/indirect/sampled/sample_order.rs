@@ -8,13 +8,24 @@ use crate::view::sobol_point;
 pub(crate) const BLOCK: u32 = 32;
 /// Workgroups across a block: the shader's.
 const BLOCK_GROUPS: u32 = 4;
-/// Two pixels a word.
-const WORDS: usize = (BLOCK * BLOCK / 2) as usize;
+/// Two pixels a word, and two places.
+const WORDS: usize = (BLOCK * BLOCK) as usize;
 
 /// Workgroups for a picture of this size, in whole blocks.
 pub(crate) fn workgroups(size: UVec2) -> [u32; 3] {
     let blocks = BLOCK_GROUPS * size.map(|side| side.div_ceil(BLOCK));
     [blocks.x, blocks.y, 1]
+}
+
+/// The same by rows of blocks: the shader's `place_in_rows`.
+pub(crate) fn workgroups_in_rows(size: UVec2) -> [u32; 3] {
+    let blocks = size.map(|side| side.div_ceil(BLOCK));
+    [BLOCK_GROUPS * BLOCK_GROUPS * blocks.x, blocks.y, 1]
+}
+
+/// How many places a picture of this size has: the shader's `place_count`.
+pub(crate) fn place_count(size: UVec2) -> u32 {
+    size.map(|side| side.div_ceil(BLOCK)).element_product() * BLOCK * BLOCK
 }
 
 /// What `sample_order` is bound to. Shifts of the blocks of a picture differ by one amount each: one order is all blocks'.
@@ -25,6 +36,9 @@ pub(crate) fn words() -> [u32; WORDS] {
         let shift = sobol_point(morton_code(pixel % BLOCK, pixel / BLOCK));
         morton_code(shift.x >> 16, shift.y >> 16)
     });
+    let mut places = vec![0; pixels.len()];
+    pixels.iter().zip(0..).for_each(|(pixel, place)| places[*pixel as usize] = place);
+    pixels.extend(places);
     std::array::from_fn(|word| pixels[2 * word] | (pixels[2 * word + 1] << 16))
 }
 
@@ -42,7 +56,8 @@ fn a_block_is_a_net_of_shifts() {
 #[cfg(test)]
 #[test]
 fn every_pixel_of_a_block_is_in_its_order_once() {
-    let mut pixels: Vec<u32> = words().iter().flat_map(|word| [word & 0xffff, word >> 16]).collect();
+    let halves = words().iter().flat_map(|word| [word & 0xffff, word >> 16]);
+    let mut pixels: Vec<u32> = halves.take((BLOCK * BLOCK) as usize).collect();
     pixels.sort_unstable();
     assert!(pixels.into_iter().eq(0..BLOCK * BLOCK));
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::UVec2;
 use lanternfish_gpu::{Frame, faulty_software};
 
-use super::{LightRay, SampledHit};
+use super::{LightRay, SampledHit, sample_order::place_count};
 use crate::{error::RenderError, indirect::Counters};
 
 /// What is counted in every round: `counters.wesl`.
@@ -61,7 +61,7 @@ pub(super) struct Targets {
 impl Targets {
     pub fn new(frame: &mut Frame<'_>, samples: UVec2, rounds: u32) -> Result<Self, RenderError> {
         let count = u64::from(samples.x) * u64::from(samples.y);
-        let bytes = size_of::<SampledHit>() as u64 * count;
+        let bytes = size_of::<SampledHit>() as u64 * u64::from(place_count(samples));
         let most = (MOST_BYTES / bytes.max(1)).clamp(1, most_rounds(frame.device));
         let together = in_parts(rounds, most as u32);
         Ok(Self {

@@ -79,6 +79,25 @@ fn gpu_pixels_in_order_cover_the_picture_and_go_the_same_way() {
     assert!(mean < 0.05, "{mean}");
 }
 
+/// What becomes of a pixel's rays is kept at a place that no other pixel has, and that says which pixel it is.
+#[test]
+fn gpu_every_pixel_has_a_place_of_its_own() {
+    let Some(gpu) = testing::gpu("gpu_every_pixel_has_a_place_of_its_own") else { return };
+    let order = uniform_buffer_of(&gpu.device, "sample_order", &sample_order::words());
+    let about = Bindings::new().buffer("sample_order", &order);
+    let size = UVec2::new(90, 40);
+    let pixels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
+    let queries: Vec<_> = pixels.map(|pixel| pixel.extend(size.x).extend(size.y).as_vec4()).collect();
+    let answers = ask_about(gpu, "places_of_pixels", &about, &queries, 1);
+    let count = sample_order::place_count(size);
+    let places: HashSet<_> = answers.iter().map(|answer| answer.x as u32).collect();
+    assert_eq!(places.len(), queries.len());
+    assert!(places.iter().all(|place| *place < count));
+    for (query, answer) in queries.iter().zip(&answers) {
+        assert_eq!((answer.yz(), answer.w), (query.xy(), count as f32));
+    }
+}
+
 /// Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box that has that square's
 /// share of the unit square. Squares of 32 differ by one amount each.
 #[test]
