@@ -12,6 +12,7 @@
 mod bounces;
 mod growth;
 mod parameters;
+mod planes;
 mod reading;
 mod table;
 
@@ -23,6 +24,7 @@ pub(crate) use self::growth::FIRST_CELLS_IN_TESTS;
 use self::{
     growth::{CELLS, COUNTERS, first_cells, slots_for},
     parameters::{CellSample, DueCell, Link, RadianceCacheParameters, SampledCell},
+    planes::{Planes, TrianglePlane},
     reading::turns_of_all,
     table::{Change, Rehash, Slots, Table},
 };
@@ -44,6 +46,7 @@ const EVENLY_SENT: Feature = Feature("evenly_sent");
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
+        Root::new("indirect/radiance_cache/planes"),
         Root::new("indirect/radiance_cache/due"),
         Root::of("indirect/radiance_cache/light", &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]]]),
         Root::computed("indirect/radiance_cache/shadow", rays::exact_tracers),
@@ -56,6 +59,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
     ],
     structs: &[
         SharedStruct::of::<RadianceCacheParameters>(),
+        SharedStruct::of::<TrianglePlane>(),
         SharedStruct::of::<CellSample>(),
         SharedStruct::of::<SampledCell>(),
         SharedStruct::of::<DueCell>(),
@@ -98,6 +102,7 @@ pub(crate) struct RadianceCache {
     tracer: Tracer,
     kernels: Kernels,
     rehash: Rehash,
+    planes: Planes,
     table: Option<Table>,
     /// Updates so far, and frames: a view each.
     update: u32,
@@ -137,6 +142,7 @@ pub(crate) struct CacheOfFrame {
     turns: Option<u32>,
     uniform: BufferPart,
     slots: Slots,
+    planes: wgpu::Buffer,
     /// Of an update: which cells are due, and were before; what is found of each, workgroups for all of them.
     scratch: [wgpu::Buffer; 4],
     /// What is counted.
@@ -156,7 +162,11 @@ impl CacheOfFrame {
 
     /// Bindings by which cells are looked up, put in, asked for, counted and read.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.slots.bindings().part("radiance_cache", &self.uniform).buffer("cell_counters", self.counters.buffer())
+        self.slots
+            .bindings()
+            .part("radiance_cache", &self.uniform)
+            .buffer("cell_counters", self.counters.buffer())
+            .buffer("triangle_planes", &self.planes)
     }
 }
 
@@ -222,6 +232,7 @@ impl RadianceCache {
             tracer,
             kernels,
             rehash: Rehash::new(device)?,
+            planes: Planes::new(device)?,
             table: None,
             update: 0,
             frame: 0,
@@ -232,6 +243,7 @@ impl RadianceCache {
     /// Forgets all cells.
     pub fn forget(&mut self) {
         self.table = None;
+        self.planes.forget();
         self.has_had_room = false;
     }
 
@@ -319,6 +331,7 @@ impl RadianceCache {
             may_start_over: is_first && is_first_view,
             turns: turns_of_all(is_new, is_doubted),
             slots: table.slots.clone(),
+            planes: self.planes.of(frame, scene)?,
             scratch,
             counters,
         })
