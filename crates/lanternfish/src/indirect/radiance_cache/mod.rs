@@ -113,7 +113,6 @@ pub(crate) struct RadianceCache {
 
 #[derive(Debug)]
 struct Kernels {
-    clear: ComputeKernel,
     choose: ComputeKernel,
     choose_again: ComputeKernel,
     measure: ComputeKernel,
@@ -207,7 +206,6 @@ impl RadianceCache {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
         };
         let kernels = Kernels {
-            clear: kernel("due", &[], "clear")?,
             choose: kernel("due", &[], "choose")?,
             choose_again: kernel("due", &[], "choose_again")?,
             measure: kernel("due", &[], "measure")?,
@@ -351,7 +349,7 @@ impl RadianceCache {
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let Kernels {
-            clear, choose, choose_again, measure, light, light_environment, shadow, trace, meet, place, keep, commit, ..
+            choose, choose_again, measure, light, light_environment, shadow, trace, meet, place, keep, commit, ..
         } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
         let images = images.filter(|_| self.tracer.uses_deep_images());
@@ -374,12 +372,16 @@ impl RadianceCache {
             self.update += 1;
             let bindings = shared.clone().part("radiance_cache", &uniform);
             std::mem::swap(&mut due, &mut due_before);
+            // No cell is due yet, and none is counted: `CELLS` of `counters.wesl` comes first.
+            frame.encoder().clear_buffer(&due, 0, Some(4));
+            if counts {
+                frame.encoder().clear_buffer(cache.counters.buffer(), 0, Some(4));
+            }
             let choosing = bindings
                 .clone()
                 .buffer("found_due", &due)
                 .buffer("due", &due_before)
                 .buffer("due_dispatch", &workgroups_due);
-            frame.dispatch(clear, &choosing, [1; 3]);
             if chooses_all {
                 frame.dispatch(choose, &choosing, workgroups(self.slots));
             } else {
