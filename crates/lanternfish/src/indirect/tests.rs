@@ -6,6 +6,7 @@ mod lamps;
 mod new_cells;
 mod noise;
 mod rounds;
+mod table;
 mod tracers;
 
 use glam::{Affine3A, UVec2, Vec3, Vec4};

@@ -22,7 +22,8 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 13] = [
+const PROBES: [ShaderSource; 14] = [
+    ("testing/cell_table", include_str!("cell_table.wesl")),
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
     ("testing/functions", include_str!("functions.wesl")),

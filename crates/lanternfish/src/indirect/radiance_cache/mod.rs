@@ -15,24 +15,24 @@ mod parameters;
 mod planes;
 mod reading;
 mod table;
+mod update;
 
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
 
 pub use self::bounces::Bounces;
 #[cfg(test)]
 pub(crate) use self::growth::FIRST_CELLS_IN_TESTS;
+pub(crate) use self::parameters::RadianceCacheParameters;
 use self::{
     growth::{CELLS, COUNTERS, first_cells, slots_for},
-    parameters::{CellSample, DueCell, Link, RadianceCacheParameters, SampledCell},
+    parameters::{CellSample, DueCell, Link, SampledCell},
     planes::{Planes, TrianglePlane},
     reading::turns_of_all,
     table::{Change, Rehash, Slots, Table},
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
 use crate::{
-    common::workgroups,
     context::ViewContext,
-    deep_images::DeepImages,
     environment_light::ENVIRONMENT,
     error::RenderError,
     rays::{self, Tracer},
@@ -113,6 +113,7 @@ pub(crate) struct RadianceCache {
 
 #[derive(Debug)]
 struct Kernels {
+    clear: ComputeKernel,
     choose: ComputeKernel,
     choose_again: ComputeKernel,
     measure: ComputeKernel,
@@ -206,6 +207,7 @@ impl RadianceCache {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
         };
         let kernels = Kernels {
+            clear: kernel("due", &[], "clear")?,
             choose: kernel("due", &[], "choose")?,
             choose_again: kernel("due", &[], "choose_again")?,
             measure: kernel("due", &[], "measure")?,
@@ -333,83 +335,5 @@ impl RadianceCache {
             scratch,
             counters,
         })
-    }
-
-    /// Takes more samples of cells that rays have asked for: up to so many of each that has few. `images`: where rays between cells go
-    /// through those.
-    pub fn update(
-        &mut self,
-        frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, .. }: &ViewContext<'_>,
-        cache: &mut CacheOfFrame,
-        images: Option<&DeepImages>,
-        most: u32,
-    ) {
-        let [mut due, mut due_before, sampled, workgroups_due] = cache.scratch.clone();
-        let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
-        let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
-        let Kernels {
-            choose, choose_again, measure, light, light_environment, shadow, trace, meet, place, keep, commit, ..
-        } = &self.kernels;
-        let light = if environment.is_some() { light_environment } else { light };
-        let images = images.filter(|_| self.tracer.uses_deep_images());
-        let rounds = most.min(cache.parameters.fewest);
-        for round in 0..rounds {
-            // New cells get one sample after the other; the others one in the first round.
-            let is_first = round == 0;
-            // Rays between cells ask for more of them.
-            let chooses_all = is_first || self.bounces.needs_rays();
-            let counts = if self.bounces.needs_rays() { round + 1 == rounds } else { is_first };
-            let parameters = cache.parameters;
-            let uniform = frame.uniform(&RadianceCacheParameters {
-                update: self.update,
-                share: if is_first { parameters.share } else { 0 },
-                remembered: if is_first { parameters.remembered } else { ALL },
-                fades: if is_first { parameters.fades } else { 0 },
-                counts: counts.into(),
-                ..parameters
-            });
-            self.update += 1;
-            let bindings = shared.clone().part("radiance_cache", &uniform);
-            std::mem::swap(&mut due, &mut due_before);
-            // No cell is due yet, and none is counted: `CELLS` of `counters.wesl` comes first.
-            frame.encoder().clear_buffer(&due, 0, Some(4));
-            if counts {
-                frame.encoder().clear_buffer(cache.counters.buffer(), 0, Some(4));
-            }
-            let choosing = bindings
-                .clone()
-                .buffer("found_due", &due)
-                .buffer("due", &due_before)
-                .buffer("due_dispatch", &workgroups_due);
-            if chooses_all {
-                frame.dispatch(choose, &choosing, workgroups(self.slots));
-            } else {
-                frame.dispatch_indirect(choose_again, &choosing, &workgroups_due);
-            }
-            frame.dispatch(measure, &choosing, [1; 3]);
-            let mut sampling = bindings.buffer("due", &due).buffer("sampled_cells", &sampled);
-            if let Some(environment) = &environment {
-                sampling = sampling.with(environment);
-            }
-            frame.dispatch_indirect(light, &sampling, &workgroups_due);
-            frame.dispatch_indirect(shadow, &sampling, &workgroups_due);
-            if self.bounces.needs_rays() {
-                rays::dispatch_indirect(frame, trace, &sampling, &workgroups_due, images);
-                frame.dispatch_indirect(meet, &sampling, &workgroups_due);
-                frame.dispatch_indirect(place, &sampling, &workgroups_due);
-                frame.dispatch_indirect(keep, &sampling, &workgroups_due);
-            }
-            frame.dispatch_indirect(commit, &sampling, &workgroups_due);
-            if cache.turns.is_none() {
-                self.relax_due(frame, cache, is_first, [&due, &workgroups_due]);
-            }
-            if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 && round + 1 < rounds {
-                // In the next round rays leave the list, and what they bring is kept: it has to be known.
-                self.relax(frame, cache);
-            }
-        }
-        // Once a frame it is all cells' turn, they fade, and what was known counts for little.
-        cache.parameters = RadianceCacheParameters { share: 0, remembered: ALL, fades: 0, ..cache.parameters };
     }
 }

@@ -5,7 +5,11 @@ use std::ops::Range;
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
-use super::{Sampled, SampledParameters, sample_order::{place_count, workgroups_in_rows}, targets::in_parts};
+use super::{
+    Sampled, SampledParameters,
+    sample_order::{place_count, workgroups_in_rows},
+    targets::in_parts,
+};
 use crate::{
     context::ViewContext,
     deep_images::DeepImages,
@@ -100,7 +104,7 @@ impl Cells {
 pub(super) struct FrameCells<'a> {
     cells: &'a mut Cells,
     of_frame: CacheOfFrame,
-    /// Slot of each ray's cell, round after round: `ray_slots.wesl`.
+    /// Slot of each ray's cell: `ray_slots.wesl`.
     slots: wgpu::Buffer,
     /// What became of them in all, and which cells are missing: `round_ends.wesl`.
     ends: wgpu::Buffer,

@@ -8,7 +8,7 @@ use crate::view::sobol_point;
 pub(crate) const BLOCK: u32 = 32;
 /// Workgroups across a block: the shader's.
 const BLOCK_GROUPS: u32 = 4;
-/// Two pixels a word, and two places.
+/// Of a block's pixels in order, and of the places of its pixels: two in a word.
 const WORDS: usize = (BLOCK * BLOCK) as usize;
 
 /// Workgroups for a picture of this size, in whole blocks.
@@ -56,7 +56,7 @@ fn a_block_is_a_net_of_shifts() {
 #[cfg(test)]
 #[test]
 fn every_pixel_of_a_block_is_in_its_order_once() {
-    let halves = words().iter().flat_map(|word| [word & 0xffff, word >> 16]);
+    let halves = words().into_iter().flat_map(|word| [word & 0xffff, word >> 16]);
     let mut pixels: Vec<u32> = halves.take((BLOCK * BLOCK) as usize).collect();
     pixels.sort_unstable();
     assert!(pixels.into_iter().eq(0..BLOCK * BLOCK));

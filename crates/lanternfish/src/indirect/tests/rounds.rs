@@ -96,6 +96,18 @@ fn gpu_every_pixel_has_a_place_of_its_own() {
     for (query, answer) in queries.iter().zip(&answers) {
         assert_eq!((answer.yz(), answer.w), (query.xy(), count as f32));
     }
+
+    // A pass by rows of blocks goes through the places one after the other.
+    let [width, height, _] = sample_order::workgroups_in_rows(size);
+    let invocations = (0..width * height).flat_map(|group| (0..64).map(move |invocation| [group, invocation]));
+    let query = |[group, invocation]: [u32; 2]| UVec4::new(group, invocation, width, height).as_vec4();
+    let answers = ask_about(gpu, "places_in_rows", &about, &invocations.map(query).collect::<Vec<_>>(), 1);
+    assert_eq!(answers.len(), count as usize);
+    for (i, answer) in answers.iter().enumerate() {
+        assert_eq!((answer.z, answer.w), (i as f32, i as f32));
+        let is_seen = answer.xy().cmplt(size.as_vec2()).all();
+        assert_eq!(is_seen, places.contains(&(i as u32)));
+    }
 }
 
 /// Shifts of the pixels of every aligned square of 2^k x 2^k, up to 32, are a net: one lies in each strip, column and box that has that square's

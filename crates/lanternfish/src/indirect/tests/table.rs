@@ -1,0 +1,72 @@
+//! The table of the radiance cache, and levels of its cells.
+
+use std::collections::HashSet;
+
+use lanternfish_gpu::{Bindings, storage_buffer, uniform_buffer_of};
+
+use super::*;
+use crate::{
+    indirect::radiance_cache::RadianceCacheParameters,
+    testing::{Random, ask_module},
+    view::View,
+};
+
+const SLOTS: u32 = 4096;
+
+/// Slots of cells of these numbers that are put into an empty table, slots of the same cells when they are looked up, and of as many others. -1: none.
+fn slots_of(gpu: &Gpu, cells: u32) -> [Vec<i32>; 3] {
+    let words = |name| storage_buffer(&gpu.device, name, 4 * u64::from(SLOTS)).unwrap();
+    let [keys, hashes] = ["keys", "hashes"].map(words);
+    let parameters = RadianceCacheParameters { slot_mask: SLOTS - 1, ..Default::default() };
+    let uniform = uniform_buffer_of(&gpu.device, "radiance_cache", &parameters);
+    let about = Bindings::new()
+        .buffer("radiance_cache", &uniform)
+        .buffer("cell_keys", &keys)
+        .buffer("found_keys", &keys)
+        .buffer("cell_hashes", &hashes);
+    let ask = |entry, first: u32| {
+        let numbers: Vec<_> = (first..first + cells).map(|cell| Vec4::splat(cell as f32)).collect();
+        let answers = ask_module(gpu, "testing/cell_table", entry, &about, &numbers, 1);
+        answers.iter().map(|answer| answer.x as i32).collect()
+    };
+    [ask("put", 0), ask("look_up", 0), ask("look_up", cells)]
+}
+
+/// Three quarters of the slots can be taken without losing a cell; what is put in is found there, and nothing else is found.
+#[test]
+fn gpu_cells_are_found_where_they_were_put() {
+    let Some(gpu) = testing::gpu("gpu_cells_are_found_where_they_were_put") else { return };
+    let [put, found, others] = slots_of(gpu, SLOTS / 4 * 3);
+    assert!(put.iter().all(|slot| (0..SLOTS as i32).contains(slot)));
+    assert_eq!(put.iter().collect::<HashSet<_>>().len(), put.len());
+    assert_eq!(put, found);
+    assert!(others.iter().all(|slot| *slot == -1));
+    // It can fail: of more cells than there are slots some have none, and those are not found.
+    let [put, found, _] = slots_of(gpu, SLOTS + 64);
+    assert!(put.iter().filter(|slot| **slot == -1).count() >= 64);
+    assert_eq!(put, found);
+}
+
+/// Edges double with the distance from the eye: at `near`, and at each doubling of that.
+#[test]
+fn gpu_levels_are_those_of_the_distance() {
+    let Some(gpu) = testing::gpu("gpu_levels_are_those_of_the_distance") else { return };
+    let (near, eye) = (3.0, Vec3::new(1.0, -20.0, 5.0));
+    let uniform =
+        uniform_buffer_of(&gpu.device, "radiance_cache", &RadianceCacheParameters { near, ..Default::default() });
+    let view = uniform_buffer_of(&gpu.device, "view", &View { eye, ..View::default() });
+    let about = Bindings::new().buffer("radiance_cache", &uniform).buffer("view", &view);
+    let mut random = Random::new(5);
+    let distances: Vec<f32> = (0..4000).map(|_| near * (random.unit() * 20.0 - 3.0).exp2()).collect();
+    let points: Vec<_> = distances.iter().map(|far| (eye + *far * random.direction()).extend(0.0)).collect();
+    let levels = ask_module(gpu, "testing/cell_table", "level", &about, &points, 1);
+    let mut seen = HashSet::new();
+    for (point, level) in points.iter().zip(&levels) {
+        let far = (point.truncate() - eye).length() / near;
+        let expected = |far: f32| (far.log2().floor() + 1.0).clamp(0.0, 15.0);
+        // Within rounding of a border either side's will do.
+        assert!([0.9999, 1.0001].map(|off| expected(off * far)).contains(&level.x), "{far}: {}", level.x);
+        seen.insert(level.x as i32);
+    }
+    assert_eq!(seen, (0..=15).collect());
+}
