@@ -90,6 +90,10 @@ gpu_struct! {
         asking_round: u32,
         /// 1: rays that leave the scene bring nothing.
         sky_is_dark: u32,
+        /// Point of the pixel's other sequence by which the end of its first ray is moved.
+        first_end: u32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
@@ -214,6 +218,7 @@ impl IndirectPasses for SampledLight {
         let parameters = SampledParameters {
             emitter_rays,
             first_points: UVec2::splat(turns).wrapping_mul(usual),
+            first_end: turns.wrapping_mul(settings.diffuse_rays + settings.glossy_rays),
             diffuse_rays,
             glossy_rays: settings.glossy_rays,
             diffuse_blur: diffuse_blur(diffuse_rays, frames),
