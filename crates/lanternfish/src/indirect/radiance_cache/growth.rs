@@ -5,7 +5,7 @@ use lanternfish_gpu::{Counted, Frame};
 use super::{CacheOfFrame, RadianceCache};
 use crate::{context::ViewContext, error::RenderError};
 
-/// Slots of a table at least: those that one workgroup looks at.
+/// Slots of a table at least: those that a cell may be in, and that one workgroup looks at.
 const LEAST_SLOTS: u32 = 64;
 /// Cells that a table has room for at first.
 const FIRST_CELLS: u32 = 1 << 17;
@@ -84,4 +84,11 @@ fn counters_are_the_shaders() {
     let constant = |name| crate::shaders::constant("indirect/radiance_cache/counters", name);
     assert_eq!(constant("CELL_COUNTERS"), COUNTERS.len() as f64);
     assert_eq!(["CELLS", "SAMPLES", "LOST", "LOST_OF_PIXELS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
+}
+
+#[cfg(test)]
+#[test]
+fn the_smallest_table_is_looked_through() {
+    let constant = |name| crate::shaders::constant("indirect/radiance_cache/table", name);
+    assert_eq!(constant("BUCKET") * constant("PROBES"), f64::from(LEAST_SLOTS));
 }

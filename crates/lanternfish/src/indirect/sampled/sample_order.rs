@@ -51,6 +51,7 @@ fn morton_code(x: u32, y: u32) -> u32 {
 #[test]
 fn a_block_is_a_net_of_shifts() {
     assert_eq!(crate::shaders::constant("common/sequence", "NET_EDGE"), f64::from(BLOCK));
+    assert_eq!(crate::shaders::constant("indirect/sampled/sample_order", "BLOCK_GROUPS"), f64::from(BLOCK_GROUPS));
 }
 
 #[cfg(test)]
