@@ -136,6 +136,8 @@ pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
     /// All cells are.
     is_new: bool,
+    /// Nothing has changed for long: what cells have kept so far is as good as what a frame adds.
+    is_steady: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
     /// Bounces that each half of the cells takes, where every one is asked for. None: only cells that get another sample take any (`reading.rs`).
@@ -158,6 +160,16 @@ impl CacheOfFrame {
     /// Samples that a cell of generation 0 gets in the frame that all cells are new in; `None` in others.
     pub fn first_samples(&self) -> Option<u32> {
         self.is_new.then_some(self.parameters.fewest)
+    }
+
+    /// Slots of the table.
+    pub fn slots(&self) -> u32 {
+        self.slots.count
+    }
+
+    /// Whether what cells have kept so far may be read before the frame's update: nothing has changed for long.
+    pub fn is_steady(&self) -> bool {
+        self.is_steady
     }
 
     /// Bindings by which cells are looked up, put in, asked for, counted and read.
@@ -328,6 +340,7 @@ impl RadianceCache {
             uniform: frame.uniform(&parameters),
             parameters,
             is_new,
+            is_steady: change == Change::Long && !is_new,
             may_start_over: is_first && is_first_view,
             turns: turns_of_all(is_new, is_doubted),
             slots: table.slots.clone(),

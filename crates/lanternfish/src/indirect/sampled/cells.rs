@@ -8,16 +8,16 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 use super::{
     Sampled, SampledParameters,
     sample_order::{place_count, workgroups_in_rows},
-    targets::in_parts,
+    targets::{in_parts, traced_together},
 };
 use crate::{
+    common::workgroups,
     context::ViewContext,
     deep_images::DeepImages,
     error::RenderError,
     indirect::{
         Counters,
         radiance_cache::{CacheOfFrame, RadianceCache},
-        smoothing::PixelSums,
     },
     rays::Tracer,
     settings::DeepImageSettings,
@@ -28,19 +28,20 @@ use crate::{
 const MOST_BYTES: u64 = 96 << 20;
 
 /// Bytes of `RoundEnds` of `round_ends.wesl` before its list.
-const ENDS_BYTES: u64 = 12;
+const ENDS_BYTES: u64 = 24;
 
 /// The cache, and the passes by which a pixel's rays find its cells and read them.
 #[derive(Debug)]
 pub(super) struct Cells {
     cache: RadianceCache,
     find: ComputeKernel,
+    find_and_add: ComputeKernel,
     before_insert: ComputeKernel,
     insert: ComputeKernel,
     place: ComputeKernel,
     before_shade: ComputeKernel,
-    keep: ComputeKernel,
     gather: ComputeKernel,
+    gather_missing: ComputeKernel,
 }
 
 impl Cells {
@@ -58,12 +59,13 @@ impl Cells {
         Ok(Self {
             cache: RadianceCache::new(device, settings, exact, deep_images)?,
             find: kernel("find_cells", "find", "find")?,
+            find_and_add: kernel("find_cells", "find_and_add", "find_and_add")?,
             before_insert: kernel("open_passes", "before_insert", "open")?,
             insert: kernel("insert_cells", "insert", "insert")?,
             place: kernel("insert_cells", "place", "place")?,
             before_shade: kernel("open_passes", "before_shade", "open")?,
-            keep: kernel("keep_hits", "keep", "keep")?,
             gather: kernel("gather_cells", "gather", "gather")?,
+            gather_missing: kernel("gather_cells", "gather_missing", "gather_missing")?,
         })
     }
 
@@ -72,22 +74,24 @@ impl Cells {
         self.cache.forget();
     }
 
-    /// The cells for the rays of a frame: `rounds` of them, or `first_rounds` where all cells are new.
+    /// The cells for the rays of a frame, from so many pixels across and down: `rounds` of them, or `first_rounds` where all cells are new.
     pub fn begin<'a>(
         &'a mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
-        sums: &PixelSums,
-        rounds: u32,
-        first_rounds: u32,
+        size: UVec2,
+        [rounds, first_rounds]: [u32; 2],
     ) -> Result<FrameCells<'a>, RenderError> {
         let of_frame = self.cache.begin(frame, view)?;
         let rounds = if of_frame.first_samples().is_some() { first_rounds } else { rounds };
-        let bytes = 4 * u64::from(place_count(sums.size));
-        let most = u32::try_from(MOST_BYTES / bytes.max(1)).unwrap_or(u32::MAX).max(1);
-        let together = in_parts(rounds, most);
-        let slots = frame.scratch("indirect/cells/slots", bytes * u64::from(together))?;
-        let ends = frame.scratch("indirect/cells/ends", ENDS_BYTES + bytes * u64::from(together))?;
+        let pixels = u64::from(place_count(size));
+        let together = if of_frame.is_steady() {
+            traced_together(frame.device, size, rounds)
+        } else {
+            in_parts(rounds, u32::try_from(MOST_BYTES / (4 * pixels).max(1)).unwrap_or(u32::MAX).max(1))
+        };
+        let slots = frame.scratch("indirect/cells/slots", 4 * pixels * u64::from(together))?;
+        let ends = frame.scratch("indirect/cells/ends", ENDS_BYTES + 8 * pixels)?;
         frame.encoder().clear_buffer(&ends, 0, Some(ENDS_BYTES));
         let dispatches = [
             frame.indirect("indirect/cells/insert_workgroups")?,
@@ -96,7 +100,7 @@ impl Cells {
         ];
         let asking_round = of_frame.number() % rounds.max(1);
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, slots, ends, dispatches, together, rounds, asking_round, sky_is_dark })
+        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, asking_round, sky_is_dark })
     }
 }
 
@@ -104,6 +108,8 @@ impl Cells {
 pub(super) struct FrameCells<'a> {
     cells: &'a mut Cells,
     of_frame: CacheOfFrame,
+    /// Pixels that rays go from, across and down.
+    size: UVec2,
     /// Slot of each ray's cell: `ray_slots.wesl`.
     slots: wgpu::Buffer,
     /// What became of them in all, and which cells are missing: `round_ends.wesl`.
@@ -141,7 +147,14 @@ impl FrameCells<'_> {
             Some(_) => (parameters.round + 1, parameters.round),
             None => (parameters.traced_end, self.asking_round),
         };
-        SampledParameters { has_cells: 1, found_end, asking_round, sky_is_dark: self.sky_is_dark, ..parameters }
+        SampledParameters {
+            has_cells: 1,
+            found_end,
+            asking_round,
+            sky_is_dark: self.sky_is_dark,
+            adds_found: self.of_frame.is_steady().into(),
+            ..parameters
+        }
     }
 
     /// Whether ends are looked up in this round; else they were in one before.
@@ -155,11 +168,12 @@ impl FrameCells<'_> {
         [shade, shadow]
     }
 
-    /// Looks up the cells of the rays of some rounds. `tracing`: bindings of the first of them and of what their rays met.
-    pub fn find(&mut self, frame: &mut Frame<'_>, tracing: &Bindings<'_>, size: UVec2) {
+    /// Looks up the cells of the rays of some rounds. Where nothing changes, adds what they send to the pixels' sums, if they have samples. `rays`:
+    /// bindings of the first of the rounds, of what their rays met, of the sums and counters.
+    pub fn find(&mut self, frame: &mut Frame<'_>, rays: &Bindings<'_>) {
         let of_frame = self.of_frame.bindings();
         let [insert, shade, shadow] = &self.dispatches;
-        let finding = tracing
+        let finding = rays
             .clone()
             .with(&of_frame)
             .buffer("ray_slots", &self.slots)
@@ -167,12 +181,12 @@ impl FrameCells<'_> {
             .buffer("insert_dispatch", insert)
             .buffer("shade_dispatch", shade)
             .buffer("shadow_dispatch", shadow);
-        frame.dispatch(&self.cells.find, &finding, workgroups_in_rows(size));
+        let find = if self.of_frame.is_steady() { &self.cells.find_and_add } else { &self.cells.find };
+        frame.dispatch(find, &finding, workgroups_in_rows(self.size));
         frame.dispatch(&self.cells.before_insert, &finding, [1; 3]);
         frame.dispatch_indirect(&self.cells.insert, &finding, insert);
-        frame.dispatch(&self.cells.place, &finding, workgroups_in_rows(size));
+        frame.dispatch(&self.cells.place, &finding, workgroups(self.of_frame.slots()));
         frame.dispatch(&self.cells.before_shade, &finding, [1; 3]);
-        frame.dispatch_indirect(&self.cells.keep, &finding, shade);
     }
 
     /// In the frame that all cells are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one cell
@@ -204,20 +218,27 @@ impl FrameCells<'_> {
         Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame, (round, self.rounds))?)
     }
 
-    /// Brings the cells up to date, and adds what they send to the pixels' sums. `summing`: bindings of the round, the sums and counters.
+    /// Brings the cells up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the
+    /// round, the sums and counters.
     pub fn gather(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         summing: &Bindings<'_>,
-        size: UVec2,
         images: Option<&DeepImages>,
     ) {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
         self.cells.cache.relax(frame, &self.of_frame);
         let cells = self.of_frame.bindings();
-        let gathering = summing.clone().with(&cells).buffer("ray_slots", &self.slots);
-        frame.dispatch(&self.cells.gather, &gathering, workgroups_in_rows(size));
+        let gathering =
+            summing.clone().with(&cells).buffer("ray_slots", &self.slots).buffer("round_ends", &self.ends);
+        if self.of_frame.is_steady() {
+            // As many as were put into the table.
+            let [missing, ..] = &self.dispatches;
+            frame.dispatch_indirect(&self.cells.gather_missing, &gathering, missing);
+        } else {
+            frame.dispatch(&self.cells.gather, &gathering, workgroups_in_rows(self.size));
+        }
     }
 }
 
@@ -227,7 +248,7 @@ fn the_list_of_missing_rays_begins_where_shaders_have_it() {
     let shader = SHADERS.link("indirect/sampled/find_cells", &[]).unwrap();
     let offset = shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
         wgpu::naga::TypeInner::Struct { members, .. } => {
-            members.iter().find(|member| member.name.as_deref() == Some("missing_rays")).map(|member| member.offset)
+            members.iter().find(|member| member.name.as_deref() == Some("missing")).map(|member| member.offset)
         }
         _ => None,
     });

@@ -47,7 +47,6 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("indirect/sampled/find_cells"),
         Root::new("indirect/sampled/insert_cells"),
         Root::new("indirect/sampled/open_passes"),
-        Root::new("indirect/sampled/keep_hits"),
         Root::new("indirect/sampled/gather_cells"),
     ],
     structs: &[
@@ -92,8 +91,8 @@ gpu_struct! {
         sky_is_dark: u32,
         /// Point of the pixel's other sequence by which the end of its first ray is moved.
         first_end: u32,
-        /// Unused.
-        _pad: u32,
+        /// 1: what cells send that have samples is added where they are looked up.
+        adds_found: u32,
     }
 }
 
@@ -201,7 +200,7 @@ impl IndirectPasses for SampledLight {
         let [rounds, first_rounds] =
             [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
         let mut cells = match &mut self.cells {
-            Some(cells) => Some(cells.begin(frame, view_context, &sums, rounds, first_rounds)?),
+            Some(cells) => Some(cells.begin(frame, view_context, sums.size, [rounds, first_rounds])?),
             None => None,
         };
         let is_first = cells.as_ref().is_some_and(FrameCells::is_first);
@@ -271,7 +270,7 @@ impl IndirectPasses for SampledLight {
                 }
                 Some(cells) => {
                     if cells.looks_up(&parameters) {
-                        cells.find(frame, &tracing, sums.size);
+                        cells.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
                     }
                     let [to_shade, to_look] = cells.left_over();
                     frame.dispatch_indirect(shade, &shading, to_shade);
@@ -285,7 +284,7 @@ impl IndirectPasses for SampledLight {
             if let Some(cells) = &mut cells
                 && round + 1 == of_cells.end
             {
-                cells.gather(frame, view_context, &summing, sums.size, images);
+                cells.gather(frame, view_context, &summing, images);
             }
             round += 1;
             if let Some(cells) = &mut cells

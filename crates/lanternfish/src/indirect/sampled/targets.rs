@@ -47,6 +47,12 @@ fn parts_are_of_one_size() {
     assert_eq!(parts, [10, 10, 12, 7, 1, 1]);
 }
 
+/// Rounds that are traced together, of so many.
+pub(super) fn traced_together(device: &wgpu::Device, samples: UVec2, rounds: u32) -> u32 {
+    let bytes = size_of::<SampledHit>() as u64 * u64::from(place_count(samples));
+    in_parts(rounds, (MOST_BYTES / bytes.max(1)).clamp(1, most_rounds(device)) as u32)
+}
+
 /// What is written for one view of a frame, of so many samples across and down.
 #[derive(Debug)]
 pub(super) struct Targets {
@@ -62,8 +68,7 @@ impl Targets {
     pub fn new(frame: &mut Frame<'_>, samples: UVec2, rounds: u32) -> Result<Self, RenderError> {
         let count = u64::from(samples.x) * u64::from(samples.y);
         let bytes = size_of::<SampledHit>() as u64 * u64::from(place_count(samples));
-        let most = (MOST_BYTES / bytes.max(1)).clamp(1, most_rounds(frame.device));
-        let together = in_parts(rounds, most as u32);
+        let together = traced_together(frame.device, samples, rounds);
         Ok(Self {
             together,
             hits: frame.scratch("indirect/hits", bytes * u64::from(together))?,
