@@ -152,14 +152,14 @@ pub(crate) struct CacheOfFrame {
 }
 
 impl CacheOfFrame {
-    /// Number of the frame, of those that the cache has seen.
-    pub fn number(&self) -> u32 {
-        self.parameters.frame
-    }
-
     /// Samples that a cell of generation 0 gets in the frame that all cells are new in; `None` in others.
     pub fn first_samples(&self) -> Option<u32> {
         self.is_new.then_some(self.parameters.fewest)
+    }
+
+    /// One of so many cells gets another sample in the frame's first update, whatever it has; 0: none.
+    pub fn share(&self) -> u32 {
+        self.parameters.share
     }
 
     /// Slots of the table.

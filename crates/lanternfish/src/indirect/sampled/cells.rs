@@ -98,10 +98,42 @@ impl Cells {
             frame.indirect("indirect/cells/shade_workgroups")?,
             frame.indirect("indirect/cells/shadow_workgroups")?,
         ];
-        let asking_round = of_frame.number() % rounds.max(1);
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, asking_round, sky_is_dark })
+        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark })
     }
+}
+
+/// Which cells rays ask for that are there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Asking {
+    /// One of so many, less 1.
+    mask: u32,
+    /// 1: others in each round.
+    step: u32,
+}
+
+impl Asking {
+    /// All of them.
+    const EACH: Self = Self { mask: 0, step: 0 };
+    /// Of so many rounds' rays not more ask than of one round in so many.
+    const ROUNDS: u32 = 8;
+
+    /// Where one of `share` cells gets another sample in this frame, those alone ask whose turn it is, as far as that; where more of them do, each cell
+    /// is asked for in a share of the rounds. As many rays ask as one round has, or an eighth of all.
+    fn of(share: u32, rounds: u32) -> Self {
+        let one_of = 1 << rounds.clamp(1, Self::ROUNDS).ilog2();
+        Self { mask: one_of - 1, step: u32::from(share < one_of) }
+    }
+}
+
+#[cfg(test)]
+#[test]
+fn cells_are_asked_for_before_it_is_their_turn() {
+    assert_eq!(Asking::of(8, 8), Asking { mask: 7, step: 0 });
+    assert_eq!(Asking::of(8, 20), Asking { mask: 7, step: 0 });
+    assert_eq!(Asking::of(1, 11), Asking { mask: 7, step: 1 });
+    assert_eq!(Asking::of(8, 3), Asking { mask: 1, step: 0 });
+    assert_eq!([Asking::of(8, 1), Asking::of(1, 1), Asking::of(1, 0)], [Asking::EACH; 3]);
 }
 
 /// The cells of one frame's rays.
@@ -119,7 +151,6 @@ pub(super) struct FrameCells<'a> {
     /// Rounds whose ends are gathered together.
     together: u32,
     rounds: u32,
-    asking_round: u32,
     sky_is_dark: u32,
 }
 
@@ -142,15 +173,16 @@ impl FrameCells<'_> {
 
     /// The parameters of a round, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
-        let (found_end, asking_round) = match self.of_frame.first_samples() {
+        let (found_end, asking) = match self.of_frame.first_samples() {
             // A share of the samples is taken behind each round.
-            Some(_) => (parameters.round + 1, parameters.round),
-            None => (parameters.traced_end, self.asking_round),
+            Some(_) => (parameters.round + 1, Asking::EACH),
+            None => (parameters.traced_end, Asking::of(self.of_frame.share(), self.rounds)),
         };
         SampledParameters {
             has_cells: 1,
             found_end,
-            asking_round,
+            asking_mask: asking.mask,
+            asking_step: asking.step,
             sky_is_dark: self.sky_is_dark,
             adds_found: self.of_frame.is_steady().into(),
             ..parameters

@@ -85,14 +85,18 @@ gpu_struct! {
         has_cells: u32,
         /// The round behind the last whose ends are looked up together, from `round` on.
         found_end: u32,
-        /// The round whose rays say where cells are sampled next.
-        asking_round: u32,
+        /// Rays ask for one of so many cells that are there, less 1; a power of two less 1.
+        asking_mask: u32,
+        /// 1: for others in each round.
+        asking_step: u32,
         /// 1: rays that leave the scene bring nothing.
         sky_is_dark: u32,
         /// Point of the pixel's other sequence by which the end of its first ray is moved.
         first_end: u32,
         /// 1: what cells send that have samples is added where they are looked up.
         adds_found: u32,
+        /// Unused.
+        _pad: u32,
     }
 }
 
