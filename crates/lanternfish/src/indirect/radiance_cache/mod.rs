@@ -32,6 +32,7 @@ use self::{
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
 use crate::{
+    common::workgroups,
     context::ViewContext,
     environment_light::ENVIRONMENT,
     error::RenderError,
@@ -55,6 +56,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("indirect/radiance_cache/keep_link"),
         Root::new("indirect/radiance_cache/commit"),
         Root::new("indirect/radiance_cache/relax"),
+        Root::new("indirect/radiance_cache/pack"),
         Root::new("indirect/radiance_cache/rehash"),
     ],
     structs: &[
@@ -128,6 +130,8 @@ struct Kernels {
     relax: ComputeKernel,
     relax_due: ComputeKernel,
     put_back: ComputeKernel,
+    pack: ComputeKernel,
+    pack_due: ComputeKernel,
 }
 
 /// What one frame needs of the cache, for its rays.
@@ -234,6 +238,8 @@ impl RadianceCache {
             relax: kernel("relax", &[], "relax")?,
             relax_due: kernel("relax", &[], "relax_due")?,
             put_back: kernel("relax", &[], "put_back")?,
+            pack: kernel("pack", &[], "pack")?,
+            pack_due: kernel("pack", &[], "pack_due")?,
         };
         Ok(Self {
             bounces,
@@ -327,6 +333,13 @@ impl RadianceCache {
             ..Default::default()
         };
         self.rehash.record(frame, table, &parameters)?;
+        let uniform = frame.uniform(&parameters);
+        let is_steady = change == Change::Long && !is_new;
+        let was_packed = std::mem::replace(&mut table.is_packed, is_steady);
+        if is_steady && !was_packed {
+            let bindings = table.slots.bindings().part("radiance_cache", &uniform);
+            frame.dispatch(&self.kernels.pack, &bindings, workgroups(self.slots));
+        }
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
         let bytes = size_of::<SampledCell>() as u64 * u64::from(self.slots);
         let bytes_due = 4 + size_of::<DueCell>() as u64 * u64::from(self.slots);
@@ -337,10 +350,10 @@ impl RadianceCache {
             frame.indirect("radiance_cache/workgroups")?,
         ];
         Ok(CacheOfFrame {
-            uniform: frame.uniform(&parameters),
+            uniform,
             parameters,
             is_new,
-            is_steady: change == Change::Long && !is_new,
+            is_steady,
             may_start_over: is_first && is_first_view,
             turns: turns_of_all(is_new, is_doubted),
             slots: table.slots.clone(),

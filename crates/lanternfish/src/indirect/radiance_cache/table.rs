@@ -26,6 +26,7 @@ pub(super) struct Slots {
     asked: wgpu::Buffer,
     samples: wgpu::Buffer,
     light: wgpu::Buffer,
+    radiance: wgpu::Buffer,
     links: wgpu::Buffer,
     earlier: wgpu::Buffer,
 }
@@ -46,6 +47,7 @@ impl Slots {
             asked: buffer("asked", 4)?,
             samples: buffer("samples", size_of::<CellSample>())?,
             light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
+            radiance: buffer("radiance", 4)?,
             links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
             earlier: storage_buffer(device, "radiance_cache/earlier", earlier)?,
         })
@@ -68,6 +70,7 @@ impl Slots {
             .buffer("cell_asked", &self.asked)
             .buffer("cell_samples", &self.samples)
             .buffer("cell_light", &self.light)
+            .buffer("cell_radiance", &self.radiance)
             .buffer("cell_links", &self.links)
             .buffer("earlier_links", &self.earlier)
     }
@@ -87,6 +90,8 @@ pub(super) struct Table {
     /// Edge of the smallest cells, m.
     pub edge: f32,
     pub slots: Slots,
+    /// What each of them sends is packed (`packed_radiance.wesl`), as it is.
+    pub is_packed: bool,
     /// Once they have moved.
     other: Option<Slots>,
     bounces: Bounces,
@@ -117,6 +122,7 @@ impl Table {
             since_change: u32::MAX,
             edge: edge_in(scene),
             slots: Slots::new(frame.device, slots, bounces)?,
+            is_packed: false,
             other: None,
             bounces,
             moved_at: 0,
@@ -149,6 +155,7 @@ impl Table {
         self.since_change = u32::MAX;
         self.edge = edge_in(scene);
         self.moved_at = 0;
+        self.is_packed = false;
     }
 }
 
@@ -203,6 +210,7 @@ impl Rehash {
         };
         new.clear(frame);
         let old = std::mem::replace(&mut table.slots, new);
+        table.is_packed = false;
         let moved_to = frame.scratch("radiance_cache/moved_to", 4 * u64::from(old.count))?;
         let uniform = frame.uniform(&RadianceCacheParameters { kept, ..*parameters });
         let bindings = table

@@ -32,6 +32,7 @@ impl RadianceCache {
             place,
             keep,
             commit,
+            pack_due,
             ..
         } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
@@ -82,6 +83,9 @@ impl RadianceCache {
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
             if cache.turns.is_none() {
                 self.relax_due(frame, cache, is_first, [&due, &workgroups_due]);
+            }
+            if cache.is_steady && self.bounces.needs_rays() {
+                frame.dispatch_indirect(pack_due, &sampling, &workgroups_due);
             }
             if self.bounces.needs_rays() && (round + 1) % Self::LISTED == 0 && round + 1 < rounds {
                 // In the next round rays leave the list, and what they bring is kept: it has to be known.
