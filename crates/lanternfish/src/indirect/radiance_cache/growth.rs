@@ -89,6 +89,6 @@ fn counters_are_the_shaders() {
 #[cfg(test)]
 #[test]
 fn the_smallest_table_is_looked_through() {
-    let constant = |name| crate::shaders::constant("indirect/radiance_cache/table", name);
-    assert_eq!(constant("BUCKET") * constant("PROBES"), f64::from(LEAST_SLOTS));
+    let constant = |module: &str, name| crate::shaders::constant(&format!("indirect/radiance_cache/{module}"), name);
+    assert_eq!(constant("words", "BUCKET") * constant("table", "PROBES"), f64::from(LEAST_SLOTS));
 }

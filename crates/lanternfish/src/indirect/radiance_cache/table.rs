@@ -20,13 +20,12 @@ pub(super) const LINKS: u32 = 16;
 pub(super) struct Slots {
     /// A power of two.
     pub count: u32,
-    keys: wgpu::Buffer,
+    words: wgpu::Buffer,
     hashes: wgpu::Buffer,
     winners: wgpu::Buffer,
     asked: wgpu::Buffer,
     samples: wgpu::Buffer,
     light: wgpu::Buffer,
-    radiance: wgpu::Buffer,
     links: wgpu::Buffer,
     earlier: wgpu::Buffer,
 }
@@ -41,13 +40,12 @@ impl Slots {
         let links = if bounces.needs_rays() { u64::from(LINKS) * u64::from(count) } else { 1 };
         Ok(Self {
             count,
-            keys: buffer("keys", 4)?,
+            words: buffer("words", 8)?,
             hashes: buffer("hashes", 4)?,
             winners: buffer("winners", 4)?,
             asked: buffer("asked", 4)?,
             samples: buffer("samples", size_of::<CellSample>())?,
             light: buffer("light", 16 * (1 + bounces.levels() as usize))?,
-            radiance: buffer("radiance", 4)?,
             links: storage_buffer(device, "radiance_cache/links", links * size_of::<Link>() as u64)?,
             earlier: storage_buffer(device, "radiance_cache/earlier", earlier)?,
         })
@@ -55,7 +53,7 @@ impl Slots {
 
     /// No cells.
     fn clear(&self, frame: &mut Frame<'_>) {
-        for buffer in [&self.keys, &self.winners, &self.samples, &self.light] {
+        for buffer in [&self.words, &self.winners, &self.samples, &self.light] {
             frame.encoder().clear_buffer(buffer, 0, None);
         }
     }
@@ -63,14 +61,14 @@ impl Slots {
     /// Bindings by which cells are looked up, put in, asked for and read.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new()
-            .buffer("cell_keys", &self.keys)
-            .buffer("found_keys", &self.keys)
+            .buffer("cell_words", &self.words)
+            .buffer("read_words", &self.words)
+            .buffer("found_words", &self.words)
             .buffer("cell_hashes", &self.hashes)
             .buffer("cell_winners", &self.winners)
             .buffer("cell_asked", &self.asked)
             .buffer("cell_samples", &self.samples)
             .buffer("cell_light", &self.light)
-            .buffer("cell_radiance", &self.radiance)
             .buffer("cell_links", &self.links)
             .buffer("earlier_links", &self.earlier)
     }
@@ -218,7 +216,7 @@ impl Rehash {
             .bindings()
             .part("radiance_cache", &uniform)
             .buffer("moved_to", &moved_to)
-            .buffer("old_keys", &old.keys)
+            .buffer("old_words", &old.words)
             .buffer("old_hashes", &old.hashes)
             .buffer("old_asked", &old.asked)
             .buffer("old_samples", &old.samples)

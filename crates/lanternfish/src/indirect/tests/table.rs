@@ -15,14 +15,14 @@ const SLOTS: u32 = 4096;
 
 /// Slots of cells of these numbers that are put into an empty table, slots of the same cells when they are looked up, and of as many others. -1: none.
 fn slots_of(gpu: &Gpu, cells: u32) -> [Vec<i32>; 3] {
-    let words = |name| storage_buffer(&gpu.device, name, 4 * u64::from(SLOTS)).unwrap();
-    let [keys, hashes] = ["keys", "hashes"].map(words);
+    let buffer = |name| storage_buffer(&gpu.device, name, 8 * u64::from(SLOTS)).unwrap();
+    let [words, hashes] = ["words", "hashes"].map(buffer);
     let parameters = RadianceCacheParameters { slot_mask: SLOTS - 1, ..Default::default() };
     let uniform = uniform_buffer_of(&gpu.device, "radiance_cache", &parameters);
     let about = Bindings::new()
         .buffer("radiance_cache", &uniform)
-        .buffer("cell_keys", &keys)
-        .buffer("found_keys", &keys)
+        .buffer("cell_words", &words)
+        .buffer("found_words", &words)
         .buffer("cell_hashes", &hashes);
     let ask = |entry, first: u32| {
         let numbers: Vec<_> = (first..first + cells).map(|cell| Vec4::splat(cell as f32)).collect();
