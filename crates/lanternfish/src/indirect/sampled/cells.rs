@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
+use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
 use super::{
-    Sampled, SampledParameters,
+    GLOSSY_RAYS, Sampled, SampledParameters,
     sample_order::{place_count, workgroups_in_rows},
     targets::{in_parts, traced_together},
 };
@@ -52,20 +52,22 @@ impl Cells {
         exact: Tracer,
         deep_images: &DeepImageSettings,
     ) -> Result<Self, RenderError> {
-        let kernel = |file: &str, entry: &str, label: &str| {
-            let shader = SHADERS.link(&format!("indirect/sampled/{file}"), &[])?;
+        let of_rays: &[Feature] = if settings.glossy_rays > 0 { &[GLOSSY_RAYS] } else { &[] };
+        let kernel = |file: &str, features: &[Feature], entry: &str| {
+            let shader = SHADERS.link(&format!("indirect/sampled/{file}"), features)?;
+            let label = entry.strip_prefix("before_").map_or(entry, |_| "open");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/cells/{label}")))
         };
         Ok(Self {
             cache: RadianceCache::new(device, settings, exact, deep_images)?,
-            find: kernel("find_cells", "find", "find")?,
-            find_and_add: kernel("find_cells", "find_and_add", "find_and_add")?,
-            before_insert: kernel("open_passes", "before_insert", "open")?,
-            insert: kernel("insert_cells", "insert", "insert")?,
-            place: kernel("insert_cells", "place", "place")?,
-            before_shade: kernel("open_passes", "before_shade", "open")?,
-            gather: kernel("gather_cells", "gather", "gather")?,
-            gather_missing: kernel("gather_cells", "gather_missing", "gather_missing")?,
+            find: kernel("find_cells", of_rays, "find")?,
+            find_and_add: kernel("find_cells", of_rays, "find_and_add")?,
+            before_insert: kernel("open_passes", &[], "before_insert")?,
+            insert: kernel("insert_cells", &[], "insert")?,
+            place: kernel("insert_cells", &[], "place")?,
+            before_shade: kernel("open_passes", &[], "before_shade")?,
+            gather: kernel("gather_cells", of_rays, "gather")?,
+            gather_missing: kernel("gather_cells", of_rays, "gather_missing")?,
         })
     }
 

@@ -37,6 +37,9 @@ use crate::{
     shaders::{Root, SHADERS, Shaders},
 };
 
+/// Glossy rays are traced beside diffuse ones.
+const GLOSSY_RAYS: Feature = Feature("glossy_rays");
+
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders {
     roots: &[
@@ -44,10 +47,10 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
         Root::computed("indirect/sampled/shadow", rays::exact_tracers),
         Root::computed("indirect/sampled/emitters", rays::exact_tracers),
-        Root::new("indirect/sampled/find_cells"),
+        Root::of("indirect/sampled/find_cells", &[&[&[], &[GLOSSY_RAYS]]]),
         Root::new("indirect/sampled/insert_cells"),
         Root::new("indirect/sampled/open_passes"),
-        Root::new("indirect/sampled/gather_cells"),
+        Root::of("indirect/sampled/gather_cells", &[&[&[], &[GLOSSY_RAYS]]]),
     ],
     structs: &[
         SharedStruct::of::<SampledParameters>(),
