@@ -45,6 +45,8 @@ impl RadianceCache {
             let chooses_all = is_first || self.bounces.needs_rays();
             let counts = if self.bounces.needs_rays() { round + 1 == rounds } else { is_first };
             let parameters = cache.parameters;
+            // Rays have asked for cells whose turn it is by that number.
+            debug_assert!(!is_first || parameters.share == 0 || self.update == parameters.update);
             let uniform = frame.uniform(&RadianceCacheParameters {
                 update: self.update,
                 share: if is_first { parameters.share } else { 0 },

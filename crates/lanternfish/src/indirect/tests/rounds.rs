@@ -34,8 +34,8 @@ fn gpu_rounds_are_the_same_however_many_are_traced_together() {
     }
 }
 
-/// With cells, the rays of all rounds that are looked up together ask for one that is new; else those of the first that ends there. The light
-/// is the same.
+/// With cells, the rays of all rounds that are looked up together ask for one that is new; else those of the first that ends there: it is sampled
+/// elsewhere. The light is the same but for noise, of less than half of what rays make that are a quarter as many.
 #[test]
 fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
     let Some(gpu) = testing::gpu("gpu_cells_send_the_same_however_many_rounds_are_looked_up_together") else { return };
@@ -44,7 +44,7 @@ fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
     for (what, some) in [("one", &one), ("five", &five)] {
         let (light, apart) = (mean(some) / mean(&all), off(some, &all));
         println!("{what}: {light:.4} of the light, off by {apart:.4}");
-        assert!((light - 1.0).abs() < 0.002 && apart < 0.004, "{what}: {light} of the light, off by {apart}");
+        assert!((light - 1.0).abs() < 0.004 && apart < 0.03, "{what}: {light} of the light, off by {apart}");
     }
     // It can fail: fewer rays are off by more.
     let fewer = traced_together(gpu, 16, Sampled { diffuse_rays: 3, ..rays });

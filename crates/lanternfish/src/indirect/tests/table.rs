@@ -1,7 +1,8 @@
-//! The table of the radiance cache, and levels of its cells.
+//! The table of the radiance cache, levels of its cells, who has asked for them, and what they send in four bytes.
 
 use std::collections::HashSet;
 
+use glam::Vec4Swizzles;
 use lanternfish_gpu::{Bindings, storage_buffer, uniform_buffer_of};
 
 use super::*;
@@ -69,4 +70,50 @@ fn gpu_levels_are_those_of_the_distance() {
         seen.insert(level.x as i32);
     }
     assert_eq!(seen, (0..=15).collect());
+}
+
+/// Who has asked for a cell is known by the lot that has won, and lots are spread evenly.
+#[test]
+fn gpu_lots_say_whose_they_are() {
+    let Some(gpu) = testing::gpu("gpu_lots_say_whose_they_are") else { return };
+    let parameters = RadianceCacheParameters { update: 12_345, ..Default::default() };
+    let uniform = uniform_buffer_of(&gpu.device, "radiance_cache", &parameters);
+    let about = Bindings::new().buffer("radiance_cache", &uniform);
+    let mut random = Random::new(8);
+    let halves: Vec<_> = (0..4000)
+        .map(|_| [(); 2].map(|()| (65_536.0 * random.unit()).floor()))
+        .map(|[x, y]| Vec4::new(x, y, 0.0, 0.0))
+        .collect();
+    let answers = ask_module(gpu, "testing/cell_table", "lots", &about, &halves, 1);
+    assert!(halves.iter().zip(&answers).all(|(asker, found)| asker.xy() == found.xy()));
+    // Those that follow each other have lots in any order.
+    let row: Vec<_> = (0..1024).map(|x| Vec4::new(x as f32, 0.0, 0.0, 0.0)).collect();
+    let lots = ask_module(gpu, "testing/cell_table", "lots", &about, &row, 1);
+    let rising = lots.iter().zip(&lots[1..]).filter(|(a, b)| a.z < b.z).count();
+    assert!((450..=575).contains(&rising), "{rising}");
+}
+
+/// Four bytes keep the largest of three numbers within 0.4 % and the others within as much of that, from the least to the largest; black is known.
+#[test]
+fn gpu_packed_radiance_is_close() {
+    let Some(gpu) = testing::gpu("gpu_packed_radiance_is_close") else { return };
+    let mut random = Random::new(9);
+    let mut radiances: Vec<Vec4> = (0..4000)
+        .map(|_| {
+            let scale = (random.unit() * 200.0 - 100.0).exp2();
+            scale * Vec4::new(random.unit(), random.unit(), random.unit(), 0.0)
+        })
+        .collect();
+    radiances.extend([Vec4::ZERO, Vec4::splat(1e-44), Vec4::X, Vec4::splat(1e38)]);
+    let answers = ask_module(gpu, "testing/cell_table", "packed", &Bindings::new(), &radiances, 1);
+    let mut sum = 0.0;
+    for (radiance, found) in radiances.iter().zip(&answers) {
+        assert_eq!(found.w, 1.0, "{radiance}: nothing is known");
+        let most = radiance.truncate().max_element();
+        let off = (found.truncate() - radiance.truncate()).abs().max_element();
+        assert!(off <= 0.004 * most || most < 1e-35, "{radiance}: {found}");
+        sum += if most > 1e-35 { (found.truncate() - radiance.truncate()).element_sum() / most } else { 0.0 };
+    }
+    // Not to one side.
+    assert!((sum / answers.len() as f32).abs() < 2e-4, "{}", sum / answers.len() as f32);
 }
