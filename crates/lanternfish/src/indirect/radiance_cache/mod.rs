@@ -6,7 +6,8 @@
 //!    the ray to it (`light.wesl`, `shadow.wesl`), which is added to a mean (`commit.wesl`); and, for more than one bounce, a ray whose end is kept
 //!    in the cell's list (`trace.wesl`, `meet.wesl`, `keep_link.wesl`).
 //! 3. For more than one bounce cells read along the rays of their lists what others send (`relax.wesl`).
-//! 4. Whoever has traced rays reads what the cells send.
+//! 4. Whoever has traced rays reads what the cells send: where nothing has changed for long, when they are looked up, of all that have samples
+//!    (`pack.wesl`).
 //! 5. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
 
 mod bounces;

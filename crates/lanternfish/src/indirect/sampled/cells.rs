@@ -264,8 +264,7 @@ impl FrameCells<'_> {
         self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
         self.cells.cache.relax(frame, &self.of_frame);
         let cells = self.of_frame.bindings();
-        let gathering =
-            summing.clone().with(&cells).buffer("ray_slots", &self.slots).buffer("round_ends", &self.ends);
+        let gathering = summing.clone().with(&cells).buffer("ray_slots", &self.slots).buffer("round_ends", &self.ends);
         if self.of_frame.is_steady() {
             // As many as were put into the table.
             let [missing, ..] = &self.dispatches;
