@@ -87,7 +87,7 @@ const REMEMBERED: f32 = 3.0;
 const ALL: f32 = f32::MAX;
 /// After a change that comes alone it counts for nothing.
 const NONE: f32 = 0.0;
-/// Frames that a cell is kept for which nothing asks: more than a frame has rounds of rays, of which one asks.
+/// Frames that a cell is kept for which nothing asks: in every eighth rays ask for it, one of each pixel.
 const KEPT: u32 = 128;
 /// The cells, and the passes that update them.
 #[derive(Debug)]
@@ -199,7 +199,7 @@ fn first_updates(is_first_view: bool) -> u32 {
 fn every_cell_gets_its_turn() {
     for (views, parts) in [(1, 1), (1, 3), (2, 1), (2, 2), (3, 1), (4, 5)] {
         let of_frame: u32 = (0..views).map(|view| first_updates(view == 0) + parts * FEWEST).sum();
-        for share in [2, 4, SHARE] {
+        for share in [2, 4, SHARE, 128] {
             let mut turns: Vec<u32> = (0..share).map(|frame| frame * of_frame % share).collect();
             turns.sort_unstable();
             assert_eq!(turns, (0..share).collect::<Vec<_>>(), "{views} views in {parts} parts");

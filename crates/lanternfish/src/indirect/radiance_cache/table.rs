@@ -20,6 +20,7 @@ pub(super) const LINKS: u32 = 16;
 pub(super) struct Slots {
     /// A power of two.
     pub count: u32,
+    /// Keys, and what cells send, packed: `words.wesl`. Bound as atomic numbers, as numbers, and as four each.
     words: wgpu::Buffer,
     hashes: wgpu::Buffer,
     winners: wgpu::Buffer,

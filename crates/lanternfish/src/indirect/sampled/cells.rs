@@ -100,8 +100,9 @@ impl Cells {
             frame.indirect("indirect/cells/shade_workgroups")?,
             frame.indirect("indirect/cells/shadow_workgroups")?,
         ];
+        let share = of_frame.share();
         let sky_is_dark = u32::from(view.scene.environment.is_none() && view.scene.sky == Vec3::ZERO);
-        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark })
+        Ok(FrameCells { cells: self, of_frame, size, slots, ends, dispatches, together, rounds, sky_is_dark, share })
     }
 }
 
@@ -117,11 +118,11 @@ struct Asking {
 impl Asking {
     /// All of them.
     const EACH: Self = Self { mask: 0, step: 0 };
-    /// Of so many rounds' rays not more ask than of one round in so many.
+    /// One cell in so many is asked for, at most: as many rays may ask as one round has, or an eighth of all. Of a pixel's one does.
     const ROUNDS: u32 = 8;
 
-    /// Where one of `share` cells gets another sample in this frame, those alone ask whose turn it is, as far as that; where more of them do, each cell
-    /// is asked for in a share of the rounds. As many rays ask as one round has, or an eighth of all.
+    /// Where one of `share` cells gets another sample in this frame, rays ask for those whose turn it is; where more of them do, for each cell in a
+    /// share of the rounds.
     fn of(share: u32, rounds: u32) -> Self {
         let one_of = 1 << rounds.clamp(1, Self::ROUNDS).ilog2();
         Self { mask: one_of - 1, step: u32::from(share < one_of) }
@@ -144,7 +145,7 @@ pub(super) struct FrameCells<'a> {
     of_frame: CacheOfFrame,
     /// Pixels that rays go from, across and down.
     size: UVec2,
-    /// Slot of each ray's cell: `ray_slots.wesl`.
+    /// Slots of rays' cells: `ray_slots.wesl`.
     slots: wgpu::Buffer,
     /// What became of them in all, and which cells are missing: `round_ends.wesl`.
     ends: wgpu::Buffer,
@@ -154,6 +155,8 @@ pub(super) struct FrameCells<'a> {
     together: u32,
     rounds: u32,
     sky_is_dark: u32,
+    /// One of so many cells gets another sample in this frame.
+    share: u32,
 }
 
 impl FrameCells<'_> {
@@ -178,7 +181,7 @@ impl FrameCells<'_> {
         let (found_end, asking) = match self.of_frame.first_samples() {
             // A share of the samples is taken behind each round.
             Some(_) => (parameters.round + 1, Asking::EACH),
-            None => (parameters.traced_end, Asking::of(self.of_frame.share(), self.rounds)),
+            None => (parameters.traced_end, Asking::of(self.share, self.rounds)),
         };
         SampledParameters {
             has_cells: 1,
@@ -286,4 +289,11 @@ fn the_list_of_missing_rays_begins_where_shaders_have_it() {
         _ => None,
     });
     assert_eq!(offset, Some(ENDS_BYTES as u32));
+}
+
+#[cfg(test)]
+#[test]
+fn rounds_that_are_looked_up_together_have_a_bit_each() {
+    let bits = crate::shaders::constant("indirect/sampled/ray_end", "ROUND_BITS") as u32;
+    assert!(super::targets::MOST_ROUNDS <= 1 << bits && 1 << bits <= u32::BITS);
 }

@@ -106,7 +106,8 @@ gpu_struct! {
 gpu_struct! {
     /// What a ray met.
     pub struct SampledHit {
-        /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of `hit.wesl`.
+        /// Index of the triangle, in the order of the BVH's leaves; else `NOTHING` of `rays/hit.wesl`, or `NO_RAY` of
+        /// `hit.wesl`; with `NO_ROOM` of that where its end is shaded since its cell has no room.
         triangle: u32,
         /// Distance from the ray's start, m.
         distance: f32,

@@ -14,7 +14,7 @@ const COUNTERS: &[&str] = &["indirect/rays", "indirect/hits", "indirect/shadow_r
 /// Bytes of what rays met at most, which fits a storage binding: rounds whose rays are more, 8.4 million, are traced in parts.
 const MOST_BYTES: u64 = 96 << 20;
 /// Rays at most that an invocation traces one after the other: all of `quality good`, and no pass of some 1,000 pixels takes long.
-const MOST_ROUNDS: u64 = 20;
+pub(super) const MOST_ROUNDS: u64 = 20;
 
 #[cfg(test)]
 thread_local! {
