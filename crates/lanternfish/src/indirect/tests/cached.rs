@@ -329,7 +329,8 @@ fn gpu_tables_that_grow_change_no_picture() {
     ] {
         let rays = Sampled { tracer, bounces, first_rays, ..rays };
         let (expected, [cells, ..], _) = rendered(1 << 17, rays);
-        for first_cells in [64, 1 << 14, 1 << 15] {
+        // Of 4096 the frame starts over behind a later round.
+        for first_cells in [64, 1 << 12, 1 << 14, 1 << 15] {
             let (found, counts, moved) = rendered(first_cells, rays);
             moved_between_frames += moved;
             assert_eq!(counts, [cells, 0, 0], "{tracer}, {first_cells}");
