@@ -114,6 +114,13 @@ fn gpu_light_that_is_reflected_more_than_once_is_missed_without_indirect_light()
         let [one, every] = [", one bounce", way].map(|way| found.energy(&format!("indirect sampled{way}")));
         assert!(one < 0.9 * every, "{way}: {one} {every}");
     }
+    // What the path tracer takes for direct light is what a picture without indirect light has: both are shares of one truth's energy.
+    let [direct, noise] =
+        ["energy_without_indirect", "noise_energy"].map(|figure| found.shot["truths"][0][figure].as_f64().unwrap());
+    for way in ["none", "none, 64 frames"] {
+        let energy = found.energy(&format!("indirect {way}"));
+        assert!((energy - direct).abs() < 0.01 + 4.0 * noise, "{way}: {energy} {direct}, noise {noise}");
+    }
 }
 
 #[test]

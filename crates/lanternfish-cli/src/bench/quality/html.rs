@@ -68,7 +68,7 @@ fn table(shot: &ShotReport) -> String {
         line("", &row.name, row.truth, &cells);
     }
     for truth in &shot.truths {
-        let cells: String = truth_cells(shot, truth).iter().map(cell).collect();
+        let cells: String = truth_cells(truth).iter().map(cell).collect();
         line(" class=\"noise\"", "noise", truth.name, &cells);
     }
     text + "</table>"

@@ -28,7 +28,7 @@ pub fn to_markdown(report: &Report) -> String {
             }
         }
         for truth in &shot.truths {
-            line(&format!("| *noise* | {} | {} |", truth.name, truth_cells(shot, truth).join(" | ")));
+            line(&format!("| *noise* | {} | {} |", truth.name, truth_cells(truth).join(" | ")));
         }
         line("");
     }

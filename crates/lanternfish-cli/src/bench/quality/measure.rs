@@ -38,6 +38,8 @@ pub struct Row {
 #[derive(Clone, Debug, Serialize)]
 pub struct Figures {
     pub errors: Errors,
+    /// Frames that the picture is the mean of.
+    pub frames: u32,
     /// Pixels of the larger picture whose radiance differs from the default's in any bit.
     pub differing_pixels: usize,
     /// Sum of all passes, median over the runs, ms; of the wall clock where the adapter has no timestamps.
@@ -112,6 +114,7 @@ impl Bench<'_> {
         let [file, map] = files;
         let figures = Figures {
             errors,
+            frames: technique.settings.accumulate,
             differing_pixels,
             frame_ms,
             rays: counter("shadows/rays"),

@@ -78,8 +78,13 @@ impl QualityArgs {
 }
 
 fn truth() -> impl TypedValueParser<Value = Truth> {
-    PossibleValuesParser::new(Truth::ALL.iter().map(|truth| truth.name()))
+    PossibleValuesParser::new(judges().map(|truth| truth.name()))
         .map(|name| name.parse().expect("clap lets only known names through"))
+}
+
+/// Truths that techniques are judged by.
+fn judges() -> impl Iterator<Item = Truth> {
+    Truth::ALL.iter().copied().filter(|truth| truth.judges())
 }
 
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
@@ -115,15 +120,17 @@ fn run_shot(
     let mut result = ShotReport::new(shot, &whole);
     let techniques = techniques(&settings, whole.bounds().size().length());
     let mut first = None;
-    let asked = |truth: &&Truth| args.truths.is_empty() || args.truths.contains(truth);
-    for truth in Truth::ALL.iter().filter(asked) {
+    for truth in judges().filter(|truth| args.truths.is_empty() || args.truths.contains(truth)) {
         let (scene, settings) = (&truth.scene(&whole, surroundings), truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
-        let traced = truths::obtain(&args.output, *truth, &subject)?;
+        let mut traced = truths::obtain(&args.output, truth, &subject)?;
+        let scene_of = |truth: Truth| truth.scene(&whole, surroundings);
+        traced.figures.energy_without_indirect =
+            truths::energy_without_indirect(&args.output, truth, &traced.mean, scene_of, &subject)?;
         bench.write(&traced.figures.picture, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
         result.truths.push(traced.figures);
-        for technique in techniques.iter().filter(|technique| technique.truth == *truth) {
+        for technique in techniques.iter().filter(|technique| technique.truth == truth) {
             eprintln!("  {}", technique.name);
             result.rows.push(bench.row(technique, scene, &traced.mean, &mut first)?);
         }

@@ -146,7 +146,8 @@ impl Report {
                 "FLIP: mean LDR-FLIP of what a display shows. HDR-FLIP: of radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). \
                  p95: what 95 % of the relative errors do not exceed. Energy: sum of the picture over sum of the truth, marked \
                  with * where it is farther from 1 than {:.0} % and twice the truth's own noise. Of indirect: the same of \
-                 what the picture has more than the row without indirect light, left out where the truth's own noise is more than a quarter of that. Pixels: those of the larger picture that differ from the default's in \
+                 indirect light alone, which is what a picture has beyond the row of as many frames without any, and the truth beyond the path tracer's emission \
+                 and direct light; left out where the truth's own noise is more than a quarter of that. Pixels: those of the larger picture that differ from the default's in \
                  any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. ms: median of at most {} frames after one, in which deep images are built and then kept, \
                  at the larger size; of a mean, of all its frames.{noisy} The row of each truth is its own noise, below which an error says nothing: FLIP is \
                  that between its two halves of samples.",
@@ -169,7 +170,8 @@ impl Report {
 }
 
 /// Rows without indirect light whose truth has some.
-const WITHOUT_INDIRECT: [&str; 3] = ["indirect none", "one-bounce none", "one-bounce-file none"];
+const WITHOUT_INDIRECT: [&str; 4] =
+    ["indirect none", "indirect none, 64 frames", "one-bounce none", "one-bounce-file none"];
 
 /// Names of the columns after the name and the truth.
 pub const COLUMNS: [&str; 10] =
@@ -179,7 +181,9 @@ pub const COLUMNS: [&str; 10] =
 pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r str> {
     let Some(figures) = &row.figures else { return Err(row.left_out.as_deref().unwrap_or_default()) };
     let (errors, grouped) = (&figures.errors, crate::report::grouped);
-    let noise = shot.truths.iter().find(|truth| truth.name == row.truth).map_or(0.0, |truth| truth.noise_energy);
+    let truth = shot.truths.iter().find(|truth| truth.name == row.truth);
+    let noise = truth.map_or(0.0, |truth| truth.noise_energy);
+    let indirect = truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
     let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
     let mark = if is_off { " *" } else { "" };
     Ok([
@@ -188,7 +192,7 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r st
         format!("{:.2e}", errors.relative_mse),
         format!("{:.3}", errors.percentile_95),
         format!("{:.4}{mark}", errors.energy_ratio),
-        indirect_ratio(&shot.rows, row, noise).map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
+        indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
         grouped(figures.differing_pixels as u64),
         format!("{:.1}", figures.frame_ms),
         grouped(figures.rays),
@@ -196,37 +200,40 @@ pub fn cells<'r>(shot: &ShotReport, row: &'r Row) -> Result<[String; 10], &'r st
     ])
 }
 
-/// Energy of indirect light over the truth's, where a picture's indirect light is what it has beyond the row without any. `noise`:
-/// standard deviation of the truth's energy, as a share of it. `None` where there is no such row, this row is it, or the truth's indirect
-/// light is lost in its noise.
-fn indirect_ratio(rows: &[Row], row: &Row, noise: f64) -> Option<f64> {
-    let (none, direct) = direct_ratio(rows, row.truth)?;
-    let ratio = row.figures.as_ref()?.errors.energy_ratio;
-    let indirect = 1.0 - direct;
-    (none.name != row.name && indirect > MOST_NOISE * noise).then(|| (ratio - direct) / indirect)
+/// Energy of a picture's indirect light over the truth's, which is `indirect` of all its energy. The picture's is what it has beyond the row of as
+/// many frames without any: direct light that is a few parts in a thousand too bright would count several times as much of indirect light. `None`
+/// where there is no such row, or this row is it.
+fn indirect_ratio(rows: &[Row], row: &Row, indirect: f64) -> Option<f64> {
+    let figures = row.figures.as_ref()?;
+    let of_row = |none: &&Row| {
+        none.truth == row.truth
+            && WITHOUT_INDIRECT.contains(&&*none.name)
+            && none.figures.as_ref().is_some_and(|none| none.frames == figures.frames)
+    };
+    let none = rows.iter().find(of_row)?;
+    let direct = none.figures.as_ref()?.errors.energy_ratio;
+    (!WITHOUT_INDIRECT.contains(&&*row.name)).then(|| (figures.errors.energy_ratio - direct) / indirect)
 }
 
 /// How many times the truth's noise its indirect light must exceed, for the report to say how much of it a picture has.
 const MOST_NOISE: f64 = 4.0;
 
-/// The row without indirect light that is compared with `truth`, and its energy over the truth's; `None` where the truth has no such row.
-fn direct_ratio<'r>(rows: &'r [Row], truth: &str) -> Option<(&'r Row, f64)> {
-    let none = rows.iter().find(|row| row.truth == truth && WITHOUT_INDIRECT.contains(&&*row.name))?;
-    Some((none, none.figures.as_ref()?.errors.energy_ratio))
+/// Energy of a truth's indirect light, as a share of all of it; `None` where it has none, or that is lost in its noise.
+fn indirect_energy(truth: &TruthFigures) -> Option<f64> {
+    let indirect = 1.0 - truth.energy_without_indirect?;
+    (indirect > MOST_NOISE * truth.noise_energy).then_some(indirect)
 }
 
 /// The cells of [`COLUMNS`] for a truth: its own noise.
-pub fn truth_cells(shot: &ShotReport, truth: &TruthFigures) -> [String; 10] {
+pub fn truth_cells(truth: &TruthFigures) -> [String; 10] {
     let none = String::new;
-    let indirect = direct_ratio(&shot.rows, truth.name).map(|(_, direct)| 1.0 - direct);
-    let of_indirect = indirect.filter(|indirect| *indirect > MOST_NOISE * truth.noise_energy);
     [
         format!("{:.4}", truth.noise_flip),
         none(),
         format!("{:.2e}", truth.noise_relative_mse),
         none(),
         format!("± {:.4}", truth.noise_energy),
-        of_indirect.map(|indirect| format!("± {:.3}", truth.noise_energy / indirect)).unwrap_or_default(),
+        indirect_energy(truth).map(|indirect| format!("± {:.3}", truth.noise_energy / indirect)).unwrap_or_default(),
         none(),
         none(),
         none(),
@@ -258,10 +265,11 @@ mod tests {
         techniques::techniques,
     };
 
-    fn row(name: &str, truth: &'static str, energy_ratio: f64) -> Row {
+    fn row(name: &str, truth: &'static str, frames: u32, energy_ratio: f64) -> Row {
         let errors = Errors { flip: 0.0, hdr_flip: 0.0, relative_mse: 0.0, percentile_95: 0.0, energy_ratio };
         let figures = Figures {
             errors,
+            frames,
             differing_pixels: 0,
             frame_ms: 0.0,
             rays: 0,
@@ -272,20 +280,48 @@ mod tests {
         Row { name: name.to_owned(), truth, left_out: None, figures: Some(figures) }
     }
 
+    fn truth(energy_without_indirect: Option<f64>, noise_energy: f64) -> TruthFigures {
+        TruthFigures {
+            name: "full",
+            meaning: "",
+            file: String::new(),
+            picture: String::new(),
+            spp: 1,
+            reused: false,
+            seconds: 0.0,
+            dropped: 0,
+            noise: 0.0,
+            noise_relative_mse: 0.0,
+            noise_energy,
+            noise_flip: 0.0,
+            noise_hdr_flip: 0.0,
+            energy_without_indirect,
+        }
+    }
+
     #[test]
     fn indirect_light_is_what_a_picture_has_beyond_the_one_without() {
         let rows = [
-            row("one-bounce none", "one-bounce", 0.5),
-            row("one-bounce bvh", "one-bounce", 0.9),
-            row("occlusion none", "occlusion", 0.5),
-            row("occlusion deep 64", "occlusion", 0.9),
+            row("indirect none", "full", 1, 0.51),
+            row("indirect none, 64 frames", "full", 64, 0.5),
+            row("indirect sampled", "full", 1, 1.01),
+            row("indirect sampled, 64 frames", "full", 64, 1.0),
+            row("indirect sampled, 4 frames", "full", 4, 1.0),
+            row("occlusion none", "occlusion", 1, 0.5),
+            row("occlusion deep 64", "occlusion", 1, 0.9),
         ];
-        let found = rows.each_ref().map(|row| indirect_ratio(&rows, row, 0.01));
-        assert_eq!(found, [None, Some((0.9 - 0.5) / 0.5), None, None]);
-        // The truth's light is lost in its noise, or is not more than the picture's direct light.
-        assert_eq!(indirect_ratio(&rows, &rows[1], 0.13), None);
-        let rows = [row("one-bounce none", "one-bounce", 1.0), row("one-bounce bvh", "one-bounce", 1.2)];
-        assert_eq!(indirect_ratio(&rows, &rows[1], 0.0), None);
+        // Direct light that is too bright is not indirect light.
+        let found = rows.each_ref().map(|row| indirect_ratio(&rows, row, 0.5));
+        assert_eq!(found, [None, None, Some(1.0), Some(1.0), None, None, None]);
+        assert_eq!(indirect_ratio(&rows, &rows[2], 0.4), Some(0.5 / 0.4));
+    }
+
+    #[test]
+    fn indirect_light_that_is_lost_in_noise_has_no_ratio() {
+        assert_eq!(indirect_energy(&truth(Some(0.75), 0.01)), Some(0.25));
+        assert_eq!(indirect_energy(&truth(Some(0.75), 0.0625)), None);
+        assert_eq!(indirect_energy(&truth(Some(1.0), 0.0)), None);
+        assert_eq!(indirect_energy(&truth(None, 0.0)), None);
     }
 
     #[test]

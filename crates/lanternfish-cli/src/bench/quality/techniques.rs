@@ -104,8 +104,9 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), Truth::DirectSoft, settings));
     }
     // What is missing from all the light there is, and what one bounce adds.
-    let settings = Settings { indirect: Indirect::None, ..default.clone() };
-    rows.push(row("indirect none".to_owned(), Truth::Full, settings));
+    let without = |accumulate| Settings { indirect: Indirect::None, accumulate, ..default.clone() };
+    rows.push(row("indirect none".to_owned(), Truth::Full, without(1)));
+    rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), Truth::Full, without(MEAN_FRAMES)));
     for indirect in Indirect::rooms() {
         let settings = Settings { indirect, deep_images: Settings::default().deep_images, ..default.clone() };
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));

@@ -38,6 +38,8 @@ named_enum! {
         DirectLambert = "direct-lambert",
         /// The same as the first, from lights that have a size.
         DirectSoft = "direct-soft",
+        /// What shines by itself, seen straight: emissive surfaces and surroundings.
+        Emitted = "emitted",
         /// All light by all ways: emissive surfaces and surroundings, any number of reflections.
         Full = "full",
         /// Light from punctual lights by one or two reflections, on diffuse surfaces.
@@ -73,6 +75,7 @@ impl Truth {
                  or a sky built in where that is not there"
             }
             Self::EnvironmentBounce => "the same, paths of 2 or 3 segments",
+            Self::Emitted => "paths of 1 segment, emission and surroundings",
             Self::Full => "paths of any length, emission and surroundings included",
             Self::Occlusion => {
                 "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map"
@@ -97,10 +100,34 @@ impl Truth {
                 scene.lights.clear();
                 darken(&mut scene);
             }
-            Self::Full => {}
+            Self::Emitted | Self::Full => {}
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => make_white(&mut scene),
         }
         scene
+    }
+
+    /// Whether techniques are judged by it; else it is but a part of others ([`Truth::without_indirect`]).
+    pub fn judges(self) -> bool {
+        self != Self::Emitted
+    }
+
+    /// Truths that are together what this one has without indirect light, as a picture has it without: what shines, and what punctual lights
+    /// send by one reflection. None where this one has no indirect light, or no technique's picture goes without.
+    pub fn without_indirect(self) -> &'static [Self] {
+        match self {
+            Self::Full => &[Self::Emitted, Self::Direct],
+            Self::OneBounce => &[Self::DirectLambert],
+            Self::OneBounceFile => &[Self::Direct],
+            Self::Direct
+            | Self::DirectLambert
+            | Self::DirectSoft
+            | Self::Emitted
+            | Self::Environment
+            | Self::EnvironmentBounce
+            | Self::Occlusion
+            | Self::ObscuranceFar
+            | Self::ObscuranceNear => &[],
+        }
     }
 
     /// Distance from which on nothing occludes, m, in a scene of this diagonal.
@@ -116,6 +143,7 @@ impl Truth {
             | Self::OneBounceFile
             | Self::Environment
             | Self::EnvironmentBounce
+            | Self::Emitted
             | Self::Full
             | Self::Occlusion => None,
         }
@@ -131,6 +159,7 @@ impl Truth {
             | Self::OneBounceFile
             | Self::Environment
             | Self::EnvironmentBounce
+            | Self::Emitted
             | Self::Full => shot.clone(),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() }
@@ -148,7 +177,7 @@ impl Truth {
             | Self::OneBounce
             | Self::OneBounceFile
             | Self::EnvironmentBounce => 2 * spp,
-            Self::Full => spp,
+            Self::Emitted | Self::Full => spp,
         }
     }
 
@@ -168,6 +197,7 @@ impl Truth {
             Self::DirectSoft => TracerSettings { light_radius: SOFT_RADIUS, ..path(2, Materials::File) },
             Self::OneBounce => path(3, Materials::Lambert),
             Self::OneBounceFile | Self::EnvironmentBounce => path(3, Materials::File),
+            Self::Emitted => path(1, Materials::File),
             Self::Full => path(UNLIMITED, Materials::File),
             Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
                 let obscurance = |max_distance| Integrator::Obscurance { max_distance };
@@ -257,6 +287,8 @@ pub struct TruthFigures {
     pub noise_flip: f64,
     /// Mean HDR-FLIP between its two halves. An exact picture is about half as far from the truth as they are from one another.
     pub noise_hdr_flip: f64,
+    /// Energy of [`Truth::without_indirect`], as a share of its own; `None` where that names no truths.
+    pub energy_without_indirect: Option<f64>,
 }
 
 /// The view of a scene that truths are traced of.
@@ -314,8 +346,32 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
             let halves = Pair::new(layers.first_half.clone(), second_half)?;
             halves.mean_of(&halves.flip_hdr(&HdrFlip::default())?.map)
         },
+        energy_without_indirect: None,
     };
     Ok(Traced { mean: layers.mean, figures })
+}
+
+/// Share of the energy of `whole`'s picture, a truth of `scene`, that is not indirect light: [`Truth::without_indirect`], traced by as many samples.
+/// `subject`: as `whole` has it.
+pub fn energy_without_indirect(
+    folder: &Path,
+    truth: Truth,
+    whole: &RgbImage,
+    scene: impl Fn(Truth) -> Scene,
+    subject: &Subject<'_>,
+) -> Result<Option<f64>, CliError> {
+    let parts = truth.without_indirect();
+    let mut energy = 0.0;
+    for part in parts {
+        let spp = (truth.samples(subject.spp) / part.samples(1)).max(2);
+        let traced = obtain(folder, *part, &Subject { scene: &scene(*part), spp, ..*subject })?;
+        energy += energy_of(&traced.mean);
+    }
+    Ok((!parts.is_empty()).then(|| energy / energy_of(whole)))
+}
+
+fn energy_of(image: &RgbImage) -> f64 {
+    image.pixels.iter().flatten().map(|value| f64::from(*value)).sum()
 }
 
 /// What a truth's file holds.
@@ -381,8 +437,7 @@ impl Layers {
     fn energy_deviation(&self) -> f64 {
         let deviation = |pixel: &[f32; 3]| pixel.iter().map(|variance| f64::from(*variance).sqrt()).sum::<f64>();
         let variance: f64 = self.variance.pixels.iter().map(|pixel| deviation(pixel).powi(2)).sum();
-        let energy: f64 = self.mean.pixels.iter().flatten().map(|value| f64::from(*value)).sum();
-        variance.sqrt() / energy
+        variance.sqrt() / energy_of(&self.mean)
     }
 
     /// Mean of the samples that `first_half` leaves out.
