@@ -41,9 +41,11 @@ impl RadianceCache {
         for round in 0..rounds {
             // New cells get one sample after the other; the others one in the first round.
             let is_first = round == 0;
-            // Rays between cells ask for more of them.
-            let chooses_all = is_first || self.bounces.needs_rays();
-            let counts = if self.bounces.needs_rays() { round + 1 == rounds } else { is_first };
+            // Rays between cells ask for more of them. Where nothing has changed for long those get their samples in the next frame: there are few,
+            // and to look for them among all takes longer than their samples do.
+            let chooses_again = self.bounces.needs_rays() && !cache.is_steady;
+            let chooses_all = is_first || chooses_again;
+            let counts = if chooses_again { round + 1 == rounds } else { is_first };
             let parameters = cache.parameters;
             // Rays have asked for cells whose turn it is by that number.
             debug_assert!(!is_first || parameters.share == 0 || self.update == parameters.update);
