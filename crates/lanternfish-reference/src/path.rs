@@ -68,12 +68,9 @@ impl Tracer<'_> {
                 });
                 radiance += throughput * surface.emissive * weight;
             }
-            if depth >= self.settings.max_depth {
-                return radiance;
-            }
             let Some(bsdf) = surface.bsdf else { return radiance };
 
-            // Light that goes straight through a pane.
+            // Light that goes straight through a pane: no segment of the path ends there.
             let straight = surface.passes_straight(wo);
             let chance = straight.max_element();
             if chance > 0.0 {
@@ -88,6 +85,9 @@ impl Tracer<'_> {
                     continue;
                 }
                 throughput /= 1.0 - chance;
+            }
+            if depth >= self.settings.max_depth {
+                return radiance;
             }
 
             // Paths that begin here share all that follows: light that arrives straight is looked for more often than they go on.

@@ -194,6 +194,18 @@ fn masks_have_holes_and_blended_sheets_let_their_share_through() {
 }
 
 #[test]
+fn the_last_segment_of_a_path_goes_through_panes() {
+    let mut scene = behind_a_sheet(AlphaMode::Opaque);
+    scene.lights.clear();
+    scene.materials[0].emissive = Vec3::ONE;
+    let sheet = &mut scene.materials[1];
+    (sheet.transmission, sheet.perceptual_roughness, sheet.base_color) = (1.0, 0.0, Vec4::ONE);
+    scene.images[0].rgba = vec![255; 8];
+    let seen = render(&scene, &front(3.0, 0.2), 16, 256, Settings { max_depth: 1, ..Settings::default() });
+    assert_mean(&seen, 0.96, 2e-3, "what shines behind a pane");
+}
+
+#[test]
 fn occlusion_is_the_open_share_of_the_hemisphere() {
     // A wall of infinite height along one side hides half of the sky from a floor's edge.
     let mut scene = scene_of(

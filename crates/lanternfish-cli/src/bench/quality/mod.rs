@@ -1,6 +1,7 @@
 //! Every technique of the renderer on a fixed list of shots, against the path tracer.
 //!
-//! 1. For each shot ([`shots`]) and each truth that a technique names (`techniques`), read the truth or trace it ([`truths`]).
+//! 1. For each shot ([`shots`]) and each truth that a technique names (`techniques`), read the truth or trace it ([`truths`]), and what of it is not
+//!    indirect light.
 //! 2. Render each technique larger than its truth, box-average it, and compare ([`measure`]).
 //! 3. Write the report ([`report`]).
 

@@ -146,8 +146,8 @@ impl Report {
                 "FLIP: mean LDR-FLIP of what a display shows. HDR-FLIP: of radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). \
                  p95: what 95 % of the relative errors do not exceed. Energy: sum of the picture over sum of the truth, marked \
                  with * where it is farther from 1 than {:.0} % and twice the truth's own noise. Of indirect: the same of \
-                 indirect light alone, which is what a picture has beyond the row of as many frames without any, and the truth beyond the path tracer's emission \
-                 and direct light; left out where the truth's own noise is more than a quarter of that. Pixels: those of the larger picture that differ from the default's in \
+                 indirect light alone, which is what a picture has beyond the row of as many frames without any, and the truth beyond what the path tracer sees shine \
+                 and the light of punctual lights by one reflection; left out where the truth's own noise is more than a quarter of that. Pixels: those of the larger picture that differ from the default's in \
                  any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. ms: median of at most {} frames after one, in which deep images are built and then kept, \
                  at the larger size; of a mean, of all its frames.{noisy} The row of each truth is its own noise, below which an error says nothing: FLIP is \
                  that between its two halves of samples.",

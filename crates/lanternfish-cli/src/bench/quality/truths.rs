@@ -18,13 +18,13 @@ use self::layers::{Layers, energy_of};
 use crate::{error::CliError, parse::Size, reference::fingerprint};
 
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// Radius of the lights of [`Truth::DirectSoft`], m.
 pub const SOFT_RADIUS: f32 = 0.1;
 
 named_enum! {
-    /// Ground truths that techniques are judged by.
+    /// Ground truths that techniques are judged by, and parts of them.
     Truth {
         /// Light that comes from a punctual light by one reflection: nothing else shines.
         Direct = "direct",
@@ -345,8 +345,8 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
     Ok(Traced { mean: layers.mean, figures })
 }
 
-/// Share of the energy of `whole`'s picture, a truth of `scene`, that is not indirect light: [`Truth::without_indirect`], traced by as many samples.
-/// `subject`: as `whole` has it.
+/// Share of a truth's energy that is not indirect light: that of [`Truth::without_indirect`]. `whole`: the truth's picture; `scene`: makes the scene of
+/// each part; `subject`: the truth's. Parts have as many samples as the truth: their random numbers, and so much of their noise, are the same.
 pub fn energy_without_indirect(
     folder: &Path,
     truth: Truth,
@@ -357,6 +357,7 @@ pub fn energy_without_indirect(
     let parts = truth.without_indirect();
     let mut energy = 0.0;
     for part in parts {
+        // Two at least: one for each half.
         let spp = (truth.samples(subject.spp) / part.samples(1)).max(2);
         let traced = obtain(folder, *part, &Subject { scene: &scene(*part), spp, ..*subject })?;
         energy += energy_of(&traced.mean);

@@ -111,6 +111,7 @@ gpu_struct! {
         slot_met: u32,
         /// The cell's: `sample.wesl`.
         generation: u32,
-        _pad: u32,
+        /// 1: of all who have met the cell there, this one has won.
+        has_won: u32,
     }
 }

@@ -39,13 +39,8 @@ impl RadianceCache {
         let images = images.filter(|_| self.tracer.uses_deep_images());
         let rounds = most.min(cache.parameters.fewest);
         for round in 0..rounds {
-            // New cells get one sample after the other; the others one in the first round.
+            // New cells get one sample after the other, and those that their rays meet; the others one in the first round.
             let is_first = round == 0;
-            // Rays between cells ask for more of them. Where nothing has changed for long those get their samples in the next frame: there are few,
-            // and to look for them among all takes longer than their samples do.
-            let chooses_again = self.bounces.needs_rays() && !cache.is_steady;
-            let chooses_all = is_first || chooses_again;
-            let counts = if chooses_again { round + 1 == rounds } else { is_first };
             let parameters = cache.parameters;
             // Rays have asked for cells whose turn it is by that number.
             debug_assert!(!is_first || parameters.share == 0 || self.update == parameters.update);
@@ -54,7 +49,7 @@ impl RadianceCache {
                 share: if is_first { parameters.share } else { 0 },
                 remembered: if is_first { parameters.remembered } else { ALL },
                 fades: if is_first { parameters.fades } else { 0 },
-                counts: counts.into(),
+                counts: is_first.into(),
                 ..parameters
             });
             self.update += 1;
@@ -64,9 +59,10 @@ impl RadianceCache {
                 .clone()
                 .buffer("found_due", &due)
                 .buffer("due", &due_before)
+                .buffer("sampled_cells", &sampled)
                 .buffer("due_dispatch", &workgroups_due);
             frame.dispatch(clear, &choosing, [1; 3]);
-            if chooses_all {
+            if is_first {
                 frame.dispatch(choose, &choosing, workgroups(self.slots));
             } else {
                 frame.dispatch_indirect(choose_again, &choosing, &workgroups_due);
