@@ -356,7 +356,7 @@ impl RadianceCache {
             is_new,
             is_steady,
             may_start_over: is_first && is_first_view,
-            turns: turns_of_all(is_new, is_doubted),
+            turns: turns_of_all(is_new, is_first_view.then_some(change)),
             slots: table.slots.clone(),
             planes: self.planes.of(frame, scene)?,
             scratch,
