@@ -28,7 +28,7 @@ use self::{
     growth::{CELLS, COUNTERS, first_cells, slots_for},
     parameters::{CellSample, DueCell, Link, SampledCell},
     planes::{Planes, TrianglePlane},
-    reading::turns_of_all,
+    reading::Reading,
     table::{Change, Rehash, Slots, Table},
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
@@ -145,8 +145,7 @@ pub(crate) struct CacheOfFrame {
     is_steady: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
-    /// Bounces that each half of the cells takes, where every one is asked for. None: only cells that get another sample take any (`reading.rs`).
-    turns: Option<u32>,
+    reading: Reading,
     uniform: BufferPart,
     slots: Slots,
     planes: wgpu::Buffer,
@@ -356,7 +355,7 @@ impl RadianceCache {
             is_new,
             is_steady,
             may_start_over: is_first && is_first_view,
-            turns: turns_of_all(is_new, is_first_view.then_some(change)),
+            reading: Reading::of(is_new, is_first_view.then_some(change)),
             slots: table.slots.clone(),
             planes: self.planes.of(frame, scene)?,
             scratch,
