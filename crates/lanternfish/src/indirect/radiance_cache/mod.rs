@@ -28,7 +28,7 @@ use self::{
     growth::{CELLS, COUNTERS, first_cells, slots_for},
     parameters::{CellSample, DueCell, Link, SampledCell},
     planes::{Planes, TrianglePlane},
-    reading::Reading,
+    reading::Readers,
     table::{Change, Rehash, Slots, Table},
 };
 use super::{Counters, history::DOUBTED, sampled::Sampled};
@@ -81,7 +81,7 @@ const _: () = assert!(SHARE.is_power_of_two());
 const FEWEST: u32 = 4;
 /// From this sample on each counts as much as that one.
 const MOST: f32 = 128.0;
-/// Samples that what is known counts for while the scene changes in every frame: a cell is the mean of two or three.
+/// Samples that what is known counts for while the scene changes again and again: a cell is the mean of three or four.
 const REMEMBERED: f32 = 3.0;
 /// Where nothing changes it counts for as many as there were.
 const ALL: f32 = f32::MAX;
@@ -145,7 +145,7 @@ pub(crate) struct CacheOfFrame {
     is_steady: bool,
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
-    reading: Reading,
+    readers: Readers,
     uniform: BufferPart,
     slots: Slots,
     planes: wgpu::Buffer,
@@ -355,7 +355,7 @@ impl RadianceCache {
             is_new,
             is_steady,
             may_start_over: is_first && is_first_view,
-            reading: Reading::of(is_new, is_first_view.then_some(change)),
+            readers: Readers::of(is_new, is_first_view.then_some(change)),
             slots: table.slots.clone(),
             planes: self.planes.of(frame, scene)?,
             scratch,

@@ -8,51 +8,76 @@ use crate::common::workgroups;
 /// Bounces that each half of the cells takes, by turns, where every one is asked for: in a frame that all cells are new in, and in those after a change.
 const TURNS_OF_NEW: u32 = 18;
 const TURNS_OF_CHANGED: u32 = 12;
-/// While the scene changes in every frame: what comes by more bounces is of the frames before, as most of a cell's samples are.
+/// While the scene changes again and again: what comes by more bounces is of the frames before, as most of a cell's samples are.
 const TURNS_OF_CHANGING: u32 = 2;
-/// Where all cells do not take more of them, those that get another sample take a bounce with it, and so many with the second to fourth one of a frame:
-/// those cells are new, and so may be what they read.
+/// Cells that take bounces with their samples take one with the first sample of an update, and so many with each of up to three more: cells that get
+/// those are new, and so may be what they read.
 const TURNS_OF_FEW: u32 = 6;
 
-/// Which cells take bounces in a frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reading {
-    /// Bounces that each half of all cells takes, where every one is asked for. None: only cells that get another sample take any.
-    turns_of_all: Option<u32>,
-    /// Whether cells take bounces with their samples: with the first ones of the frame, and with further ones, which only new cells get.
-    with_first_samples: bool,
-    with_further_samples: bool,
+/// Which cells read what others send in an update.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Readers {
+    /// All cells, each half of them so often where every bounce is asked for.
+    All(u32),
+    /// All of them, and new cells with each further sample, too.
+    AllAndNew(u32),
+    /// Cells that get a sample, with it.
+    Sampled,
 }
 
-impl Reading {
+impl Readers {
     /// `change`: of the scene, for the frame's first view.
     pub fn of(is_new: bool, change: Option<Change>) -> Self {
-        let of_all = |turns, with_further_samples| Self {
-            turns_of_all: Some(turns),
-            with_first_samples: false,
-            with_further_samples,
-        };
         match change {
-            _ if is_new => of_all(TURNS_OF_NEW, false),
-            Some(Change::Alone | Change::Recent) => of_all(TURNS_OF_CHANGED, false),
-            Some(Change::Ongoing) => of_all(TURNS_OF_CHANGING, true),
-            Some(Change::Long) | None => {
-                Self { turns_of_all: None, with_first_samples: true, with_further_samples: true }
-            }
+            _ if is_new => Self::All(TURNS_OF_NEW),
+            Some(Change::Alone | Change::Recent) => Self::All(TURNS_OF_CHANGED),
+            Some(Change::Ongoing) => Self::AllAndNew(TURNS_OF_CHANGING),
+            Some(Change::Long) | None => Self::Sampled,
         }
     }
 
-    /// `is_first`: of the rounds of samples in the frame.
-    pub fn is_with_samples(&self, is_first: bool) -> bool {
-        if is_first { self.with_first_samples } else { self.with_further_samples }
+    /// How often each half of all cells reads; none where not all do.
+    fn turns_of_all(self) -> Option<u32> {
+        match self {
+            Self::All(turns) | Self::AllAndNew(turns) => Some(turns),
+            Self::Sampled => None,
+        }
+    }
+
+    /// Whether cells read when they have got a sample: `is_first` of the update.
+    pub fn include_sampled(self, is_first: bool) -> bool {
+        match self {
+            Self::All(_) => false,
+            Self::AllAndNew(_) => !is_first,
+            Self::Sampled => true,
+        }
+    }
+}
+
+#[cfg(test)]
+#[test]
+fn all_cells_read_after_changes_and_sampled_ones_else() {
+    let table = [
+        (true, None, 18, [false, false]),
+        (true, Some(Change::Ongoing), 18, [false, false]),
+        (false, Some(Change::Alone), 12, [false, false]),
+        (false, Some(Change::Recent), 12, [false, false]),
+        (false, Some(Change::Ongoing), 2, [false, true]),
+        (false, Some(Change::Long), 0, [true, true]),
+        // A frame's later views.
+        (false, None, 0, [true, true]),
+    ];
+    for (is_new, change, turns_of_all, of_samples) in table {
+        let readers = Readers::of(is_new, change);
+        assert_eq!(readers.turns_of_all().unwrap_or(0), turns_of_all, "{is_new}, {change:?}");
+        assert_eq!([true, false].map(|is_first| readers.include_sampled(is_first)), of_samples, "{is_new}, {change:?}");
     }
 }
 
 impl RadianceCache {
-    /// In the frame that all cells are new in, and in those after a change: brings what all cells send of light from other cells up to date, by way of
-    /// the rays that they have sent.
+    /// Where all cells are [`Readers`]: brings what they send of light from other cells up to date, by way of the rays that they have sent.
     pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
-        let Some(turns) = cache.reading.turns_of_all else { return };
+        let Some(turns) = cache.readers.turns_of_all() else { return };
         for step in self.bounces.steps(turns) {
             let uniform = frame.uniform(&step.parameters(&cache.parameters));
             let bindings = cache.slots.bindings().part("radiance_cache", &uniform);
@@ -60,7 +85,7 @@ impl RadianceCache {
         }
     }
 
-    /// Where [`Reading::is_with_samples`]: what those cells send that have got another sample, with the first round of samples or a further one. `due`:
+    /// Where [`Readers::include_sampled`]: what those cells send that have got another sample, with the first round of samples or a further one. `due`:
     /// which they are, and workgroups for all of them.
     pub(super) fn relax_due(
         &self,

@@ -81,7 +81,7 @@ impl RadianceCache {
                 frame.dispatch_indirect(keep, &sampling, &workgroups_due);
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
-            if cache.reading.is_with_samples(is_first) {
+            if cache.readers.include_sampled(is_first) {
                 self.relax_due(frame, cache, is_first, [&due, &workgroups_due]);
             }
             if cache.is_steady && self.bounces.needs_rays() {
