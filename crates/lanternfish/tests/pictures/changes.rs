@@ -12,9 +12,9 @@ use lanternfish_scene::{Instance, Light, Mesh, Scene, generate};
 use crate::support::differing;
 
 /// Frames of a run.
-const FRAMES: usize = 2000;
+const FRAMES: usize = 1200;
 /// After so many frames all settings have been met, and nothing more is to be kept.
-const WARM: usize = 500;
+const WARM: usize = 400;
 /// Bytes that a run may take beyond what it had when it was warm: what an allocator keeps of sizes that differ.
 const KEPT: u64 = 48 << 20;
 
@@ -175,7 +175,7 @@ fn gpu_frames_of_random_changes_end_as_a_fresh_upload() {
         if frame == WARM {
             warm = resident();
         }
-        if frame % 200 == 199 || frame + 1 == FRAMES {
+        if frame % 120 == 119 {
             let fresh = renderer.upload(&scene).unwrap();
             let mut another = Renderer::with_engine(&testing::engine(gpu), renderer.settings().clone()).unwrap();
             assert_eq!(differing(&found, &shown(&mut renderer, &fresh)), 0, "frame {frame}");
