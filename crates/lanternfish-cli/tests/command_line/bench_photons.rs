@@ -10,7 +10,7 @@ use crate::support::lanternfish;
 #[test]
 fn gpu_photons_stand_beside_the_truth() {
     let folder = tempfile::tempdir().unwrap();
-    let shot = "scene = \"demo:cornell\"\n[track]\nframes = 5\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
+    let shot = "scene = \"demo:cornell\"\n[track]\nframes = 8\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
                 [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
     fs::write(folder.path().join("walk.toml"), shot).unwrap();
     let report = |name: &str, only: &[&str]| -> (Value, String) {
