@@ -35,6 +35,14 @@ impl CliError {
         Self::Failed { what: what.to_string(), hint: hint.into() }
     }
 
+    /// What went wrong, in a line, without what to do.
+    pub fn what(&self) -> String {
+        match self {
+            Self::Failed { what, .. } => what.clone(),
+            Self::ReaderGone => "standard output is closed".to_owned(),
+        }
+    }
+
     /// An error of writing to standard output.
     pub fn from_stdout(error: io::Error) -> Self {
         match error.kind() {
@@ -104,6 +112,9 @@ impl From<GpuError> for CliError {
             // These messages say what to do themselves.
             GpuError::NoAdapter => "`cargo xtask demo` installs one; `lanternfish info --adapters` lists what is there",
             GpuError::UnknownAdapter { .. } => "`lanternfish info --adapters` lists them; a part of the name is enough",
+            GpuError::NoHardware { .. } => {
+                "install the card's driver; `lanternfish info --adapters` lists what is found, and --adapter cpu takes software"
+            }
             GpuError::Device { .. } => "choose another adapter with --adapter; --adapter cpu is the safest",
             GpuError::TooLarge { .. } => {
                 "the scene or the picture is larger than this adapter can hold: choose a smaller --size, fewer lights \

@@ -10,6 +10,8 @@ pub enum AdapterChoice {
     Auto,
     /// A software adapter.
     Cpu,
+    /// The most capable that is not software: an error where there is no graphics card.
+    Hardware,
     /// The first whose name contains this, in any case.
     Name(String),
 }
@@ -31,6 +33,12 @@ pub struct AdapterDescription {
     pub texture_arrays: bool,
     /// Whether passes can be timed.
     pub timestamps: bool,
+    /// The same as [`Self::device_type`], to decide by.
+    pub kind: wgpu::DeviceType,
+    /// Every feature of the adapter; the device is opened with those of [`Gpu::WANTED_FEATURES`].
+    pub features: wgpu::Features,
+    /// The adapter's limits; the device is opened with WebGPU's defaults but for sizes.
+    pub limits: wgpu::Limits,
 }
 
 impl AdapterDescription {
@@ -45,6 +53,9 @@ impl AdapterDescription {
             ray_query: features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY),
             texture_arrays: features.contains(Gpu::TEXTURE_ARRAYS),
             timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            kind: info.device_type,
+            features,
+            limits: adapter.limits(),
         }
     }
 }
@@ -81,18 +92,19 @@ fn choose(adapters: Vec<wgpu::Adapter>, choice: &AdapterChoice) -> Result<wgpu::
     let adapter = match choice {
         AdapterChoice::Auto => adapters.first(),
         AdapterChoice::Cpu => adapters.iter().find(|a| a.get_info().device_type == wgpu::DeviceType::Cpu),
+        AdapterChoice::Hardware => adapters.iter().find(|a| a.get_info().device_type != wgpu::DeviceType::Cpu),
         AdapterChoice::Name(name) => {
             adapters.iter().find(|a| a.get_info().name.to_lowercase().contains(&name.to_lowercase()))
         }
     };
-    let adapter = adapter.ok_or_else(|| GpuError::UnknownAdapter {
-        name: match choice {
-            AdapterChoice::Name(name) => name.clone(),
-            _ => "cpu".to_owned(),
-        },
-        known: adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", "),
-    })?;
-    Ok(adapter.clone())
+    adapter.cloned().ok_or_else(|| {
+        let known = adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
+        match choice {
+            AdapterChoice::Hardware => GpuError::NoHardware { known },
+            AdapterChoice::Name(name) => GpuError::UnknownAdapter { name: name.clone(), known },
+            AdapterChoice::Auto | AdapterChoice::Cpu => GpuError::UnknownAdapter { name: "cpu".to_owned(), known },
+        }
+    })
 }
 
 /// An adapter and its open device.

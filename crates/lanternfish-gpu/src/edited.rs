@@ -1,6 +1,10 @@
 //! Shaders that somebody is editing: their texts stand in for those that a library carries with it.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
 
 use naga::{Module, TypeInner};
 
@@ -8,6 +12,40 @@ use crate::{LinkedShader, shader::item_name};
 
 /// Texts of WESL files by their module path below the package: `"light_culling/tiled/assign"`.
 pub type ShaderTexts = BTreeMap<String, String>;
+
+/// Every `.wesl` file below a folder, and its module path. Folders that cannot be read hold none.
+pub fn shader_files(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut files = Vec::new();
+    collect(folder, folder, &mut files);
+    files
+}
+
+fn collect(root: &Path, folder: &Path, files: &mut Vec<(PathBuf, String)>) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+        if path.is_dir() {
+            collect(root, &path, files);
+        } else if path.extension().is_some_and(|ending| ending == "wesl")
+            && let Ok(module) = path.strip_prefix(root).map(|module| module.with_extension(""))
+        {
+            let module = module.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
+            files.push((path, module));
+        }
+    }
+}
+
+/// The texts of all shaders below a folder. An error that names the file that cannot be read, or the folder where there are none.
+pub fn read_shader_texts(folder: &Path) -> Result<ShaderTexts, String> {
+    let files = shader_files(folder);
+    if files.is_empty() {
+        return Err(format!("{}: no .wesl file is there", folder.display()));
+    }
+    let text = |(path, module): (PathBuf, String)| match fs::read_to_string(&path) {
+        Ok(text) => Ok((module, text)),
+        Err(error) => Err(format!("{}: {error}", path.display())),
+    };
+    files.into_iter().map(text).collect()
+}
 
 /// What a host relies on in an entry point.
 #[derive(Debug, PartialEq, Eq)]

@@ -18,6 +18,12 @@ pub enum GpuError {
         /// What there is.
         known: String,
     },
+    /// A graphics card was asked for, and there is none.
+    #[error("no graphics card found; there are: {known}")]
+    NoHardware {
+        /// What there is.
+        known: String,
+    },
     /// The adapter refused to open a device.
     #[error("{adapter}: cannot open a device: {source}")]
     Device {

@@ -8,12 +8,13 @@ use std::{
 use crate::{AdapterChoice, Engine, Gpu, GpuError, is_same_device};
 
 /// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto` is the best there
-/// is). `None` when there is no adapter; the test is then left out and says so.
+/// is, `gpu` the best that is not software). `None` when there is no adapter; the test is then left out and says so.
 pub fn gpu(test: &str) -> Option<&'static Gpu> {
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     let gpu = GPU.get_or_init(|| {
         let choice = match std::env::var("LANTERNFISH_TEST_ADAPTER").as_deref() {
             Ok("auto") => AdapterChoice::Auto,
+            Ok("gpu") => AdapterChoice::Hardware,
             Ok(name) => AdapterChoice::Name(name.to_owned()),
             Err(_) => AdapterChoice::Cpu,
         };
@@ -22,6 +23,7 @@ pub fn gpu(test: &str) -> Option<&'static Gpu> {
             Err(GpuError::NoAdapter) => None,
             // A graphics card alone.
             Err(GpuError::UnknownAdapter { .. }) if choice == AdapterChoice::Cpu => None,
+            Err(GpuError::NoHardware { .. }) => None,
             Err(error) => panic!("{error}"),
         }
     });

@@ -3,11 +3,11 @@
 use std::{
     collections::BTreeMap,
     fs,
-    path::{Path, PathBuf},
+    path::PathBuf,
     time::{Duration, Instant, SystemTime},
 };
 
-use lanternfish_gpu::ShaderTexts;
+use lanternfish_gpu::{ShaderTexts, shader_files};
 
 /// How often the files are looked at.
 pub const PERIOD: Duration = Duration::from_millis(250);
@@ -16,8 +16,8 @@ pub const PERIOD: Duration = Duration::from_millis(250);
 #[derive(Debug)]
 pub struct SourceTree {
     folder: PathBuf,
-    /// When each file was written last, and its bytes.
-    seen: BTreeMap<PathBuf, (Option<SystemTime>, u64)>,
+    /// When each file was written last, its bytes, and its module path.
+    seen: BTreeMap<PathBuf, (Option<SystemTime>, u64, String)>,
     looked: Option<Instant>,
 }
 
@@ -34,39 +34,26 @@ impl SourceTree {
             return None;
         }
         self.looked = Some(Instant::now());
-        let mut found = BTreeMap::new();
-        collect(&self.folder, &mut found);
+        let files = shader_files(&self.folder).into_iter().filter_map(|(path, module)| {
+            let about = path.metadata().ok()?;
+            Some((path, (about.modified().ok(), about.len(), module)))
+        });
+        let mut found: BTreeMap<_, _> = files.collect();
         // Without any the tree is not there, or is about to become another.
         if found == self.seen || found.is_empty() {
             return None;
         }
         let mut texts = ShaderTexts::new();
         // A file that cannot be read, since it is just being written, is another at the next look.
-        found.retain(|path, _| match (fs::read_to_string(path), path.strip_prefix(&self.folder)) {
-            (Ok(text), Ok(module)) => {
-                let module = module.with_extension("");
-                let module = module.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
-                texts.insert(module, text);
+        found.retain(|path, (_, _, module)| match fs::read_to_string(path) {
+            Ok(text) => {
+                texts.insert(module.clone(), text);
                 true
             }
-            _ => false,
+            Err(_) => false,
         });
         self.seen = found;
         Some(texts)
-    }
-}
-
-/// Every `.wesl` file below a folder.
-fn collect(folder: &Path, found: &mut BTreeMap<PathBuf, (Option<SystemTime>, u64)>) {
-    let Ok(entries) = fs::read_dir(folder) else { return };
-    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-        if path.is_dir() {
-            collect(&path, found);
-        } else if path.extension().is_some_and(|ending| ending == "wesl")
-            && let Ok(about) = path.metadata()
-        {
-            found.insert(path, (about.modified().ok(), about.len()));
-        }
     }
 }
 

@@ -1,8 +1,10 @@
 //! The library's shaders, and every variant of them that a room can ask for.
 
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
-use lanternfish_gpu::{Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, SharedStruct};
+use lanternfish_gpu::{
+    Engine, Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, ShaderTexts, SharedStruct,
+};
 
 use crate::{indirect::Indirect, light_culling::Culling, occlusion::Occlusion};
 
@@ -12,6 +14,14 @@ pub static SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("
 /// Shaders that are linked as their folders declare, and in no other way.
 #[derive(Clone, Copy, Debug)]
 pub struct Package(ShaderLibrary);
+
+/// Puts texts in the place of the library's own shaders, by module path below its `src/`: renderers of the engine that are built from now
+/// on run them. Texts that are the library's own, and those of files that it does not have, are left out. Gives what stood there before.
+pub fn edit(engine: &Engine, mut texts: ShaderTexts) -> Arc<ShaderTexts> {
+    let own: HashMap<_, _> = SHADERS.sources().iter().copied().collect();
+    texts.retain(|path, text| own.get(path.as_str()).is_some_and(|own| own != text));
+    engine.edit(SHADERS.library(), texts)
+}
 
 /// What a folder declares of its shaders.
 #[derive(Clone, Copy, Debug)]

@@ -37,6 +37,9 @@ fn adapter() -> AdapterDescription {
         ray_query: false,
         texture_arrays: false,
         timestamps: false,
+        kind: wgpu::DeviceType::Cpu,
+        features: wgpu::Features::empty(),
+        limits: wgpu::Limits::default(),
     }
 }
 

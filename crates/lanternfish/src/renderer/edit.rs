@@ -1,14 +1,17 @@
 //! Shaders that somebody edits while they run.
 
-use std::collections::HashMap;
-
 use lanternfish_gpu::{Growth, ShaderTexts};
 
 use super::{
     Renderer,
     build::{Built, build},
 };
-use crate::{error::RenderError, gpu_scene::GpuScene, request::ViewRequest, shaders::SHADERS};
+use crate::{
+    error::RenderError,
+    gpu_scene::GpuScene,
+    request::ViewRequest,
+    shaders::{self, SHADERS},
+};
 
 impl Renderer {
     /// Renders with texts in the place of the library's own shaders from now on: WESL by its module path below the library's `src/`, such as
@@ -21,15 +24,13 @@ impl Renderer {
     /// ([`RenderError::NotSubmitted`]).
     pub fn edit_shaders(
         &mut self,
-        mut texts: ShaderTexts,
+        texts: ShaderTexts,
         scene: &GpuScene,
         views: &[ViewRequest<'_>],
     ) -> Result<(), RenderError> {
         self.check_device()?;
-        let own: HashMap<_, _> = SHADERS.sources().iter().copied().collect();
-        texts.retain(|path, text| own.get(path.as_str()).is_some_and(|own| own != text));
         let engine = self.engine.clone();
-        let before = engine.edit(SHADERS.library(), texts);
+        let before = shaders::edit(&engine, texts);
         let Built { mut passes, mut compiled, .. } = match build(&engine, &self.settings) {
             Ok(built) => built,
             Err(error) => {
