@@ -141,7 +141,7 @@ pub use crate::{
         tiled::{TileSize, Tiled},
     },
     occlusion::{Deep, Hbao, Occlusion},
-    rays::Tracer,
+    rays::{Tracer, TracerChoice},
 };
 
 /// How bright an image is shown.

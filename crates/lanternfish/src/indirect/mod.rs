@@ -75,6 +75,9 @@ pub(crate) trait IndirectRoom: AnyRoom {
         true
     }
 
+    /// Replaces a tracer that is left to the adapter by the one that it takes.
+    fn resolve_tracer(&mut self, _automatic: Tracer) {}
+
     /// Takes the settings of the nearest blended surfaces, which are smooth, and for which there are no deep images.
     fn look_at_glass(&mut self) {}
 
@@ -137,6 +140,13 @@ impl Indirect {
     /// Whether the chosen room finds the light of the surroundings.
     pub fn sees_surroundings(&self) -> bool {
         self.chosen().is_some_and(|room| room.sees_surroundings())
+    }
+
+    /// Replaces a tracer that is left to the adapter by the one that it takes.
+    pub(crate) fn resolve_tracer(&mut self, automatic: Tracer) {
+        if let Some(room) = self.chosen_mut() {
+            room.resolve_tracer(automatic);
+        }
     }
 
     /// What the chosen room reads of a scene.

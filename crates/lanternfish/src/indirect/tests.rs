@@ -31,7 +31,14 @@ const SIZE: UVec2 = UVec2::new(61, 45);
 
 fn sampled(tracer: Tracer) -> Sampled {
     let clamp = IndirectClamp::Off;
-    Sampled { diffuse_rays: 64, glossy_rays: 32, tracer, filter_radius: 0, clamp, ..Sampled::default().one_bounce() }
+    Sampled {
+        diffuse_rays: 64,
+        glossy_rays: 32,
+        tracer: tracer.into(),
+        filter_radius: 0,
+        clamp,
+        ..Sampled::default().one_bounce()
+    }
 }
 
 fn settings(sampled: Sampled) -> Settings {
@@ -394,7 +401,7 @@ fn gpu_what_does_not_go_together_is_refused() {
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default().one_bounce() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default().one_bounce() })).contains("64 pixels"));
     let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
-    let within = settings(Sampled { tracer: Tracer::WithinTexel, ..Sampled::default().one_bounce() });
+    let within = settings(Sampled { tracer: Tracer::WithinTexel.into(), ..Sampled::default().one_bounce() });
     assert!(refused(Settings { deep_images, ..within }).contains("triangles"));
     // Rays of indirect light do not need any of shadows.
     Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::None, ..default }).unwrap();

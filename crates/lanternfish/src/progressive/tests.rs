@@ -185,7 +185,7 @@ fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
     let scene = cornell();
     let views = view(&scene.cameras[0]);
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let sampled = Sampled { tracer: Tracer::WithinTexel, ..Sampled::default() };
+    let sampled = Sampled { tracer: Tracer::WithinTexel.into(), ..Sampled::default() };
     let indirect = Indirect::Sampled(sampled);
     let settings = Settings { accumulate: 10, deep_images, indirect, ..Settings::default() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();

@@ -78,7 +78,9 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
             settings.indirect = Indirect::None;
         }
     }
-    let tracer = tracer(device, settings.shadows)?;
+    let automatic = Tracer::automatic(device.adapter_info().device_type, device.features());
+    let tracer = tracer(device, settings.shadows, automatic)?;
+    settings.indirect.resolve_tracer(automatic);
     check_samples(device, &settings)?;
     super::frames::check(&settings)?;
     shadows::check(&settings)?;
@@ -129,13 +131,10 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     Ok(Built { effective: settings, needs, passes, compiled })
 }
 
-fn tracer(device: &wgpu::Device, setting: ShadowSetting) -> Result<Option<Tracer>, RenderError> {
-    let software = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+fn tracer(device: &wgpu::Device, setting: ShadowSetting, automatic: Tracer) -> Result<Option<Tracer>, RenderError> {
     match setting {
         ShadowSetting::None => Ok(None),
-        // A software adapter's ray query is slower than the walk in compute.
-        ShadowSetting::Auto if !software && Tracer::RayQuery.is_supported(device) => Ok(Some(Tracer::RayQuery)),
-        ShadowSetting::Auto => Ok(Some(Tracer::Bvh)),
+        ShadowSetting::Auto => Ok(Some(automatic)),
         ShadowSetting::Traced(tracer) => tracer.check(device, "`shadows ray-query`", "`shadows bvh`").map(Some),
     }
 }

@@ -234,8 +234,8 @@ fn gpu_what_bends_is_seen_by_everything() {
             testing::left_out("gpu_what_bends_is_seen_by_everything", "this adapter has no ray query");
             continue;
         }
-        let sampled = Sampled { diffuse_rays: 4, glossy_rays: 1, tracer, ..Sampled::default() };
-        let photons = PhotonSplatting { count: 1024, tracer, ..PhotonSplatting::default() };
+        let sampled = Sampled { diffuse_rays: 4, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
+        let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
         asked.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
         asked.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::Sampled(sampled), ..direct() })));
         asked.push((

@@ -50,8 +50,8 @@ fn coarse() -> DeepImageSettings {
 /// Settings that need something of a scene each.
 fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
     let direct = || Settings { shadows: Shadows::BVH, deep_images: coarse(), ..Settings::direct_light() };
-    let indirect = |tracer| {
-        let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer, ..Sampled::default() };
+    let indirect = |tracer: Tracer| {
+        let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
         Settings { indirect: Indirect::Sampled(sampled), ..direct() }
     };
     let mut choices = vec![

@@ -102,7 +102,7 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
     before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     let before = before;
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh, ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
     let asked = [
         ("bvh", direct(Shadows::BVH)),
         ("ray query", direct(Shadows::RAY_QUERY)),
@@ -223,7 +223,7 @@ fn gpu_factors_of_materials_follow() {
     ];
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     // And where hits are shaded.
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh, ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
     let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();

@@ -95,7 +95,7 @@ impl PhotonPasses {
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
         check(&room, &settings.deep_images)?;
-        let traced = room.tracer.check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
+        let traced = room.tracer.fixed().check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = SHADERS.link(&format!("indirect/photon_splatting/{file}"), features)?;
             let label = format!("indirect/photon_splatting/{file}");
@@ -135,7 +135,7 @@ impl PhotonPasses {
 
     /// How the directions are turned in this frame: as deep images are; other structures answer for any direction.
     fn rotation(&self, view: &ViewContext<'_>) -> Quat {
-        if self.settings.tracer.uses_deep_images() || view.rotation == Quat::IDENTITY {
+        if self.settings.tracer.fixed().uses_deep_images() || view.rotation == Quat::IDENTITY {
             return view.rotation;
         }
         rotation_of_turn(view.view.frame_index)
@@ -155,7 +155,7 @@ impl PhotonPasses {
             columns: tiles.x,
             rows: tiles.y,
             is_first: 1,
-            own_directions: u32::from(frames > 1 && !self.settings.tracer.uses_deep_images()),
+            own_directions: u32::from(frames > 1 && !self.settings.tracer.fixed().uses_deep_images()),
             ..Default::default()
         }
     }
@@ -204,7 +204,7 @@ impl IndirectPasses for PhotonPasses {
         let emitting = emitting.buffer("primary_photons", &primaries).buffer("photon_counters", counters.buffer());
         frame.dispatch(&self.emit, &emitting, workgroups(parameters.primary_count));
 
-        let images = images.filter(|_| settings.tracer.uses_deep_images());
+        let images = images.filter(|_| settings.tracer.fixed().uses_deep_images());
         let texels = images
             .map(|images| images.chunks.iter().map(|chunk| chunk.grid.texels_per_metre).fold(f32::INFINITY, f32::min));
         parameters.least_width = texels.map_or(0.0, |texels| 1.0 / texels);
@@ -243,7 +243,7 @@ pub(super) fn check(room: &PhotonSplatting, images: &DeepImageSettings) -> Resul
     if room.filter_radius > MOST_RADIUS || room.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
         return wrong("a filter of at most 64 pixels, and a radius above 0");
     }
-    if room.tracer.uses_deep_images() && !images.payload {
+    if room.tracer.fixed().uses_deep_images() && !images.payload {
         return wrong("deep images with triangles");
     }
     Ok(())

@@ -10,7 +10,7 @@ use crate::{
         IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
-    rays::Tracer,
+    rays::{Tracer, TracerChoice},
     rooms::{Knob, Range, Room},
     settings::Settings,
     shaders::Shaders,
@@ -32,7 +32,7 @@ pub struct PhotonSplatting {
     /// Photons from all lights that are split where they meet a surface, 16 to 262,144. More: finer, slower.
     pub count: u32,
     /// What split photons are traced through. Deep images: along their axes; others: along the same directions.
-    pub tracer: Tracer,
+    pub tracer: TracerChoice,
     /// How often light is scattered on its way from a light to what the view shows, 1 to 16.
     pub bounces: u32,
     /// Radius of a footprint over that of the ellipse in the parallelogram of its differentials, > 0. Larger: smoother, more blurred.
@@ -58,7 +58,7 @@ impl Default for PhotonSplatting {
     fn default() -> Self {
         Self {
             count: 4096,
-            tracer: Tracer::Bvh,
+            tracer: TracerChoice::Auto,
             bounces: 1,
             radius: 0.125,
             widened: true,
@@ -150,15 +150,19 @@ impl IndirectRoom for PhotonSplatting {
     }
 
     fn parts(&self) -> Parts {
-        Parts::HITS | self.tracer.parts()
+        Parts::HITS | self.tracer.fixed().parts()
     }
 
     fn sees_surroundings(&self) -> bool {
         false
     }
 
+    fn resolve_tracer(&mut self, automatic: Tracer) {
+        self.tracer.resolve(automatic);
+    }
+
     fn look_at_glass(&mut self) {
-        self.tracer = self.tracer.exact();
+        self.tracer = self.tracer.fixed().exact().into();
         self.resolution = IndirectResolution::Full;
     }
 

@@ -218,6 +218,7 @@ impl RadianceCache {
         images: &DeepImageSettings,
     ) -> Result<Self, RenderError> {
         let Sampled { bounces, cache_cells, cache_samples, tracer, .. } = *settings;
+        let tracer = tracer.fixed();
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = SHADERS.link(&format!("indirect/radiance_cache/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))

@@ -160,12 +160,12 @@ impl SampledLight {
     ) -> Result<Self, RenderError> {
         let deep_images = settings.deep_images;
         check(&sampled, &deep_images)?;
-        sampled.tracer.check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
+        sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
         let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
             let shader = SHADERS.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
-        let tracing = sampled.tracer.features(&deep_images);
+        let tracing = sampled.tracer.fixed().features(&deep_images);
         let exact_tracer = tracer.unwrap_or(Tracer::Bvh).exact();
         let exact = exact_tracer.features(&deep_images);
         Ok(Self {
@@ -237,7 +237,7 @@ impl IndirectPasses for SampledLight {
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
-        let images = images.filter(|_| settings.tracer.uses_deep_images());
+        let images = images.filter(|_| settings.tracer.fixed().uses_deep_images());
         // First of the rounds whose hits are there.
         let mut traced_first = None;
         let mut round = 0;
@@ -369,7 +369,7 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     if matches!(settings.bounces, Bounces::UpTo(2..)) && settings.hit_light != HitLight::Cached {
         return Err(RenderError::Together { setting: "`bounces` of 2 to 8", needed: "`hit-light cached`" });
     }
-    if settings.tracer.uses_deep_images() && !deep_images.payload {
+    if settings.tracer.fixed().uses_deep_images() && !deep_images.payload {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });
     }
     Ok(())

@@ -11,7 +11,7 @@ use crate::{
         radiance_cache::Bounces,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
-    rays::Tracer,
+    rays::{Tracer, TracerChoice},
     rooms::{Knob, Range, Room},
     settings::{Materials, Settings},
     shaders::Shaders,
@@ -35,7 +35,7 @@ pub struct Sampled {
     /// Rays a pixel about the mirror direction. More: less noise on glossy surfaces, slower; 0: none shine.
     pub glossy_rays: u32,
     /// What rays are traced through.
-    pub tracer: Tracer,
+    pub tracer: TracerChoice,
     /// Where rays start.
     pub resolution: IndirectResolution,
     /// Pixels to each side that the filter reaches in a picture of one frame, up to 64; 0: none. More: less noise, softer detail.
@@ -90,7 +90,7 @@ impl Quality {
             diffuse_rays: 8,
             first_rays: 2,
             glossy_rays: 4,
-            tracer: Tracer::Bvh,
+            tracer: TracerChoice::Auto,
             resolution: IndirectResolution::Full,
             filter_radius: 8,
             clamp: IndirectClamp::On,
@@ -179,11 +179,15 @@ impl IndirectRoom for Sampled {
     }
 
     fn parts(&self) -> Parts {
-        Parts::HITS | self.tracer.parts()
+        Parts::HITS | self.tracer.fixed().parts()
+    }
+
+    fn resolve_tracer(&mut self, automatic: Tracer) {
+        self.tracer.resolve(automatic);
     }
 
     fn look_at_glass(&mut self) {
-        self.tracer = self.tracer.exact();
+        self.tracer = self.tracer.fixed().exact().into();
         self.resolution = IndirectResolution::Full;
         self.glossy_rays = self.glossy_rays.max(1);
         self.hit_light = HitLight::Shaded;

@@ -327,7 +327,7 @@ fn gpu_tables_that_grow_change_no_picture() {
         (Tracer::WithinTexel, Bounces::All, 1),
         (Tracer::WithinTexel, Bounces::UpTo(3), 4),
     ] {
-        let rays = Sampled { tracer, bounces, first_rays, ..rays };
+        let rays = Sampled { tracer: tracer.into(), bounces, first_rays, ..rays };
         let (expected, [cells, ..], _) = rendered(1 << 17, rays);
         // Of 4096 the frame starts over behind a later round.
         for first_cells in [64, 1 << 12, 1 << 14, 1 << 15] {

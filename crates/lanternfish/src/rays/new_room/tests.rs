@@ -11,7 +11,7 @@ use crate::{
 };
 
 fn renderer(gpu: &lanternfish_gpu::Gpu, tracer: Tracer) -> Renderer {
-    let sampled = Sampled { tracer, filter_radius: 0, ..Sampled::default().one_bounce() };
+    let sampled = Sampled { tracer: tracer.into(), filter_radius: 0, ..Sampled::default().one_bounce() };
     let settings = Settings {
         shadows: Shadows::Traced(tracer),
         indirect: Indirect::Sampled(sampled),

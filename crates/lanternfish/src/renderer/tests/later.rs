@@ -250,8 +250,12 @@ fn gpu_deep_images_get_their_room_in_later_frames() {
     let deep_images =
         DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 3 }, ..DeepImageSettings::default() };
     let direct = Settings { deep_images, exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
-    let sampled =
-        Sampled { tracer: Tracer::WithinTexel, diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
+    let sampled = Sampled {
+        tracer: Tracer::WithinTexel.into(),
+        diffuse_rays: 1,
+        glossy_rays: 0,
+        ..Sampled::default().one_bounce()
+    };
     let few = VirtualLights { count: 300, map: MapSize::Texels64, ..VirtualLights::default() };
     for (name, settings) in [
         ("shadows", Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), ..direct.clone() }),

@@ -16,7 +16,7 @@ fn settings(slices: u32) -> Settings {
     let clamp = IndirectClamp::Off;
     let rays = Sampled { diffuse_rays: 16, glossy_rays: 0, filter_radius: 0, clamp, ..Sampled::default().one_bounce() };
     Settings {
-        indirect: Indirect::Sampled(Sampled { tracer: Tracer::WithinTexel, ..rays }),
+        indirect: Indirect::Sampled(Sampled { tracer: Tracer::WithinTexel.into(), ..rays }),
         deep_images: DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() },
         ..Settings::direct_light()
     }
