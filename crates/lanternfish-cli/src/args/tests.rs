@@ -2,7 +2,7 @@ use clap::CommandFactory;
 use lanternfish::settings::{
     Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, DeepImageSettings,
     DirectionSet, Exposure, Grouping, History, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion,
-    Quality, RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap, Tracer,
+    Quality, RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap, Tracer, TracerChoice,
 };
 
 use super::*;
@@ -65,7 +65,7 @@ fn every_flag_reaches_its_setting() {
         indirect: Indirect::Sampled(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,
-            tracer: Tracer::Bvh,
+            tracer: Tracer::Bvh.into(),
             resolution: IndirectResolution::Half,
             filter_radius: 2,
             clamp: IndirectClamp::Off,
@@ -159,11 +159,11 @@ fn quality_says_what_is_not_said_otherwise() {
     let (draft, coarse) = sampled(&["--quality", "draft"]);
     assert_eq!((draft.resolution, coarse), (IndirectResolution::Half, 64));
     let (best, _) = sampled(&["--quality", "best"]);
-    assert_eq!(best.tracer, Tracer::Bvh);
+    assert_eq!(best.tracer, TracerChoice::Auto);
     let rays = |sampled: Sampled| sampled.diffuse_rays + sampled.glossy_rays;
     assert!(rays(draft) < rays(Sampled::default()) && rays(Sampled::default()) < rays(best));
     let (best, fine) = sampled(&["--quality", "best", "--indirect-rays", "3", "--deep-resolution", "32"]);
-    assert_eq!((best.diffuse_rays, best.tracer, fine), (3, Tracer::Bvh, 32));
+    assert_eq!((best.diffuse_rays, best.tracer, fine), (3, TracerChoice::Auto, 32));
     let none = parsed(&["--indirect", "none"]).unwrap().settings();
     assert_eq!((none.indirect, none.deep_images), (Indirect::None, DeepImageSettings::default()));
     // Several samples a pixel where they are a small part of the frame, or where they are asked for.

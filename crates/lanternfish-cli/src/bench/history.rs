@@ -92,7 +92,7 @@ fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("bvh, shaded", shaded),
         ("bvh, cached", cached),
         ("bvh, shaded, half resolution", Sampled { resolution: IndirectResolution::Half, ..shaded }),
-        ("within-texel, cached", Sampled { tracer: Tracer::WithinTexel, ..cached }),
+        ("within-texel, cached", Sampled { tracer: Tracer::WithinTexel.into(), ..cached }),
     ];
     let ways = ways.into_iter().take(if quick { 1 } else { usize::MAX });
     let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));

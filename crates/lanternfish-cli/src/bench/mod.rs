@@ -127,8 +127,8 @@ pub struct ForwardPlusArgs {
     /// Which tracer answers.
     #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
     pub shadows: Shadows,
-    /// Where to render: a part of an adapter's name, or cpu for a software one.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to render: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Where the rain of --lights falls.
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -42,8 +42,8 @@ pub struct MovingArgs {
     /// Rays through the tree.
     #[arg(long, value_name = "N", default_value_t = 1 << 19, value_parser = clap::value_parser!(u32).range(1024..=1 << 22))]
     pub rays: u32,
-    /// Where to run: a part of an adapter's name, or cpu for a software one.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to run: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
 }
 

@@ -126,8 +126,8 @@ pub struct MomentArgs {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Where to run: a part of an adapter's name, or cpu for a software one. Without it: the most capable.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to run: a part of an adapter's name, gpu for a graphics card, cpu for software. Without it: the most capable.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Says nothing but errors and the results.
     #[arg(short, long)]

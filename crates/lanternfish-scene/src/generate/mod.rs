@@ -8,6 +8,7 @@ mod hall;
 mod hash;
 mod rain;
 mod random;
+mod sky;
 mod street;
 mod surface;
 mod texture;
@@ -15,6 +16,7 @@ mod texture;
 pub(crate) use build::Shape;
 pub use rain::{Rain, light_rain};
 pub use random::random_lights;
+pub use sky::sky;
 pub(crate) use surface::Surface;
 
 use crate::{Scene, SceneError};

@@ -70,8 +70,8 @@ pub struct ClusteredArgs {
     /// Where the lights are. Their radius is the same either way.
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Places::Rain)]
     pub lights: Places,
-    /// Where to render: a part of an adapter's name, or cpu for a software one.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to render: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Where the lights are: another seed, other places.
     #[arg(long, value_name = "N", default_value_t = 0)]

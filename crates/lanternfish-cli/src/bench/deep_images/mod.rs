@@ -55,8 +55,8 @@ pub struct DeepImagesArgs {
     /// The tables that are made. Builders that draw the scene for each image or each layer take minutes in a large scene.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = TABLES, default_values = TABLES)]
     pub tables: Vec<String>,
-    /// Where to run: a part of an adapter's name, or cpu for a software one.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to run: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     #[command(flatten)]
     pub part: PartArgs,

@@ -149,7 +149,7 @@ impl Configuration {
         let sampled = Sampled {
             diffuse_rays,
             glossy_rays,
-            tracer: self.tracer(),
+            tracer: self.tracer().into(),
             filter_radius: self.filter_radius,
             ..Sampled::default().one_bounce()
         };

@@ -57,8 +57,8 @@ pub struct IndirectArgs {
     /// Few directions, coarse images, and filter and antialiasing of diffuse light only.
     #[arg(long)]
     pub quick: bool,
-    /// Where to run: a part of an adapter's name, or cpu for a software one.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to run: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Where the rain of --lights falls.
     #[arg(long, value_name = "N", default_value_t = 0)]

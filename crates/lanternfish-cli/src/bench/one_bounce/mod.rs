@@ -61,8 +61,8 @@ pub struct OneBounceArgs {
     /// Only those whose name holds one of these words; the picture without indirect light is always there. Repeatable.
     #[arg(long, value_name = "WORDS")]
     pub only: Vec<String>,
-    /// Where to run: a part of an adapter's name, or cpu for a software one.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to run: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Where the rain of --lights falls.
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -48,9 +48,9 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("photon-count 16384", PhotonSplatting { count: 16384, ..usual }),
         ("photon-radius 0.25", PhotonSplatting { radius: 0.25, ..usual }),
         ("photon-radius 0.5", PhotonSplatting { radius: 0.5, ..usual }),
-        ("photon-tracer ray-query", PhotonSplatting { tracer: Tracer::RayQuery, ..usual }),
-        ("photon-tracer within-texel", PhotonSplatting { tracer: Tracer::WithinTexel, ..usual }),
-        ("photon-tracer across-texels", PhotonSplatting { tracer: Tracer::AcrossTexels, ..usual }),
+        ("photon-tracer ray-query", PhotonSplatting { tracer: Tracer::RayQuery.into(), ..usual }),
+        ("photon-tracer within-texel", PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
+        ("photon-tracer across-texels", PhotonSplatting { tracer: Tracer::AcrossTexels.into(), ..usual }),
         ("photon-widened off", PhotonSplatting { widened: false, ..usual }),
         ("photon-conserve on", PhotonSplatting { conserved: true, ..usual }),
         ("indirect-filter 0", PhotonSplatting { filter_radius: 0, ..usual }),
@@ -78,7 +78,7 @@ pub fn papers_images(resolution: u32) -> DeepImageSettings {
 pub fn papers_photons() -> PhotonSplatting {
     PhotonSplatting {
         count: 1024,
-        tracer: Tracer::WithinTexel,
+        tracer: Tracer::WithinTexel.into(),
         radius: 1.0,
         widened: false,
         conserved: false,
@@ -97,7 +97,7 @@ pub fn converging(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("photon-splatting, photon-count 16384", Indirect::PhotonSplatting(PhotonSplatting { count: 16384, ..usual })),
         (
             "photon-splatting, photon-tracer within-texel",
-            Indirect::PhotonSplatting(PhotonSplatting { tracer: Tracer::WithinTexel, ..usual }),
+            Indirect::PhotonSplatting(PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
         ),
     ];
     let mut all = named(look, &rooms);

@@ -63,8 +63,8 @@ pub struct QualityArgs {
     /// Without it: what LANTERNFISH_SHARED names, else ../shared.
     #[arg(long, value_name = "FOLDER")]
     pub shared: Option<PathBuf>,
-    /// Where to render: a part of an adapter's name, or cpu for a software one.
-    #[arg(long, value_name = "NAME|cpu", value_parser = adapter)]
+    /// Where to render: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// What the report calls the state of the sources.
     #[arg(long, value_name = "TEXT")]

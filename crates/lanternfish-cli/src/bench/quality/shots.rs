@@ -4,7 +4,11 @@ use std::path::Path;
 
 use glam::Vec3;
 use lanternfish::settings::{Attenuation, Exposure, Settings};
-use lanternfish_scene::{Camera, Environment, Light, Projection, Scene, generate::light_rain, near_plane};
+use lanternfish_scene::{
+    Camera, Environment, Light, Projection, Scene,
+    generate::{light_rain, sky},
+    near_plane,
+};
 
 use crate::{
     error::CliError,
@@ -198,28 +202,10 @@ impl Shot {
     }
 }
 
-/// What stands around the scenes that are lit by it: an overcast field among the shared assets, else [`built_in_sky`].
+/// What stands around the scenes that are lit by it: an overcast field among the shared assets, else [`sky`].
 pub fn surroundings(assets: &Path) -> Result<Environment, CliError> {
     let file = assets.join("env/kloppenheim_05_1k.hdr");
-    Ok(if file.is_file() { Environment::load(&file)? } else { built_in_sky() })
-}
-
-/// A blue sky that is brighter towards the horizon, a warm patch 20° wide in it, and a dark ground.
-fn built_in_sky() -> Environment {
-    let (width, height) = (128, 64);
-    let mut sky = Environment { width, height, pixels: vec![Vec3::ZERO; width * height], rotation: 0.0 };
-    let towards_patch = Vec3::new(0.5, 0.6, -0.4).normalize();
-    for i in 0..sky.pixels.len() {
-        let middle = |i: usize, whole: usize| (i as f32 + 0.5) / whole as f32;
-        let direction = sky.direction(middle(i % width, width), middle(i / width, height));
-        sky.pixels[i] = if direction.y < 0.0 {
-            Vec3::splat(0.1)
-        } else {
-            let patch = if direction.dot(towards_patch) > 10f32.to_radians().cos() { 20.0 } else { 0.0 };
-            Vec3::new(0.4, 0.6, 1.0) * (1.5 - direction.y) + Vec3::new(1.0, 0.8, 0.6) * patch
-        };
-    }
-    sky
+    Ok(if file.is_file() { Environment::load(&file)? } else { sky() })
 }
 
 #[cfg(test)]
@@ -244,7 +230,7 @@ mod tests {
         let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
         scene.environment = Some(surroundings(Path::new("no such folder")).unwrap());
         scene.validate().unwrap();
-        let brightest = built_in_sky().pixels.into_iter().fold(Vec3::ZERO, Vec3::max);
+        let brightest = sky().pixels.into_iter().fold(Vec3::ZERO, Vec3::max);
         assert!(brightest.min_element() > 10.0, "no patch: {brightest}");
     }
 

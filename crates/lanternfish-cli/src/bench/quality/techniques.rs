@@ -144,14 +144,14 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     };
     let mut rows = vec![of("none", Indirect::None, usual)];
     for tracer in Tracer::ALL.iter().copied() {
-        let plain = Indirect::Sampled(Sampled { tracer, ..GOOD });
+        let plain = Indirect::Sampled(Sampled { tracer: tracer.into(), ..GOOD });
         if tracer.uses_deep_images() {
             rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain, resolution)));
         } else {
             rows.push(of(tracer.name(), plain, usual));
         }
     }
-    let all = |tracer| Sampled { tracer, ..GOOD };
+    let all = |tracer: Tracer| Sampled { tracer: tracer.into(), ..GOOD };
     let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
     let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
     let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::Bvh) };
@@ -181,7 +181,7 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, ..default.clone() };
         Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
     };
-    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, glossy_rays: 16, ..GOOD });
+    let sampled = |tracer: Tracer| Indirect::Sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
     let traced = Tracer::ALL.iter().map(|tracer| of(tracer.name(), sampled(*tracer)));
     std::iter::once(of("none", Indirect::None)).chain(traced).collect()
 }
@@ -248,7 +248,7 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
             rows.push(of(name, Settings { deep_images, ..occluded(occlusion) }));
         }
     }
-    let sampled = |tracer| Indirect::Sampled(Sampled { tracer, ..GOOD });
+    let sampled = |tracer: Tracer| Indirect::Sampled(Sampled { tracer: tracer.into(), ..GOOD });
     for tracer in Tracer::ALL {
         let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
         rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });

@@ -78,7 +78,7 @@ fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
         _ => None,
     };
     for tracer in Tracer::ALL {
-        assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer));
+        assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer.fixed()));
     }
     for resolution in IndirectResolution::ALL {
         assert_every(&[Some(*resolution)], |settings| sampled(settings).map(|sampled| sampled.resolution));
