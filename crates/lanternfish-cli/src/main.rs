@@ -6,6 +6,7 @@ mod camera;
 mod choices;
 mod compare;
 mod deep_images;
+mod doctor;
 mod error;
 mod farm;
 mod flags;
@@ -61,6 +62,7 @@ fn main() -> ExitCode {
         Command::Farm(args) => farm::run(&args).map(|()| 0),
         Command::Reference(args) => reference::run(&args, started),
         Command::Merge(args) => reference::merge::run(&args).map(|()| 0),
+        Command::Doctor(args) => doctor::run(&args),
         Command::Info(args) => info::run(&args).map(|()| 0),
         Command::DeepImages(args) => deep_images::run(&args).map(|()| 0),
         Command::Bench(args) => bench::run(&args).map(|()| 0),

@@ -1,0 +1,155 @@
+//! The list of checks, in the order in which they rest on each other: what comes first needs the least of what comes after.
+
+use lanternfish::{
+    Settings,
+    rooms::Family,
+    settings::{Culling, Indirect, Occlusion, Sampled, Shadows, Tracer},
+};
+
+use super::{
+    measure::{Kind, Limits, Reference},
+    report::Group,
+    scenes::Name,
+};
+
+/// A check that is to be made.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub group: Group,
+    pub name: String,
+    pub scene: Name,
+    /// Whether `--quick` makes it too.
+    pub is_quick: bool,
+    pub kind: Kind,
+}
+
+impl Plan {
+    /// Whether its group, name or scene contains a text.
+    pub fn matches(&self, text: &str) -> bool {
+        [self.group.name(), &self.name, self.scene.text()].iter().any(|part| part.contains(text))
+    }
+
+    /// What a file of it is called.
+    pub fn file_name(&self) -> String {
+        let text = format!("{} {} {}", self.group.name(), self.name, self.scene.text());
+        let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+        words.map(str::to_lowercase).collect::<Vec<_>>().join("-")
+    }
+}
+
+/// Direct light by the reference implementation of culling, without shadows: what is left is materials and lights.
+fn unshadowed() -> Settings {
+    Settings { culling: Culling::All, shadows: Shadows::None, ..Settings::direct_light() }
+}
+
+/// Every check.
+pub fn plans() -> Vec<Plan> {
+    let mut plans = Vec::new();
+    let mut add = |group, name: &str, scene, is_quick, kind| {
+        plans.push(Plan { group, name: name.to_owned(), scene, is_quick, kind });
+    };
+    let against = |reference, settings: Settings, limits| Kind::Against(reference, Box::new(settings), limits);
+    let direct = Settings::direct_light;
+
+    add(Group::Primitives, "radix sort", Name::Cornell, true, Kind::Sort);
+    add(
+        Group::Materials,
+        "BRDF, one light",
+        Name::Spheres,
+        true,
+        against(Reference::Direct, unshadowed(), Limits::new(0.03, 0.01, 0.01)),
+    );
+    for culling in Culling::rooms() {
+        let both = [Settings { culling, ..unshadowed() }, unshadowed()];
+        let is_quick = culling == Culling::default();
+        add(Group::LightCulling, culling.name(), Name::Atrium, is_quick, Kind::Same(Box::new(both)));
+    }
+    for tracer in Tracer::ALL.iter().copied() {
+        let settings = Settings { shadows: Shadows::Traced(tracer), ..direct() };
+        let is_exact = !tracer.uses_deep_images();
+        let limits = if is_exact { Limits::new(0.03, 0.01, 0.01) } else { Limits::new(0.13, 0.04, 0.03) };
+        let is_quick = tracer == Tracer::Bvh;
+        if is_exact {
+            let masks = against(Reference::Direct, settings.clone(), Limits { energy: 0.02, ..limits });
+            add(Group::Shadows, tracer.name(), Name::Masks, is_quick, masks);
+        }
+        let hall = against(Reference::Direct, settings, limits);
+        add(Group::Shadows, tracer.name(), Name::Hall, is_quick, hall);
+    }
+    for (name, scene, limits) in [
+        ("100 lights", Name::Atrium, Limits::new(0.12, 0.03, 0.01)),
+        ("disk and rectangle", Name::AreaLights, Limits::new(0.08, 0.02, 0.01)),
+        ("blended and transmitted", Name::Glass, Limits::new(0.09, 0.03, 0.01)),
+        ("bent on the device", Name::Figure, Limits::new(0.03, 0.01, 0.01)),
+    ] {
+        add(Group::DirectLight, name, scene, false, against(Reference::Direct, direct(), limits));
+    }
+    for occlusion in Occlusion::rooms() {
+        let settings = Settings { occlusion, ..direct() };
+        let is_unbounded = occlusion == Occlusion::deep(None);
+        let (reference, limits) = match is_unbounded {
+            true => (Reference::Visibility, Limits::new(0.09, 0.02, 0.01)),
+            false => (Reference::Obscurance, Limits::new(0.13, 0.1, 0.01)),
+        };
+        add(Group::Occlusion, occlusion.name(), Name::White, false, against(reference, settings, limits));
+    }
+    let good = Settings::default;
+    add(
+        Group::Environment,
+        "default",
+        Name::Environment,
+        false,
+        against(Reference::Full, good(), Limits::new(0.06, 0.03, 0.01)),
+    );
+    let full = |settings| against(Reference::Full, settings, Limits::new(0.07, 0.015, 0.01));
+    add(Group::IndirectLight, "default", Name::Cornell, true, full(good()));
+    add(Group::IndirectLight, "default", Name::Hall, false, full(good()));
+    for tracer in Tracer::ALL.iter().copied() {
+        let sampled = Indirect::Sampled(Sampled { tracer: tracer.into(), ..Sampled::default() });
+        let name = format!("{}, {tracer}", sampled.name());
+        let limits =
+            if tracer.uses_deep_images() { Limits::new(0.12, 0.05, 0.02) } else { Limits::new(0.07, 0.015, 0.01) };
+        let settings = Settings { indirect: sampled, ..good() };
+        add(Group::IndirectLight, &name, Name::Cornell, false, against(Reference::Full, settings, limits));
+    }
+    for indirect in Indirect::rooms().into_iter().filter(|indirect| *indirect != Indirect::default()) {
+        let settings = Settings { indirect, ..good() };
+        let limits = Limits::new(0.08, 0.03, 0.01);
+        add(
+            Group::IndirectLight,
+            indirect.name(),
+            Name::CornellLights,
+            false,
+            against(Reference::OneBounce, settings, limits),
+        );
+    }
+    add(Group::Updates, "update, upload", Name::CornellLights, true, Kind::Update(Box::new(direct())));
+    add(Group::Reproducibility, "default, twice", Name::Cornell, true, Kind::Twice(Box::new(good())));
+    plans
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_technique_and_tracer_is_checked() {
+        let plans = plans();
+        let has = |group: Group, name: &str| plans.iter().any(|plan| plan.group == group && plan.name == name);
+        for tracer in Tracer::ALL {
+            assert!(has(Group::Shadows, tracer.name()), "{tracer}");
+            assert!(has(Group::IndirectLight, &format!("sampled, {tracer}")), "{tracer}");
+        }
+        assert!(Culling::rooms().iter().all(|culling| has(Group::LightCulling, culling.name())));
+        assert!(Occlusion::rooms().iter().all(|occlusion| has(Group::Occlusion, occlusion.name())));
+        let indirect = Indirect::rooms();
+        let others = indirect.iter().filter(|indirect| **indirect != Indirect::default());
+        assert!(
+            others.clone().count() + 1 == indirect.len() && others.clone().all(|i| has(Group::IndirectLight, i.name()))
+        );
+        let quick = |group| plans.iter().any(|plan| plan.is_quick && plan.group == group);
+        let groups =
+            [Group::Materials, Group::LightCulling, Group::Shadows, Group::IndirectLight, Group::Reproducibility];
+        assert!(groups.into_iter().all(quick), "--quick looks at each kind of technique");
+    }
+}

@@ -1,0 +1,68 @@
+//! What is here: adapters, and what each can run.
+
+use lanternfish::{
+    RenderError, Renderer, Settings,
+    rooms::Family,
+    settings::{Culling, DeepImageSettings, Indirect, Occlusion, Shadows, Tracer},
+};
+use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
+
+use super::report::{Adapter, Technique};
+use crate::flags::as_flags;
+
+/// An adapter, without what its techniques say.
+pub fn describe(adapter: &AdapterDescription, info: &wgpu::AdapterInfo) -> Adapter {
+    let named = [
+        ("ray query", wgpu::Features::EXPERIMENTAL_RAY_QUERY),
+        ("texture arrays", Gpu::TEXTURE_ARRAYS),
+        ("timestamps", Gpu::TIMESTAMPS),
+        ("32-bit float blending", wgpu::Features::FLOAT32_BLENDABLE),
+    ];
+    let limits = &adapter.limits;
+    let limits = [
+        ("buffer", limits.max_buffer_size),
+        ("binding", limits.max_storage_buffer_binding_size),
+        ("texture edge", u64::from(limits.max_texture_dimension_2d)),
+        ("workgroup", u64::from(limits.max_compute_invocations_per_workgroup)),
+    ];
+    Adapter {
+        name: adapter.name.clone(),
+        kind: adapter.device_type.clone(),
+        backend: adapter.backend.clone(),
+        driver: adapter.driver.clone(),
+        faults: driver_warning(info),
+        automatic_tracer: Tracer::automatic(adapter.kind, adapter.features).name().to_owned(),
+        features: named.map(|(name, feature)| (name.to_owned(), adapter.features.contains(feature))).to_vec(),
+        limits: limits.map(|(name, limit)| (name.to_owned(), limit)).to_vec(),
+        techniques: Vec::new(),
+    }
+}
+
+/// Which techniques and tracers the device of an engine can run: each is built.
+pub fn techniques(engine: &Engine) -> Vec<Technique> {
+    let direct = Settings::direct_light;
+    let mut asked: Vec<(String, Settings)> = Vec::new();
+    let culling = Culling::rooms().into_iter();
+    asked.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
+    asked.extend(
+        Tracer::ALL
+            .iter()
+            .map(|tracer| (format!("shadows {tracer}"), Settings { shadows: Shadows::Traced(*tracer), ..direct() })),
+    );
+    let occlusion = Occlusion::rooms().into_iter();
+    asked.extend(
+        occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), Settings { occlusion, ..direct() })),
+    );
+    let deep_images = DeepImageSettings::default();
+    let indirect = Indirect::rooms().into_iter();
+    asked.extend(
+        indirect
+            .map(|indirect| (format!("indirect {}", indirect.name()), Settings { indirect, deep_images, ..direct() })),
+    );
+    let built = |(name, settings): (String, Settings)| {
+        let reason =
+            Renderer::with_engine(engine, settings).err().map(|error: RenderError| as_flags(&error.to_string()));
+        Technique { name, reason }
+    };
+    asked.into_iter().map(built).collect()
+}

@@ -1,0 +1,327 @@
+//! `lanternfish doctor`: what is here, whether it is right, how fast it is.
+
+mod checks;
+mod figure;
+mod machine;
+mod measure;
+mod page;
+mod report;
+mod scenes;
+mod speed;
+#[cfg(test)]
+mod tests;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::{Instant, SystemTime, UNIX_EPOCH},
+};
+
+use clap::{Args, ValueEnum};
+use lanternfish_gpu::{AdapterChoice, AdapterDescription, Engine, Gpu, adapters, read_shader_texts};
+
+use self::{
+    checks::{Plan, plans},
+    measure::Bench,
+    report::{Adapter, Check, FORMAT, Figure, Report, Technique, Verdict},
+    speed::{Extent, Step},
+};
+use crate::{
+    args::adapter,
+    error::CliError,
+    output::{print, write_text},
+    parse::{self, Size},
+    progress::Progress,
+};
+
+pub const HELP: &str = "\
+Examples:
+  lanternfish doctor
+  lanternfish doctor --adapter gpu --json doctor.json
+  lanternfish doctor --quick
+  lanternfish doctor --read doctor.json
+
+Exits with 1 if a check fails, else with 0. The report names hardware, driver and system, and nothing of you or of your files.";
+
+#[derive(Debug, Args)]
+pub struct DoctorArgs {
+    /// What is checked: a part of an adapter's name, gpu for a graphics card, cpu for software. Without it: the most capable.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    /// One check of each kind, and few times.
+    #[arg(long)]
+    pub quick: bool,
+    /// Writes the report for machines, too: it is there from the first check on, also where a driver ends the process.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Size of the frames that are timed. Without it: 1280x720 and 1920x1080, on a software adapter 320x180.
+    #[arg(long, value_name = "WxH", value_parser = parse::size)]
+    pub size: Option<Size>,
+    /// One part alone. Repeatable.
+    #[arg(long, value_name = "PART", value_enum)]
+    pub only: Vec<Part>,
+    /// Checks alone, and of them those whose group, name or scene contains this.
+    #[arg(long, value_name = "TEXT")]
+    pub filter: Option<String>,
+    /// Writes what is compared into this folder, as PNG: each image, and its reference to the right of it.
+    #[arg(long, value_name = "FOLDER")]
+    pub images: Option<PathBuf>,
+    /// Checks the shaders below this folder, the library's `src`, in the place of those that are built in.
+    #[arg(long, value_name = "FOLDER")]
+    pub shaders: Option<PathBuf>,
+    /// What the report calls the state of the sources.
+    #[arg(long, value_name = "TEXT", hide_short_help = true)]
+    pub commit: Option<String>,
+    /// Prints a report that --json wrote before, and checks nothing.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "size", "only", "filter", "images", "shaders", "commit"])]
+    pub read: Option<PathBuf>,
+    /// With --read: as a page in Markdown.
+    #[arg(long, requires = "read")]
+    pub page: bool,
+}
+
+/// A part of the report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Part {
+    /// Whether images are right
+    Checks,
+    /// How fast it is
+    Speed,
+}
+
+pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
+    if let Some(file) = &args.read {
+        let report = read(file)?;
+        print(&if args.page { page::to_markdown(&report) } else { report.to_table() })?;
+        return Ok(exit_code(&report));
+    }
+    if let Some(folder) = &args.images {
+        fs::create_dir_all(folder).map_err(|error| {
+            CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made")
+        })?;
+    }
+    let texts = args.shaders.as_deref().map(read_shader_texts).transpose();
+    let texts = texts.map_err(|what| CliError::new(what, "name the library's folder `src` of a source tree"))?;
+    let progress = Progress::start(false);
+    let mut doctor = Doctor::new(args, &progress)?;
+    if let Some(texts) = texts {
+        lanternfish::shaders::edit(&doctor.bench.engine, texts);
+    }
+    doctor.examine(args)?;
+    let report = doctor.report;
+    progress.finish();
+    print(&report.to_table())?;
+    Ok(exit_code(&report))
+}
+
+fn exit_code(report: &Report) -> u8 {
+    u8::from(report.failures().next().is_some() || !report.complete)
+}
+
+fn read(file: &Path) -> Result<Report, CliError> {
+    let hint = "name a file that `lanternfish doctor --json` wrote";
+    let what = |error: &dyn std::fmt::Display| CliError::new(format_args!("{}: {error}", file.display()), hint);
+    let text = fs::read_to_string(file).map_err(|error| what(&error))?;
+    let report: Report = serde_json::from_str(&text).map_err(|error| what(&error))?;
+    match report.format {
+        FORMAT => Ok(report),
+        other => Err(what(&format_args!("its format is {other}, and {FORMAT} is known"))),
+    }
+}
+
+/// A run.
+struct Doctor<'a> {
+    bench: Bench,
+    report: Report,
+    json: Option<&'a Path>,
+    progress: &'a Progress,
+    started: Instant,
+    steps: usize,
+    done: usize,
+}
+
+impl<'a> Doctor<'a> {
+    /// Opens the adapter, and says what is here.
+    fn new(args: &'a DoctorArgs, progress: &'a Progress) -> Result<Self, CliError> {
+        let started = Instant::now();
+        let known = adapters();
+        let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
+        let engine = Engine::new(&gpu.device, &gpu.queue);
+        let is_chosen = |name: &str, backend: &str, driver: &str| {
+            let of = &gpu.description;
+            (of.name.as_str(), of.backend.as_str(), of.driver.as_str()) == (name, backend, driver)
+        };
+        let chosen = known.iter().position(|a| is_chosen(&a.name, &a.backend, &a.driver)).unwrap_or_default();
+        let mut all = Vec::new();
+        for (i, description) in known.iter().enumerate() {
+            progress.bar().show(0.0, format!("what {} can run", description.name));
+            all.push(if i == chosen { described(&gpu, &engine) } else { other(description) });
+        }
+        let report = Report {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: args.commit.clone(),
+            date: date(SystemTime::now()),
+            command: command(args),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            complete: false,
+            doing: None,
+            seconds: 0.0,
+            adapters: all,
+            chosen,
+            checks: Vec::new(),
+            rates: Vec::new(),
+            frames: Vec::new(),
+            not_timed: Vec::new(),
+        };
+        let bench = Bench::new(gpu, engine, args.images.clone());
+        Ok(Self { bench, report, json: args.json.as_deref(), progress, started, steps: 0, done: 0 })
+    }
+
+    fn examine(&mut self, args: &DoctorArgs) -> Result<(), CliError> {
+        let is_filtered = args.filter.is_some();
+        let wants = |part| match args.only.is_empty() {
+            true => !is_filtered || part == Part::Checks,
+            false => args.only.contains(&part),
+        };
+        let plans = plans().into_iter().filter(|plan| plan.is_quick || !args.quick);
+        let plans: Vec<Plan> = plans.filter(|plan| args.filter.as_ref().is_none_or(|f| plan.matches(f))).collect();
+        let is_software = self.bench.gpu.description.kind == wgpu::DeviceType::Cpu;
+        let extent = Extent::new(is_software, args.quick, args.size.map(|size| [size.width, size.height]));
+        let plans = if wants(Part::Checks) { plans } else { Vec::new() };
+        let steps = if wants(Part::Speed) { extent.steps() } else { Vec::new() };
+        self.steps = plans.len() + steps.len();
+        for plan in &plans {
+            self.check(plan)?;
+        }
+        for step in steps {
+            self.time(&extent, step)?;
+        }
+        (self.report.complete, self.report.doing) = (true, None);
+        self.write()
+    }
+
+    fn check(&mut self, plan: &Plan) -> Result<(), CliError> {
+        let scene = match plan.kind {
+            measure::Kind::Sort => "a list",
+            _ => plan.scene.text(),
+        };
+        self.tell(format!("{}: {}, {scene}", plan.group.name(), plan.name))?;
+        let started = Instant::now();
+        let mut check = Check {
+            group: plan.group,
+            name: plan.name.clone(),
+            scene: scene.to_owned(),
+            verdict: Verdict::Failed,
+            figures: Vec::new(),
+            reason: None,
+            seconds: 0.0,
+        };
+        if self.bench.is_lost() {
+            (check.verdict, check.reason) = (Verdict::LeftOut, Some("the device was lost before".to_owned()));
+        } else {
+            match self.bench.run(plan) {
+                Ok(Ok(figures)) => {
+                    let passes = figures.iter().all(Figure::passes);
+                    check.verdict = if passes { Verdict::Passed } else { Verdict::Failed };
+                    check.figures = figures;
+                }
+                Ok(Err(reason)) => (check.verdict, check.reason) = (Verdict::LeftOut, Some(reason)),
+                Err(error) => check.reason = Some(error.what()),
+            }
+        }
+        check.seconds = started.elapsed().as_secs_f64();
+        self.report.checks.push(check);
+        Ok(())
+    }
+
+    fn time(&mut self, extent: &Extent, step: Step) -> Result<(), CliError> {
+        self.tell(format!("timing: {}", step.name()))?;
+        let Report { rates, frames, not_timed, .. } = &mut self.report;
+        if let Err(error) = step.measure(&self.bench, extent, rates, frames) {
+            not_timed.push((step.name(), error.what()));
+        }
+        Ok(())
+    }
+
+    /// Says what comes next: on the terminal, and in the file, which says so if the process ends now.
+    fn tell(&mut self, doing: String) -> Result<(), CliError> {
+        self.progress.bar().show(self.done as f64 / self.steps.max(1) as f64, doing.clone());
+        self.done += 1;
+        self.report.doing = Some(doing);
+        self.write()
+    }
+
+    fn write(&mut self) -> Result<(), CliError> {
+        self.report.seconds = self.started.elapsed().as_secs_f64();
+        self.json.map_or(Ok(()), |file| write_text(file, &self.report.to_json()))
+    }
+}
+
+/// The chosen adapter.
+fn described(gpu: &Gpu, engine: &Engine) -> Adapter {
+    let adapter = machine::describe(&gpu.description, &gpu.device.adapter_info());
+    Adapter { techniques: machine::techniques(engine), ..adapter }
+}
+
+/// One that is not chosen: opened for as long as it takes to ask it.
+fn other(description: &AdapterDescription) -> Adapter {
+    match Gpu::open(&AdapterChoice::Name(description.name.clone())) {
+        Ok(gpu) => described(&gpu, &Engine::new(&gpu.device, &gpu.queue)),
+        Err(error) => {
+            let technique = Technique { name: "anything".to_owned(), reason: Some(error.to_string()) };
+            let info = wgpu::AdapterInfo::new(description.kind, wgpu::Backend::Noop);
+            Adapter { techniques: vec![technique], ..machine::describe(description, &info) }
+        }
+    }
+}
+
+/// The flags that change what is measured.
+fn command(args: &DoctorArgs) -> String {
+    let mut words = vec!["lanternfish doctor".to_owned()];
+    match &args.adapter {
+        Some(AdapterChoice::Cpu) => words.push("--adapter cpu".to_owned()),
+        Some(AdapterChoice::Hardware) => words.push("--adapter gpu".to_owned()),
+        Some(AdapterChoice::Name(name)) => words.push(format!("--adapter {name:?}")),
+        Some(AdapterChoice::Auto) | None => {}
+    }
+    words.extend(args.quick.then(|| "--quick".to_owned()));
+    words.extend(args.size.map(|size| format!("--size {}x{}", size.width, size.height)));
+    words.extend(args.only.iter().filter_map(|part| Some(format!("--only {}", part.to_possible_value()?.get_name()))));
+    words.extend(args.filter.as_ref().map(|text| format!("--filter {text:?}")));
+    words.extend(args.shaders.as_ref().map(|_| "--shaders FOLDER".to_owned()));
+    words.join(" ")
+}
+
+/// The day of a time, UTC: 2026-01-31.
+fn date(time: SystemTime) -> String {
+    let days = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400) as i64;
+    // Days to year, month and day in the proleptic Gregorian calendar, whose years are taken to begin in March.
+    let shifted = days + 719_468;
+    let (era, of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
+    let year = year_of_era + 400 * era + i64::from(month <= 2);
+    format!("{year:04}-{month:02}-{day:02}")
+}
+
+#[cfg(test)]
+mod calendar {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn days_are_those_of_the_calendar() {
+        let of = |seconds| date(UNIX_EPOCH + Duration::from_secs(seconds));
+        assert_eq!(of(0), "1970-01-01");
+        assert_eq!(of(951_782_400), "2000-02-29");
+        assert_eq!(of(951_868_800), "2000-03-01");
+        assert_eq!(of(1_798_761_599), "2026-12-31");
+        assert_eq!(of(1_798_761_600), "2027-01-01");
+    }
+}

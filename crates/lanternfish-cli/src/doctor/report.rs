@@ -1,0 +1,335 @@
+//! What a run of the doctor found: for machines as JSON, for people as a table.
+
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+/// Raised when a field changes its meaning.
+pub const FORMAT: u32 = 1;
+
+/// Everything that was found. It names nothing of the user or the machine's name: hardware, driver and system alone.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Report {
+    pub format: u32,
+    /// Of this program.
+    pub version: String,
+    /// What --commit says of the state of the sources.
+    pub commit: Option<String>,
+    /// Day of the run, UTC, as 2026-01-31.
+    pub date: String,
+    /// The flags of the run.
+    pub command: String,
+    /// Operating system and processor architecture.
+    pub system: String,
+    /// Threads that the processor runs at once.
+    pub threads: usize,
+    /// False while it runs; false in a file: the process was ended, by a driver or from outside.
+    pub complete: bool,
+    /// What it was doing when the file was written, unless it is complete.
+    pub doing: Option<String>,
+    /// Seconds from start to end.
+    pub seconds: f64,
+    pub adapters: Vec<Adapter>,
+    /// The number of the adapter, among the above, that all figures below are of.
+    pub chosen: usize,
+    pub checks: Vec<Check>,
+    pub rates: Vec<Rate>,
+    pub frames: Vec<Timed>,
+    /// What could not be timed at all, and why.
+    pub not_timed: Vec<(String, String)>,
+}
+
+/// An adapter of the machine.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Adapter {
+    pub name: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub kind: String,
+    pub backend: String,
+    pub driver: String,
+    /// Known faults of the driver, and the remedy.
+    pub faults: Option<String>,
+    /// The tracer that `auto` takes for shadows and indirect light.
+    pub automatic_tracer: String,
+    /// Optional features that some technique uses: name, and whether the adapter has it.
+    pub features: Vec<(String, bool)>,
+    /// Limits that bound scenes and images, in bytes or as counts.
+    pub limits: Vec<(String, u64)>,
+    /// Techniques and tracers: which can run.
+    pub techniques: Vec<Technique>,
+}
+
+/// A technique on an adapter.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Technique {
+    /// The flag that chooses it, and its name.
+    pub name: String,
+    /// Why it cannot run; none: it can.
+    pub reason: Option<String>,
+}
+
+/// What is checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Group {
+    Primitives,
+    Materials,
+    LightCulling,
+    Shadows,
+    DirectLight,
+    Occlusion,
+    Environment,
+    IndirectLight,
+    Updates,
+    Reproducibility,
+}
+
+impl Group {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Primitives => "primitives",
+            Self::Materials => "materials",
+            Self::LightCulling => "light culling",
+            Self::Shadows => "shadows",
+            Self::DirectLight => "direct light",
+            Self::Occlusion => "occlusion",
+            Self::Environment => "environment",
+            Self::IndirectLight => "indirect light",
+            Self::Updates => "updates",
+            Self::Reproducibility => "reproducibility",
+        }
+    }
+}
+
+/// A check and its result.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Check {
+    pub group: Group,
+    pub name: String,
+    pub scene: String,
+    pub verdict: Verdict,
+    /// What it is judged by.
+    pub figures: Vec<Figure>,
+    /// Why it was left out, or what stopped it.
+    pub reason: Option<String>,
+    /// Seconds that it took, compiling shaders and tracing its reference included.
+    pub seconds: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    Passed,
+    Failed,
+    LeftOut,
+}
+
+/// A measured value, and between what it must lie.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    pub name: String,
+    pub value: f64,
+    pub least: f64,
+    pub most: f64,
+}
+
+impl Figure {
+    pub fn new(name: &str, value: f64, least: f64, most: f64) -> Self {
+        Self { name: name.to_owned(), value, least, most }
+    }
+
+    /// NaN passes nothing.
+    pub fn passes(&self) -> bool {
+        (self.least..=self.most).contains(&self.value)
+    }
+}
+
+/// How fast something is that has a rate.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Rate {
+    pub name: String,
+    /// What is counted: `Mrays/s`, `Mkeys/s`.
+    pub unit: String,
+    pub median: f64,
+    pub least: f64,
+    pub most: f64,
+    pub runs: usize,
+}
+
+/// Times of a frame.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Timed {
+    pub name: String,
+    pub width: u32,
+    pub height: u32,
+    pub lights: usize,
+    pub runs: usize,
+    /// Milliseconds on the device, all passes: median, least and most of the runs. Of the host's clock where `is_wall`.
+    pub median_ms: f64,
+    pub least_ms: f64,
+    pub most_ms: f64,
+    /// Whether the device has no timestamps, and the host's clock was read.
+    pub is_wall: bool,
+    /// Median milliseconds of each pass, in order.
+    pub passes: Vec<(String, f64)>,
+    /// Single commands of all runs that took longer than [`WATCHDOG_MS`], the longest of each pass.
+    pub over_watchdog: Vec<(String, f64)>,
+    /// Counts of the last run, such as rays.
+    pub counters: Vec<(String, u64)>,
+    /// Why there are no times.
+    pub reason: Option<String>,
+}
+
+impl Report {
+    pub fn failures(&self) -> impl Iterator<Item = &Check> {
+        self.checks.iter().filter(|check| check.verdict == Verdict::Failed)
+    }
+
+    /// Passes whose single commands take longer than a display driver lets them: frame, pass, milliseconds.
+    pub fn slow_passes(&self) -> Vec<(&str, &str, f64)> {
+        let slow = self.frames.iter().flat_map(|frame| frame.over_watchdog.iter().map(move |pass| (frame, pass)));
+        slow.map(|(frame, (pass, ms))| (frame.name.as_str(), pass.as_str(), *ms)).collect()
+    }
+
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain numbers and strings") + "\n"
+    }
+
+    /// For people: what is here, what failed, how fast it is.
+    pub fn to_table(&self) -> String {
+        let mut text = String::new();
+        for (i, adapter) in self.adapters.iter().enumerate() {
+            let chosen = if i == self.chosen { "  (checked)" } else { "" };
+            line(&mut text, "adapter", format_args!("{}{chosen}", adapter.name));
+            line(&mut text, "  kind", format_args!("{}, through {}", adapter.kind, adapter.backend));
+            line(&mut text, "  driver", &adapter.driver);
+            if let Some(faults) = &adapter.faults {
+                line(&mut text, "  KNOWN FAULTS", faults);
+            }
+            let has: Vec<_> = adapter.features.iter().filter(|(_, has)| *has).map(|(name, _)| name.as_str()).collect();
+            let lacks: Vec<_> =
+                adapter.features.iter().filter(|(_, has)| !*has).map(|(name, _)| name.as_str()).collect();
+            line(&mut text, "  has", listed(&has));
+            line(&mut text, "  lacks", listed(&lacks));
+            for (name, value) in &adapter.limits {
+                line(&mut text, &format!("  {name}"), value);
+            }
+            line(&mut text, "  tracer auto", &adapter.automatic_tracer);
+            let (can, cannot): (Vec<_>, Vec<_>) = adapter.techniques.iter().partition(|t| t.reason.is_none());
+            line(&mut text, "  can run", listed(&can.iter().map(|t| t.name.as_str()).collect::<Vec<_>>()));
+            for technique in cannot {
+                let reason = technique.reason.as_deref().unwrap_or_default();
+                line(&mut text, "  cannot run", format_args!("{}: {reason}", technique.name));
+            }
+        }
+        if !self.checks.is_empty() {
+            text += "\nIs it right? Against a path tracer on this processor; where nothing else is said, images are compared.\n";
+            self.write_checks(&mut text);
+        }
+        if !self.rates.is_empty() || !self.frames.is_empty() {
+            text += "\nHow fast? Medians, with least and most of the runs.\n";
+            self.write_speed(&mut text);
+        }
+        let (failed, left_out) = (self.failures().count(), self.count(Verdict::LeftOut));
+        let passed = self.count(Verdict::Passed);
+        let _ =
+            writeln!(text, "\n{passed} checks passed, {failed} failed, {left_out} left out, in {:.0} s", self.seconds);
+        if let Some(first) = self.failures().next() {
+            let _ = writeln!(
+                text,
+                "first failure: {}, {} ({}). Later checks rest on earlier ones: begin there.",
+                first.group.name(),
+                first.name,
+                first.scene
+            );
+        }
+        if !self.complete {
+            let doing = self.doing.as_deref().unwrap_or("nothing");
+            let _ = writeln!(text, "INCOMPLETE: the process ended while it did this: {doing}");
+        }
+        text
+    }
+
+    fn count(&self, verdict: Verdict) -> usize {
+        self.checks.iter().filter(|check| check.verdict == verdict).count()
+    }
+
+    fn write_checks(&self, text: &mut String) {
+        for check in &self.checks {
+            let verdict = match check.verdict {
+                Verdict::Passed => "ok",
+                Verdict::Failed => "FAILED",
+                Verdict::LeftOut => "left out",
+            };
+            let figures: Vec<_> = check.figures.iter().map(figure).collect();
+            let what = check.reason.clone().unwrap_or_else(|| figures.join(", "));
+            let _ =
+                writeln!(text, "  {verdict:<9}{:<16}{:<26}{:<26}{what}", check.group.name(), check.name, check.scene);
+        }
+    }
+
+    fn write_speed(&self, text: &mut String) {
+        for rate in &self.rates {
+            let _ = writeln!(
+                text,
+                "  {:<48}{:>10.3} {} ({:.3} to {:.3}, {} runs)",
+                rate.name, rate.median, rate.unit, rate.least, rate.most, rate.runs
+            );
+        }
+        for frame in &self.frames {
+            let name = format!("{}, {} lights, {} x {}", frame.name, frame.lights, frame.width, frame.height);
+            if let Some(reason) = &frame.reason {
+                let _ = writeln!(text, "  {name:<48}left out: {reason}");
+                continue;
+            }
+            let mut slowest: Vec<_> = frame.passes.iter().collect();
+            slowest.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let slowest: Vec<_> = slowest.iter().take(3).map(|(name, ms)| format!("{name} {ms:.1}")).collect();
+            let clock = if frame.is_wall { " (host clock)" } else { "" };
+            let _ = writeln!(
+                text,
+                "  {name:<48}{:>10.2} ms{clock} ({:.2} to {:.2}, {} runs); most: {}",
+                frame.median_ms,
+                frame.least_ms,
+                frame.most_ms,
+                frame.runs,
+                slowest.join(", ")
+            );
+        }
+        for (what, why) in &self.not_timed {
+            let _ = writeln!(text, "  {what:<48}left out: {why}");
+        }
+        for (frame, pass, ms) in self.slow_passes() {
+            let _ = writeln!(
+                text,
+                "  over {:.0} s, a display driver may stop it: {pass}, {ms:.0} ms ({frame})",
+                WATCHDOG_MS / 1e3
+            );
+        }
+    }
+}
+
+/// A display driver stops a command that takes longer, on usual settings.
+pub const WATCHDOG_MS: f64 = 2000.0;
+
+fn line(text: &mut String, name: &str, value: impl std::fmt::Display) {
+    let _ = writeln!(text, "{name:<16}{value}");
+}
+
+fn listed(names: &[&str]) -> String {
+    if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+}
+
+/// A value and its limits: `energy 1.002 (0.98 to 1.02)`.
+pub fn figure(figure: &Figure) -> String {
+    let Figure { name, value, least, most } = figure;
+    let mark = if figure.passes() { "" } else { " OUT OF LIMITS" };
+    match (*least, *most) {
+        (least, most) if least == most => format!("{name} {value} (must be {most}){mark}"),
+        (least, most) if least <= 0.0 => format!("{name} {value:.4} (at most {most}){mark}"),
+        _ => format!("{name} {value:.4} ({least} to {most}){mark}"),
+    }
+}
+
+#[cfg(test)]
+mod tests;
