@@ -2,7 +2,7 @@
 
 use std::{
     ffi::OsStr,
-    io::{self, Write as _},
+    io::{self, Read as _, Write as _},
     path::{Path, PathBuf},
     process::{Command, ExitStatus, Stdio},
 };
@@ -32,6 +32,17 @@ pub fn run_with_input(command: &mut Command, input: &str) -> Result<(), String> 
         let _ = child.stdin.take().expect("it is piped").write_all(input.as_bytes());
         child.wait()
     })
+}
+
+/// As [`run`], and returns its standard output.
+pub fn run_for_output(command: &mut Command) -> Result<String, String> {
+    let mut text = Vec::new();
+    told(command.stdout(Stdio::piped()), |command| {
+        let mut child = command.spawn()?;
+        child.stdout.take().expect("it is piped").read_to_end(&mut text)?;
+        child.wait()
+    })?;
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
 fn told(command: &mut Command, run: impl FnOnce(&mut Command) -> io::Result<ExitStatus>) -> Result<(), String> {
@@ -85,6 +96,13 @@ mod tests {
             Ok(())
         );
         assert!(run_with_input(&mut Command::new("false"), &"much ".repeat(100_000)).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_command_returns_what_it_prints() {
+        assert_eq!(run_for_output(Command::new("echo").arg("two words")).as_deref(), Ok("two words\n"));
+        assert!(run_for_output(&mut Command::new("false")).is_err());
     }
 
     #[test]

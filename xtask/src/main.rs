@@ -8,6 +8,7 @@ mod command;
 mod compiler;
 mod demo;
 mod driver;
+mod hardware;
 mod new_room;
 mod quality;
 mod release;
@@ -27,6 +28,8 @@ cargo xtask test           sets up what is missing, then runs every test
 cargo xtask new-room FAMILY NAME
                            writes another room of a family (indirect): a folder with a room that renders, its shader, twin,
                            test and page, and two lines that name it
+cargo xtask hardware       builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
+                           `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more
 cargo xtask check          sets up a compiler if there is none; format, lints and documentation
 
 What is missing may be a C++ compiler, or a Vulkan driver: without a graphics card, on Debian and Ubuntu, Mesa's software one
@@ -42,9 +45,10 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "demo" => demo::run(words, may_install),
         "quality" => quality::run(words, may_install),
-        "test" | "check" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
+        "test" | "check" | "hardware" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
         "test" => test::run(may_install),
         "check" => check::run(may_install),
+        "hardware" => hardware::run(may_install),
         "new-room" => new_room::run(&words),
         "help" | "--help" | "-h" => {
             print!("{HELP}");

@@ -24,7 +24,7 @@ use crate::{
 const LEFT_OUT: &str = "LEFT OUT: ";
 
 /// Everything that is built for tests but the tests in documentation. Each call names the same, so that nothing is built twice.
-const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
+pub const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
 
 /// Tests at a time without nextest; `gpu` in `.config/nextest.toml`.
 const MOST_AT_ONCE: usize = 4;

@@ -1,0 +1,159 @@
+//! `cargo xtask hardware`: a kit for a bare machine with a graphics card (no Rust, no repository, perhaps no Vulkan loader).
+//!
+//! `target/hardware` then holds:
+//! - `run.sh` and the scripts that it sources: `run.sh --help` says what it does;
+//! - `lanternfish.tar.gz`: the command line, built for release, without symbols;
+//! - `tests.tar.gz`: the test programs that need an adapter, as `cargo xtask test` builds them, without symbols;
+//! - `shared.tar.gz`: scenes and a shot, in the layout that `LANTERNFISH_SHARED` names;
+//! - `lib.tar.gz`: libraries, which `run.sh` lends to a machine that lacks them.
+
+mod libraries;
+mod programs;
+#[cfg(test)]
+mod tests;
+
+use std::{
+    env, fs, io,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::{
+    command::{cargo, run as step, workspace},
+    compiler, test,
+};
+
+/// The most bytes that a kit may have in all.
+const MOST_BYTES: u64 = 60 << 20;
+
+/// The scripts by name. The last is what users call: without it a folder is no kit.
+const SCRIPTS: [(&str, &str); 4] = [
+    ("driver.sh", include_str!("hardware/kit/driver.sh")),
+    ("tests.sh", include_str!("hardware/kit/tests.sh")),
+    ("parts.sh", include_str!("hardware/kit/parts.sh")),
+    ("run.sh", include_str!("hardware/kit/run.sh")),
+];
+
+/// Scenes, below the shared folder.
+const SCENES: [&str; 2] = ["assets/sponza/Sponza.glb", "assets/candela-city/candela_city.glb"];
+
+/// A shot, below `docs`, and how its scene's path starts there and in the kit, where `shots` lies beside `assets`.
+const SHOT: (&str, &str, &str) = ("shots/sponza-ten.toml", "\"../../../shared/", "\"../");
+
+/// Builds, and packs the kit.
+pub fn run(may_install: bool) -> Result<(), String> {
+    programs::check_strip()?;
+    compiler::ensure(may_install)?;
+    let release = programs::build(&mut cargo(["build", "--release", "--package", "lanternfish-cli"]))?;
+    let tests = programs::build(cargo(test::TARGETS).arg("--no-run"))?;
+
+    let kit = workspace().join("target/hardware");
+    // What is packed, and what packages unpack to.
+    let contents = workspace().join("target/hardware-contents");
+    let scratch = workspace().join("target/hardware-packages");
+    for folder in [&kit, &contents, &scratch] {
+        make_empty(folder)?;
+    }
+    for name in ["tests", "shared", "lib"] {
+        make_empty(&contents.join(name))?;
+    }
+    let program = &programs::COMMAND_LINE;
+    programs::strip(&program.find(&release)?, &contents.join(program.name))?;
+    for program in &programs::TESTS {
+        programs::strip(&program.find(&tests)?, &contents.join("tests").join(program.name))?;
+    }
+    copy_scenes(&contents.join("shared"))?;
+    if let Err(what) = libraries::gather(&scratch, &contents.join("lib")) {
+        eprintln!("==> Left out: libraries to lend ({what})");
+    }
+    pack(&contents, &kit)?;
+    for folder in [contents, scratch] {
+        fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+
+    let files = libraries::files_below(&kit)?;
+    let sizes = files.iter().map(|file| {
+        let size = fs::metadata(file).map_err(|error| format!("{}: {error}", file.display()))?.len();
+        Ok((file.file_name().unwrap_or_default().to_string_lossy().into_owned(), size))
+    });
+    print!("{}", table(&sizes.collect::<Result<Vec<_>, String>>()?)?);
+    println!("{}", kit.display());
+    Ok(())
+}
+
+/// Sizes as a table, an error where they are too much in all.
+fn table(files: &[(String, u64)]) -> Result<String, String> {
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let total: u64 = files.iter().map(|(_, size)| size).sum();
+    let row = |name: &str, size| format!("{:>8.2} MiB  {name}\n", mib(size));
+    let mut table: String = files.iter().map(|(name, size)| row(name, *size)).collect();
+    table += &row("in all", total);
+    if total > MOST_BYTES {
+        return Err(format!("the kit is larger than {} MiB:\n{table}", MOST_BYTES >> 20));
+    }
+    Ok(table)
+}
+
+/// Copies what is there of the scenes, and the shot where its scene is.
+fn copy_scenes(shared: &Path) -> Result<(), String> {
+    let source = env::var_os("LANTERNFISH_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
+    for scene in SCENES {
+        let (from, to) = (source.join(scene), shared.join(scene));
+        if !from.is_file() {
+            eprintln!("==> Left out: {scene} (not in {})", source.display());
+            continue;
+        }
+        fs::create_dir_all(to.parent().expect("a file lies in a folder"))
+            .and_then(|()| fs::copy(&from, &to))
+            .map_err(|error| format!("{}: {error}", from.display()))?;
+    }
+    let (shot, start, start_in_kit) = SHOT;
+    let (from, to) = (workspace().join("docs").join(shot), shared.join(shot));
+    if !shared.join(SCENES[0]).is_file() {
+        return Ok(());
+    }
+    let text = fs::read_to_string(&from).map_err(|error| format!("{}: {error}", from.display()))?;
+    if !text.contains(start) {
+        return Err(format!("{}: no path that starts with {start}", from.display()));
+    }
+    fs::create_dir_all(to.parent().expect("a file lies in a folder"))
+        .and_then(|()| fs::write(&to, text.replace(start, start_in_kit)))
+        .map_err(|error| format!("{}: {error}", to.display()))
+}
+
+/// Packs every entry of `contents` into a tarball of the kit, and adds the scripts.
+fn pack(contents: &Path, kit: &Path) -> Result<(), String> {
+    let entries = fs::read_dir(contents).map_err(|error| format!("{}: {error}", contents.display()))?;
+    for entry in entries.filter_map(Result::ok) {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let tarball = kit.join(format!("{name}.tar.gz"));
+        let mut tar = Command::new("tar");
+        tar.args(["--owner=0", "--group=0", "--use-compress-program=gzip -9", "-cf"]).arg(tarball);
+        step(tar.arg("-C").arg(contents).arg(name))?;
+    }
+    for (name, text) in SCRIPTS {
+        let script = kit.join(name);
+        fs::write(&script, text)
+            .and_then(|()| make_executable(&script))
+            .map_err(|error| format!("{}: {error}", script.display()))?;
+    }
+    Ok(())
+}
+
+/// Lets users call a file as a program.
+fn make_executable(file: &Path) -> io::Result<()> {
+    #[cfg(unix)]
+    fs::set_permissions(file, std::os::unix::fs::PermissionsExt::from_mode(0o755))?;
+    #[cfg(not(unix))]
+    let _ = file;
+    Ok(())
+}
+
+/// Makes a folder that is there and empty.
+fn make_empty(folder: &Path) -> Result<(), String> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if folder.exists() => return Err(format!("{}: {error}", folder.display())),
+        _ => {}
+    }
+    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))
+}

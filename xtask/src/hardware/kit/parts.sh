@@ -1,0 +1,108 @@
+# The parts that call the command line: doctor, frames, papers. Sourced by run.sh.
+# shellcheck shell=bash
+# shellcheck disable=SC2034,SC2154 # run.sh sets and reads variables of this file.
+
+# Seconds up to the deadline of the current part, at most $1.
+seconds_left() {
+    local left=$((deadline - SECONDS))
+    echo $((left < $1 ? left : $1))
+}
+
+# Runs a command up to the deadline of the current part; status 124 after that.
+before_deadline() {
+    local left
+    left=$(seconds_left "$TOTAL_S")
+    # timeout takes 0 for no limit at all.
+    ((left > 0)) || return 124
+    timeout --kill-after=5 "$left" "$@" </dev/null
+}
+
+# The words for an exit status.
+status_words() {
+    case $1 in
+        124) echo 'deadline' ;;
+        137) echo 'killed (deadline or memory)' ;;
+        *) echo "exit status $1" ;;
+    esac
+}
+
+# Words with commas between them.
+joined() {
+    (($# == 0)) || printf '%s' "$1"
+    (($# < 2)) || printf ', %s' "${@:2}"
+}
+
+part_doctor() {
+    local flags=() status
+    # On a software adapter the whole list takes longer than the time there is.
+    [[ $adapter == cpu ]] && flags+=(--quick)
+    before_deadline "$program" doctor --adapter "$adapter" ${flags[@]+"${flags[@]}"} --json "$out/doctor.json" \
+        >"$out/doctor.txt" 2>&1
+    status=$?
+    case $status in
+        0) return 0 ;;
+        1) outcome='a check failed, see doctor.txt' ;;
+        *) outcome=$(status_words "$status") ;;
+    esac
+    tail -n 15 "$out/doctor.txt"
+    return 1
+}
+
+# Renders one image into NAME.png and adds its report to frames.json: name, scene and more flags.
+frame() {
+    local name=$1 scene=$2 log=$work/$1.log report=$work/$1.json status
+    shift 2
+    if [[ $scene != demo:* && ! -f $scene ]]; then
+        frame_words+=("$name left out")
+        return
+    fi
+    before_deadline "$program" render "$scene" "$@" --size "$size" --adapter "$adapter" --timings --report "$report" \
+        -o "$out/$name.png" >"$log" 2>&1
+    status=$?
+    if ((status != 0)); then
+        frame_words+=("$name $(status_words "$status")")
+        frames_failed=1
+        tail -n 15 "$log"
+    fi
+    {
+        printf '%s{"frame": "%s", "status": %d, "report": ' "$separator" "$name" "$status"
+        if [[ -s $report ]]; then cat "$report"; else echo null; fi
+        printf '}'
+    } >>"$out/frames.json"
+    separator=$',\n'
+}
+
+part_frames() {
+    local size=1920x1080 separator='' frames_failed=0 frame_words=()
+    [[ $adapter == cpu ]] && size=320x180
+    printf '[\n' >"$out/frames.json"
+    frame atrium demo:atrium --lights rain:1000 --seed 1
+    frame sponza "$work/shared/shots/sponza-ten.toml"
+    frame city "$work/shared/assets/candela-city/candela_city.glb"
+    printf '\n]\n' >>"$out/frames.json"
+    outcome=$(joined ${frame_words[@]+"${frame_words[@]}"})
+    ((frames_failed == 0))
+}
+
+# One benchmark; its files and its output go to papers/NAME.
+paper() {
+    local name=$1 status
+    shift
+    before_deadline "$program" bench "$name" "$@" --adapter "$adapter" -o "$work/papers/$name" >"$work/papers/$name.txt" 2>&1
+    status=$?
+    ((status == 0)) && return
+    paper_words+=("$name $(status_words "$status")")
+    tail -n 5 "$work/papers/$name.txt"
+}
+
+part_papers() {
+    local paper_words=() quick=()
+    [[ $adapter == cpu ]] && quick+=(--quick)
+    mkdir -p "$work/papers"
+    paper forward-plus
+    paper deep-images --quick
+    paper clustered ${quick[@]+"${quick[@]}"}
+    tar -czf "$out/papers.tar.gz" -C "$work" papers || paper_words+=('tar failed')
+    outcome=$(joined ${paper_words[@]+"${paper_words[@]}"})
+    ((${#paper_words[@]} == 0))
+}

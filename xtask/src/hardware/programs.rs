@@ -1,0 +1,102 @@
+//! The programs of the kit, as cargo builds them, without symbols.
+
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use serde_json::Value;
+
+use crate::command::{find_program, run, run_for_output};
+
+/// A program among those that cargo builds.
+pub struct Program {
+    /// Folder of its package below `crates`, which is the package's name.
+    package: &'static str,
+    /// Cargo's kind of target: `bin`, `lib` or `test`.
+    kind: &'static str,
+    /// The target's name, where the package may have several of this kind.
+    target: Option<&'static str>,
+    /// Whether it is built to run tests.
+    is_test: bool,
+    /// Its name in the kit.
+    pub name: &'static str,
+}
+
+/// The command line.
+pub const COMMAND_LINE: Program =
+    Program { package: "lanternfish-cli", kind: "bin", target: None, is_test: false, name: "lanternfish" };
+
+/// The programs that hold the tests of passes and images.
+pub const TESTS: [Program; 3] = [
+    Program { package: "lanternfish-gpu", kind: "lib", target: None, is_test: true, name: "lanternfish-gpu" },
+    Program { package: "lanternfish", kind: "lib", target: None, is_test: true, name: "lanternfish" },
+    Program { package: "lanternfish", kind: "test", target: Some("pictures"), is_test: true, name: "pictures" },
+];
+
+/// Builds with cargo; returns its messages, a line of JSON each.
+pub fn build(command: &mut Command) -> Result<String, String> {
+    run_for_output(command.arg("--message-format=json-render-diagnostics"))
+}
+
+impl Program {
+    /// Its path, by cargo's messages.
+    pub fn find(&self, messages: &str) -> Result<PathBuf, String> {
+        let messages = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let mut paths = messages.filter_map(|message| self.path_of(&message));
+        paths.next().ok_or_else(|| format!("cargo built no {} of package {}", self.kind, self.package))
+    }
+
+    /// The path that a message gives, where it is about this program.
+    fn path_of(&self, message: &Value) -> Option<PathBuf> {
+        let target = &message["target"];
+        let manifest = Path::new(message["manifest_path"].as_str()?);
+        let is_this = message["reason"] == "compiler-artifact"
+            && manifest.parent().and_then(Path::file_name) == Some(OsStr::new(self.package))
+            && target["kind"].as_array()?.iter().any(|kind| kind == self.kind)
+            && self.target.is_none_or(|name| target["name"] == name)
+            && message["profile"]["test"] == self.is_test;
+        // A library by itself has none.
+        message["executable"].as_str().filter(|_| is_this).map(PathBuf::from)
+    }
+}
+
+/// An error where a program cannot lose its symbols.
+pub fn check_strip() -> Result<(), String> {
+    match find_program("strip") {
+        Some(_) => Ok(()),
+        None => Err("no `strip`, without which the programs are too large: install binutils".to_owned()),
+    }
+}
+
+/// A copy of a program without symbols.
+pub fn strip(program: &Path, copy: &Path) -> Result<(), String> {
+    run(Command::new("strip").arg("-o").args([copy, program]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Messages as cargo prints them, with fewer fields.
+    const MESSAGES: &str = r#"
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["lib"],"name":"lanternfish"},"profile":{"test":false},"executable":null}
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["lib"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-1"}
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-2"}
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":false},"executable":"/t/lanternfish"}
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["test"],"name":"other"},"profile":{"test":true},"executable":"/t/other-3"}
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["test"],"name":"pictures"},"profile":{"test":true},"executable":"/t/pictures-4"}
+not JSON
+{"reason":"build-finished","success":true}
+"#;
+
+    #[test]
+    fn programs_are_found_in_the_messages_of_cargo() {
+        let find = |program: &Program| program.find(MESSAGES);
+        assert_eq!(find(&COMMAND_LINE), Ok("/t/lanternfish".into()));
+        assert_eq!(find(&TESTS[1]), Ok("/t/lanternfish-1".into()));
+        assert_eq!(find(&TESTS[2]), Ok("/t/pictures-4".into()));
+        assert_eq!(find(&TESTS[0]), Err("cargo built no lib of package lanternfish-gpu".to_owned()));
+    }
+}
