@@ -24,7 +24,7 @@ pub fn driver_warning(adapter: &wgpu::AdapterInfo) -> Option<String> {
         format!(
             "{} is an old software driver: it is slow, has no ray query and no usable anisotropic filtering, ends loops after \
              {FAULTY_LOOP_STEPS} steps (with thousands of lights at a pixel, pictures are too dark; deep images are built in a single pass, with holes), \
-             and crashes on shadows through deep images, which are refused; install Mesa 25 or later (Debian 12 has it in bookworm-backports)",
+             and crashes on shadows through deep images and on indirect light in an environment image, which are refused; install Mesa 25 or later (Debian 12 has it in bookworm-backports)",
             adapter.driver_info
         )
     })
@@ -61,7 +61,9 @@ mod tests {
             ..wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan)
         };
         let warning = driver_warning(&adapter(DeviceType::Cpu, "Mesa 23.3.1")).expect("a warning");
-        for word in ["Mesa 23.3.1", "slow", "ray query", "anisotropic", "65535", "deep images", "Mesa 25"] {
+        for word in
+            ["Mesa 23.3.1", "slow", "ray query", "anisotropic", "65535", "deep images", "environment", "Mesa 25"]
+        {
             assert!(warning.contains(word), "{word:?} is not in {warning}");
         }
         assert!(!warning.contains('\n'), "one line");

@@ -8,7 +8,7 @@ use lanternfish::{
 
 use super::{
     measure::{Kind, Limits, Reference},
-    report::Group,
+    report::{Check, Group, Verdict},
     scenes::Name,
 };
 
@@ -27,6 +27,23 @@ impl Plan {
     /// Whether its group, name or scene contains a text.
     pub fn matches(&self, text: &str) -> bool {
         [self.group.name(), &self.name, self.scene.text()].iter().any(|part| part.contains(text))
+    }
+
+    /// Its row before anything is known: failed.
+    pub fn check(&self) -> Check {
+        let scene = match self.kind {
+            Kind::Sort => "a list",
+            _ => self.scene.text(),
+        };
+        Check {
+            group: self.group,
+            name: self.name.clone(),
+            scene: scene.to_owned(),
+            verdict: Verdict::Failed,
+            figures: Vec::new(),
+            reason: None,
+            seconds: 0.0,
+        }
     }
 
     /// What a file of it is called.

@@ -159,7 +159,8 @@ impl Bench {
                 let fresh = self.picture(&later, settings)?;
                 let mut figures = differing(&updated, &fresh);
                 let moved = differing(&before, &updated)[0].value;
-                figures.push(Figure::new("pixels that the change shows in", moved, 1.0, f64::INFINITY));
+                let all = updated.radiance.len() as f64;
+                figures.push(Figure::new("pixels that the change shows in", moved, 1.0, all));
                 Ok(figures)
             }
             Kind::Against(reference, settings, limits) => {

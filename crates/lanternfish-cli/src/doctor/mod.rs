@@ -8,6 +8,7 @@ mod page;
 mod report;
 mod scenes;
 mod speed;
+mod supervise;
 #[cfg(test)]
 mod tests;
 
@@ -24,7 +25,7 @@ use self::{
     checks::{Plan, plans},
     measure::Bench,
     report::{Adapter, Check, FORMAT, Figure, Report, Technique, Verdict},
-    speed::{Extent, Step},
+    speed::Extent,
 };
 use crate::{
     args::adapter,
@@ -72,6 +73,9 @@ pub struct DoctorArgs {
     /// What the report calls the state of the sources.
     #[arg(long, value_name = "TEXT", hide_short_help = true)]
     pub commit: Option<String>,
+    /// As the process that does the work, and may be ended by a driver: the report is in this file.
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub worker: Option<PathBuf>,
     /// Prints a report that --json wrote before, and checks nothing.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "size", "only", "filter", "images", "shaders", "commit"])]
     pub read: Option<PathBuf>,
@@ -100,18 +104,24 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
             CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made")
         })?;
     }
+    match &args.worker {
+        Some(file) => work(args, file),
+        None => supervise::run(args),
+    }
+}
+
+/// Makes what the report in `file` does not have yet. A file with a report is one of a process that a driver ended.
+fn work(args: &DoctorArgs, file: &Path) -> Result<u8, CliError> {
     let texts = args.shaders.as_deref().map(read_shader_texts).transpose();
     let texts = texts.map_err(|what| CliError::new(what, "name the library's folder `src` of a source tree"))?;
     let progress = Progress::start(false);
-    let mut doctor = Doctor::new(args, &progress)?;
+    let before = file.is_file().then(|| read(file)).transpose()?;
+    let mut doctor = Doctor::new(args, file, before, &progress)?;
     if let Some(texts) = texts {
         lanternfish::shaders::edit(&doctor.bench.engine, texts);
     }
     doctor.examine(args)?;
-    let report = doctor.report;
-    progress.finish();
-    print(&report.to_table())?;
-    Ok(exit_code(&report))
+    Ok(0)
 }
 
 fn exit_code(report: &Report) -> u8 {
@@ -133,50 +143,34 @@ fn read(file: &Path) -> Result<Report, CliError> {
 struct Doctor<'a> {
     bench: Bench,
     report: Report,
-    json: Option<&'a Path>,
+    file: &'a Path,
     progress: &'a Progress,
     started: Instant,
+    seconds_before: f64,
     steps: usize,
-    done: usize,
+}
+
+/// A check, or something that is timed.
+enum Step {
+    Check(Plan),
+    Time(speed::Step),
 }
 
 impl<'a> Doctor<'a> {
-    /// Opens the adapter, and says what is here.
-    fn new(args: &'a DoctorArgs, progress: &'a Progress) -> Result<Self, CliError> {
+    /// Opens the adapter, and says what is here, unless a process before this one has said it.
+    fn new(
+        args: &'a DoctorArgs,
+        file: &'a Path,
+        before: Option<Report>,
+        progress: &'a Progress,
+    ) -> Result<Self, CliError> {
         let started = Instant::now();
-        let known = adapters();
         let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
         let engine = Engine::new(&gpu.device, &gpu.queue);
-        let is_chosen = |name: &str, backend: &str, driver: &str| {
-            let of = &gpu.description;
-            (of.name.as_str(), of.backend.as_str(), of.driver.as_str()) == (name, backend, driver)
-        };
-        let chosen = known.iter().position(|a| is_chosen(&a.name, &a.backend, &a.driver)).unwrap_or_default();
-        let mut all = Vec::new();
-        for (i, description) in known.iter().enumerate() {
-            progress.bar().show(0.0, format!("what {} can run", description.name));
-            all.push(if i == chosen { described(&gpu, &engine) } else { other(description) });
-        }
-        let report = Report {
-            format: FORMAT,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            commit: args.commit.clone(),
-            date: date(SystemTime::now()),
-            command: command(args),
-            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
-            complete: false,
-            doing: None,
-            seconds: 0.0,
-            adapters: all,
-            chosen,
-            checks: Vec::new(),
-            rates: Vec::new(),
-            frames: Vec::new(),
-            not_timed: Vec::new(),
-        };
+        let report = before.unwrap_or_else(|| begun(args, &gpu, &engine, progress));
+        let seconds_before = report.seconds;
         let bench = Bench::new(gpu, engine, args.images.clone());
-        Ok(Self { bench, report, json: args.json.as_deref(), progress, started, steps: 0, done: 0 })
+        Ok(Self { bench, report, file, progress, started, seconds_before, steps: 0 })
     }
 
     fn examine(&mut self, args: &DoctorArgs) -> Result<(), CliError> {
@@ -186,38 +180,31 @@ impl<'a> Doctor<'a> {
             false => args.only.contains(&part),
         };
         let plans = plans().into_iter().filter(|plan| plan.is_quick || !args.quick);
-        let plans: Vec<Plan> = plans.filter(|plan| args.filter.as_ref().is_none_or(|f| plan.matches(f))).collect();
+        let plans = plans.filter(|plan| args.filter.as_ref().is_none_or(|text| plan.matches(text)));
         let is_software = self.bench.gpu.description.kind == wgpu::DeviceType::Cpu;
         let extent = Extent::new(is_software, args.quick, args.size.map(|size| [size.width, size.height]));
-        let plans = if wants(Part::Checks) { plans } else { Vec::new() };
-        let steps = if wants(Part::Speed) { extent.steps() } else { Vec::new() };
-        self.steps = plans.len() + steps.len();
-        for plan in &plans {
-            self.check(plan)?;
+        let mut steps: Vec<Step> = Vec::new();
+        steps.extend(plans.map(Step::Check).filter(|_| wants(Part::Checks)));
+        steps.extend(extent.steps().into_iter().map(Step::Time).filter(|_| wants(Part::Speed)));
+        self.steps = steps.len();
+        let begun = self.report.begun;
+        if let Some(ended) = begun.checked_sub(1).and_then(|last| steps.get(last)) {
+            mark_ended(&mut self.report, ended);
         }
-        for step in steps {
-            self.time(&extent, step)?;
+        for step in &steps[begun.min(steps.len())..] {
+            match step {
+                Step::Check(plan) => self.check(plan)?,
+                Step::Time(step) => self.time(&extent, *step)?,
+            }
         }
         (self.report.complete, self.report.doing) = (true, None);
         self.write()
     }
 
     fn check(&mut self, plan: &Plan) -> Result<(), CliError> {
-        let scene = match plan.kind {
-            measure::Kind::Sort => "a list",
-            _ => plan.scene.text(),
-        };
-        self.tell(format!("{}: {}, {scene}", plan.group.name(), plan.name))?;
+        let mut check = plan.check();
+        self.tell(format!("{}: {}, {}", plan.group.name(), plan.name, check.scene))?;
         let started = Instant::now();
-        let mut check = Check {
-            group: plan.group,
-            name: plan.name.clone(),
-            scene: scene.to_owned(),
-            verdict: Verdict::Failed,
-            figures: Vec::new(),
-            reason: None,
-            seconds: 0.0,
-        };
         if self.bench.is_lost() {
             (check.verdict, check.reason) = (Verdict::LeftOut, Some("the device was lost before".to_owned()));
         } else {
@@ -236,10 +223,12 @@ impl<'a> Doctor<'a> {
         Ok(())
     }
 
-    fn time(&mut self, extent: &Extent, step: Step) -> Result<(), CliError> {
+    fn time(&mut self, extent: &Extent, step: speed::Step) -> Result<(), CliError> {
         self.tell(format!("timing: {}", step.name()))?;
         let Report { rates, frames, not_timed, .. } = &mut self.report;
-        if let Err(error) = step.measure(&self.bench, extent, rates, frames) {
+        if self.bench.is_lost() {
+            not_timed.push((step.name(), "the device was lost before".to_owned()));
+        } else if let Err(error) = step.measure(&self.bench, extent, rates, frames) {
             not_timed.push((step.name(), error.what()));
         }
         Ok(())
@@ -247,15 +236,57 @@ impl<'a> Doctor<'a> {
 
     /// Says what comes next: on the terminal, and in the file, which says so if the process ends now.
     fn tell(&mut self, doing: String) -> Result<(), CliError> {
-        self.progress.bar().show(self.done as f64 / self.steps.max(1) as f64, doing.clone());
-        self.done += 1;
+        self.progress.bar().show(self.report.begun as f64 / self.steps.max(1) as f64, doing.clone());
+        self.report.begun += 1;
         self.report.doing = Some(doing);
         self.write()
     }
 
     fn write(&mut self) -> Result<(), CliError> {
-        self.report.seconds = self.started.elapsed().as_secs_f64();
-        self.json.map_or(Ok(()), |file| write_text(file, &self.report.to_json()))
+        self.report.seconds = self.seconds_before + self.started.elapsed().as_secs_f64();
+        write_text(self.file, &self.report.to_json())
+    }
+}
+
+/// Adds the row of a step that ended the process.
+fn mark_ended(report: &mut Report, step: &Step) {
+    let reason = "the process ended here: a fault of the driver, or of this program".to_owned();
+    match step {
+        Step::Check(plan) => report.checks.push(Check { reason: Some(reason), ..plan.check() }),
+        Step::Time(step) => report.not_timed.push((step.name(), reason)),
+    }
+}
+
+/// A report of what is here.
+fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine, progress: &Progress) -> Report {
+    let known = adapters();
+    let is_chosen = |adapter: &AdapterDescription| {
+        let of = |adapter: &AdapterDescription| (adapter.name.clone(), adapter.backend.clone(), adapter.driver.clone());
+        of(adapter) == of(&gpu.description)
+    };
+    let chosen = known.iter().position(is_chosen).unwrap_or_default();
+    let adapters = known.iter().enumerate().map(|(i, description)| {
+        progress.bar().show(0.0, format!("what {} can run", description.name));
+        if i == chosen { described(gpu, engine) } else { other(description) }
+    });
+    Report {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        commit: args.commit.clone(),
+        date: date(SystemTime::now()),
+        command: command(args),
+        system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        complete: false,
+        doing: None,
+        begun: 0,
+        seconds: 0.0,
+        adapters: adapters.collect(),
+        chosen,
+        checks: Vec::new(),
+        rates: Vec::new(),
+        frames: Vec::new(),
+        not_timed: Vec::new(),
     }
 }
 

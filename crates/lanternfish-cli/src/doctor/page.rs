@@ -116,3 +116,23 @@ fn table<const N: usize>(text: &mut String, head: &[&str; N], rows: &[[String; N
         let _ = writeln!(text, "{}", row(cells));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::{fs, path::Path};
+
+    use super::{super::read, *};
+
+    /// A page of `docs/measured` is written by the program, from the report beside it.
+    #[test]
+    fn pages_of_the_docs_are_those_of_their_reports() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/measured");
+        let files = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+        let reports: Vec<_> = files.filter(|file| file.extension().is_some_and(|ending| ending == "json")).collect();
+        assert!(!reports.is_empty(), "{} has no report", folder.display());
+        for report in reports {
+            let page = fs::read_to_string(report.with_extension("md")).unwrap();
+            assert_eq!(to_markdown(&read(&report).unwrap()), page, "{}", report.display());
+        }
+    }
+}

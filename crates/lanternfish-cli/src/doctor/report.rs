@@ -27,6 +27,8 @@ pub struct Report {
     pub complete: bool,
     /// What it was doing when the file was written, unless it is complete.
     pub doing: Option<String>,
+    /// How many steps were begun.
+    pub begun: usize,
     /// Seconds from start to end.
     pub seconds: f64,
     pub adapters: Vec<Adapter>,
@@ -128,9 +130,15 @@ pub enum Verdict {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     pub name: String,
+    /// JSON has no NaN: null stands for it.
+    #[serde(deserialize_with = "number_or_nan")]
     pub value: f64,
     pub least: f64,
     pub most: f64,
+}
+
+fn number_or_nan<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 impl Figure {
@@ -332,4 +340,4 @@ pub fn figure(figure: &Figure) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub mod tests;

@@ -12,7 +12,7 @@ fn check(group: Group, verdict: Verdict) -> Check {
     }
 }
 
-fn report(checks: Vec<Check>) -> Report {
+pub fn report(checks: Vec<Check>) -> Report {
     Report {
         format: FORMAT,
         version: "0.1.0".to_owned(),
@@ -23,6 +23,7 @@ fn report(checks: Vec<Check>) -> Report {
         threads: 2,
         complete: true,
         doing: None,
+        begun: 0,
         seconds: 3.0,
         adapters: vec![Adapter {
             name: "Some card".to_owned(),
@@ -80,7 +81,9 @@ fn a_pass_that_a_display_driver_would_stop_is_named() {
 
 #[test]
 fn what_is_written_is_read_again() {
-    let report = report(vec![check(Group::Shadows, Verdict::LeftOut)]);
+    let mut odd = check(Group::Shadows, Verdict::Failed);
+    odd.figures.push(Figure::new("energy", f64::NAN, 0.9, 1.1));
+    let report = report(vec![check(Group::Shadows, Verdict::LeftOut), odd]);
     let again: Report = serde_json::from_str(&report.to_json()).unwrap();
     assert_eq!(again.to_table(), report.to_table());
 }

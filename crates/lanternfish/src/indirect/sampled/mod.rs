@@ -11,7 +11,7 @@ mod settings;
 mod targets;
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, SharedStruct, faulty_software, gpu_struct, uniform_buffer_of};
 
 pub use self::settings::{HitLight, Sampled};
 #[cfg(test)]
@@ -234,6 +234,9 @@ impl IndirectPasses for SampledLight {
         };
         let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
         let seen = scene.bindings().with(&surfaces).with(&sums.bindings());
+        if scene.environment.is_some() {
+            check_driver(&frame.device.adapter_info())?;
+        }
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
@@ -373,4 +376,14 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });
     }
     Ok(())
+}
+
+/// An error where the driver is one that crashes on rays that end in an image of the environment: while it compiles `shade`, Mesa 22.3.6.
+fn check_driver(adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
+    if !faulty_software(adapter) {
+        return Ok(());
+    }
+    let (driver, fault) = (adapter.driver_info.clone(), "crashes on it");
+    let setting = "`indirect sampled` in an environment image";
+    Err(RenderError::Driver { setting, driver, fault, instead: "`indirect none`" })
 }
