@@ -24,7 +24,10 @@ cargo xtask demo [FLAGS]   sets up what is missing, builds, renders a built-in s
 cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
                            of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish bench quality`
-cargo xtask test           sets up what is missing, then runs every test
+cargo xtask test [FILTER] [--quick | --full]
+                           sets up what is missing, then runs every test (so does --full), or those whose names contain FILTER;
+                           --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints
+                           the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
 cargo xtask new-room FAMILY NAME
                            writes another room of a family (indirect): a folder with a room that renders, its shader, twin,
                            test and page, and two lines that name it
@@ -45,8 +48,8 @@ fn main() -> ExitCode {
     let result = match task.as_str() {
         "demo" => demo::run(words, may_install),
         "quality" => quality::run(words, may_install),
-        "test" | "check" | "hardware" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
-        "test" => test::run(may_install),
+        "check" | "hardware" if !words.is_empty() => Err(format!("{task} takes no {:?}\n\n{HELP}", words[0])),
+        "test" => test::run(&words, may_install),
         "check" => check::run(may_install),
         "hardware" => hardware::run(may_install),
         "new-room" => new_room::run(&words),

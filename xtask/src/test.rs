@@ -1,9 +1,12 @@
-//! `cargo xtask test`: every test.
+//! `cargo xtask test`: every test, those of a name, or the quick ones.
 //!
 //! A test that cannot run here (no ray query, no shared assets) passes, and says so by appending a line to the file
 //! that `LANTERNFISH_LEFT_OUT` names:
 //! - `LEFT OUT: name: reason`: this adapter cannot. A failure where `LANTERNFISH_REQUIRE_ALL` is 1.
 //! - `LEFT OUT (shared): name: reason`: assets outside the repository are missing. Never a failure.
+
+mod selection;
+mod times;
 
 use std::{
     env::{self, consts::EXE_SUFFIX},
@@ -11,66 +14,123 @@ use std::{
     path::{Path, PathBuf},
     process::Command,
     thread,
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use crate::{
-    command::{cargo, run as step, succeeds},
+    command::{cargo, run as step, run_for_output, succeeds},
     compiler,
     driver::{Driver, Purpose},
 };
 
+use selection::Selection;
+use times::{JUnit, SLOWEST, Test};
+
+pub use selection::TARGETS;
+
 /// How a line starts that says an adapter could not.
 const LEFT_OUT: &str = "LEFT OUT: ";
-
-/// Everything that is built for tests but the tests in documentation. Each call names the same, so that nothing is built twice.
-pub const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
 
 /// Tests at a time without nextest; `gpu` in `.config/nextest.toml`.
 const MOST_AT_ONCE: usize = 4;
 
-pub fn run(may_install: bool) -> Result<(), String> {
+/// The adapter that quick tests are given. No adapter has this name: a test that opens one fails wherever there is a driver.
+const NO_ADAPTER: &str = "none-for-quick-tests";
+
+pub fn run(words: &[String], may_install: bool) -> Result<(), String> {
+    let selection = Selection::parse(words)?;
     let started = Instant::now();
     compiler::ensure(may_install)?;
-    let mut driver = Driver::new(Purpose::Tests, may_install);
-    driver.before_build()?;
-    step(cargo(TARGETS).arg("--no-run"))?;
-    // The tests of the command line have it built, beside this program.
-    let here = env::current_exe().map_err(|error| format!("where this program lies: {error}"))?;
-    let lanternfish = here.with_file_name(format!("lanternfish{EXE_SUFFIX}"));
-    driver.after_build(|| {
-        let mut command = Command::new(&lanternfish);
-        command.args(["info", "--adapters"]);
-        command
-    })?;
+    let mut driver = (!selection.is_quick).then(|| Driver::new(Purpose::Tests, may_install));
+    if let Some(driver) = &mut driver {
+        driver.before_build()?;
+    }
+    let (built, build_time) = timed(|| step(&mut selection.build()));
+    built?;
+    if let Some(driver) = &mut driver {
+        // The tests of the command line have it built, beside this program.
+        let here = env::current_exe().map_err(|error| format!("where this program lies: {error}"))?;
+        let lanternfish = here.with_file_name(format!("lanternfish{EXE_SUFFIX}"));
+        driver.after_build(|| {
+            let mut command = Command::new(&lanternfish);
+            command.args(["info", "--adapters"]);
+            command
+        })?;
+    }
 
     let list = List::new();
-    let mut result = Ok(());
-    for mut tests in test_commands() {
-        result = result.and(step(tests.env("LANTERNFISH_LEFT_OUT", &list.0)));
-    }
+    let prepare = |mut command: Command| {
+        command.env("LANTERNFISH_LEFT_OUT", &list.0);
+        if selection.is_quick {
+            command.env("LANTERNFISH_TEST_ADAPTER", NO_ADAPTER);
+        }
+        command
+    };
+    // Failures here keep no other test from running.
+    let (documented, documentation_time) = timed(|| {
+        let mut command = prepare(cargo(["test", "--workspace", "--doc"]));
+        if selection.has_documentation() { step(&mut command) } else { Ok(()) }
+    });
+    let ((result, tests), run_time) = timed(|| run_tests(&selection, prepare));
+
     let left_out = list.lines();
     if left_out.is_empty() {
         eprintln!("\nnothing was left out");
     } else {
         eprintln!("\nleft out:\n  {}", left_out.join("\n  "));
     }
-    result?;
+    let seconds = |time: Duration| format!("{:.0} s", time.as_secs_f64());
+    let documentation = match selection.has_documentation() {
+        true => format!("the tests in documentation {}, the others ", seconds(documentation_time)),
+        false => "the tests ".to_owned(),
+    };
+    eprintln!(
+        "{} tests ran. Building took {}, {documentation}{}, everything {}.",
+        tests.len(),
+        seconds(build_time),
+        seconds(run_time),
+        seconds(started.elapsed())
+    );
+    documented.and(result)?;
+    selection.check(&tests.iter().map(|test| test.name.as_str()).collect::<Vec<_>>())?;
     check_left_out(&left_out, env::var_os("LANTERNFISH_REQUIRE_ALL").is_some_and(|value| value == "1"))?;
-    eprintln!("all tests passed in {:.0} s", started.elapsed().as_secs_f64());
+    eprintln!("All of them passed.");
     Ok(())
 }
 
-/// Every test once, no more of them at a time than nextest is configured for.
-fn test_commands() -> Vec<Command> {
-    let documentation = cargo(["test", "--workspace", "--doc"]);
-    if succeeds(&mut cargo(["nextest", "--version"])) {
-        return vec![documentation, cargo(["nextest", "run", "--workspace"])];
+/// Runs each selected test once, and returns those that ran, if only with a failure. The slowest are printed where nextest is installed.
+fn run_tests(selection: &Selection, prepare: impl Fn(Command) -> Command) -> (Result<(), String>, Vec<Test>) {
+    // Nextest, at a version for which the project's profiles are written.
+    if succeeds(&mut cargo(["nextest", "show-config", "version"])) {
+        let junit = JUnit::of(selection.profile());
+        junit.remove();
+        let result = step(&mut prepare(selection.nextest()));
+        let tests = junit.tests();
+        if !tests.is_empty() {
+            eprintln!("\nthe slowest tests, {SLOWEST} at most:\n{}", times::slowest(&tests).join("\n"));
+            eprintln!("the time of every test: {}", junit.path().display());
+        }
+        return (result, tests);
     }
+    let list = |words: &[&str]| run_for_output(&mut prepare(selection.libtest(words)));
+    let tests = match (list(&["--list"]), list(&["--list", "--ignored"])) {
+        (Ok(all), Ok(ignored)) => times::listed_tests(&all, &ignored),
+        (Err(error), _) | (_, Err(error)) => return (Err(error), Vec::new()),
+    };
+    // No more at a time than nextest is configured for.
     let threads = thread::available_parallelism().map_or(1, |count| count.get().min(MOST_AT_ONCE));
-    let mut tests = cargo(TARGETS);
-    tests.args(["--no-fail-fast", "--", &format!("--test-threads={threads}")]);
-    vec![documentation, tests]
+    let result = match tests.is_empty() {
+        // The caller knows what to say.
+        true => Ok(()),
+        false => step(&mut prepare(selection.libtest([format!("--test-threads={threads}")]))),
+    };
+    eprintln!("\ncargo-nextest 0.9.77 or later tells how long each test takes");
+    (result, tests)
+}
+
+fn timed<T>(run: impl FnOnce() -> T) -> (T, Duration) {
+    let started = Instant::now();
+    (run(), started.elapsed())
 }
 
 /// An error if something had to run and did not.

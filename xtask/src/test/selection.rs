@@ -1,0 +1,216 @@
+//! Which tests are run, by the words after `cargo xtask test`.
+
+use std::process::Command;
+
+use crate::command::cargo;
+
+/// Everything that is built for tests but the tests in documentation. Each call names the same, so that nothing is built twice.
+pub const TARGETS: [&str; 6] = ["test", "--workspace", "--lib", "--bins", "--tests", "--examples"];
+
+/// The programs that hold unit tests. Those that start the command line or render are neither built nor linked.
+const UNIT_TARGETS: [&str; 4] = ["test", "--workspace", "--lib", "--bins"];
+
+/// How the last segment of a test's name starts where the test needs an adapter.
+const NEEDS_ADAPTER: &str = "gpu_";
+
+/// Part of the names of unit tests that render for minutes, with the path tracer.
+const RENDERS: &str = "tests::light_paths::";
+
+/// What libtest leaves out by a part of the whole name. It has no way to name the last segment, and leaves out modules below
+/// the root that are named so as well; a module `gpu_…` at the root stays in.
+const SKIP_ADAPTER: &str = "::gpu_";
+
+/// The tests to run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Selection {
+    /// Part of the tests' names.
+    filter: Option<String>,
+    /// Whether only unit tests are run that need no adapter and do not render.
+    pub is_quick: bool,
+}
+
+impl Selection {
+    /// By the words after `cargo xtask test`: `[FILTER] [--quick | --full]`.
+    pub fn parse(words: &[String]) -> Result<Self, String> {
+        let mut selection = Self::default();
+        let mut is_full = false;
+        for word in words {
+            match word.as_str() {
+                "--quick" => selection.is_quick = true,
+                "--full" => is_full = true,
+                flag if flag.starts_with('-') => return Err(format!("test has no flag {flag}")),
+                "" => return Err("test takes part of a name, not an empty one".to_owned()),
+                part => {
+                    if let Some(first) = selection.filter.replace(part.to_owned()) {
+                        return Err(format!("test takes one part of a name, not both {first:?} and {part:?}"));
+                    }
+                }
+            }
+        }
+        if selection.is_quick && is_full {
+            return Err("test takes --quick or --full, not both".to_owned());
+        }
+        Ok(selection)
+    }
+
+    /// Whether the tests in documentation are run too: where every test is.
+    pub fn has_documentation(&self) -> bool {
+        !self.is_quick && self.filter.is_none()
+    }
+
+    /// Nextest's profile, which also names the folder of its results.
+    pub fn profile(&self) -> &'static str {
+        if self.is_quick { "quick" } else { "default" }
+    }
+
+    /// Builds the tests.
+    pub fn build(&self) -> Command {
+        let mut command = cargo(self.targets());
+        command.arg("--no-run");
+        command
+    }
+
+    /// Runs the tests with nextest. No test at all is no failure of nextest's: [`Selection::check`] says more.
+    pub fn nextest(&self) -> Command {
+        let mut command = cargo(["nextest", "run", "--workspace", "--profile", self.profile()]);
+        command.env("NEXTEST_NO_TESTS", "pass");
+        if self.is_quick {
+            command.args(&UNIT_TARGETS[2..]);
+        }
+        command.args(&self.filter);
+        command
+    }
+
+    /// Runs the tests without nextest, after which come words for libtest.
+    pub fn libtest<S: AsRef<str>>(&self, words: impl IntoIterator<Item = S>) -> Command {
+        let mut command = cargo(self.targets());
+        command.args(["--no-fail-fast", "--"]);
+        command.args(words.into_iter().map(|word| word.as_ref().to_owned()));
+        if self.is_quick {
+            command.args(["--skip", SKIP_ADAPTER, "--skip", RENDERS]);
+        }
+        command.args(&self.filter);
+        command
+    }
+
+    fn targets(&self) -> &'static [&'static str] {
+        if self.is_quick { &UNIT_TARGETS } else { &TARGETS }
+    }
+
+    /// An error if no test has these names, or one of those that ran should not have.
+    pub fn check(&self, names: &[&str]) -> Result<(), String> {
+        let quick = if self.is_quick { " among the quick ones" } else { "" };
+        if names.is_empty() {
+            return Err(match &self.filter {
+                Some(part) => format!("no test{quick} has a name that contains {part:?}"),
+                None => format!("there is no test{quick}"),
+            });
+        }
+        match names.iter().find(|name| self.is_quick && needs_adapter(name)) {
+            Some(name) => Err(format!("{name} needs an adapter, and --quick ran it")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Whether a test needs an adapter, by its name.
+fn needs_adapter(name: &str) -> bool {
+    name.rsplit("::").next().is_some_and(|last| last.starts_with(NEEDS_ADAPTER))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::workspace;
+
+    fn parse(line: &str) -> Result<Selection, String> {
+        Selection::parse(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
+    }
+
+    fn words(command: &Command) -> String {
+        command.get_args().map(|word| word.to_str().unwrap()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn words_are_a_filter_and_quick_or_full() {
+        let full = Selection::default();
+        assert_eq!(parse(""), Ok(full.clone()));
+        assert_eq!(parse("--full"), Ok(full));
+        let filter = Some("scan".to_owned());
+        assert_eq!(parse("scan --quick"), Ok(Selection { filter: filter.clone(), is_quick: true }));
+        assert_eq!(parse("--quick scan"), parse("scan --quick"));
+        assert_eq!(parse("scan"), Ok(Selection { filter, is_quick: false }));
+        assert!(Selection::parse(&[String::new()]).unwrap_err().contains("empty"));
+        for (line, error) in [
+            ("--fast", "test has no flag --fast"),
+            ("scan sort", "test takes one part of a name, not both \"scan\" and \"sort\""),
+            ("--quick --full", "test takes --quick or --full, not both"),
+        ] {
+            assert_eq!(parse(line).unwrap_err(), error);
+        }
+    }
+
+    #[test]
+    fn tests_in_documentation_are_run_where_all_are() {
+        let runs = |line| parse(line).unwrap().has_documentation();
+        assert!(runs("") && runs("--full"));
+        assert!(!runs("scan") && !runs("--quick") && !runs("--full scan"));
+    }
+
+    #[test]
+    fn commands_name_the_selection() {
+        let quick = parse("scan --quick").unwrap();
+        assert_eq!(words(&quick.build()), "test --workspace --lib --bins --no-run");
+        assert_eq!(words(&quick.nextest()), "nextest run --workspace --profile quick --lib --bins scan");
+        assert_eq!(
+            words(&quick.libtest(["--list"])),
+            "test --workspace --lib --bins --no-fail-fast -- --list --skip ::gpu_ --skip tests::light_paths:: scan"
+        );
+        let full = parse("").unwrap();
+        assert_eq!(words(&full.build()), format!("{} --no-run", TARGETS.join(" ")));
+        assert_eq!(words(&full.nextest()), "nextest run --workspace --profile default");
+        assert_eq!(words(&full.libtest([""; 0])), format!("{} --no-fail-fast --", TARGETS.join(" ")));
+    }
+
+    #[test]
+    fn no_test_at_all_is_an_error() {
+        let error = |line| parse(line).unwrap().check(&[]).unwrap_err();
+        assert_eq!(error("scna"), "no test has a name that contains \"scna\"");
+        assert_eq!(error("scna --quick"), "no test among the quick ones has a name that contains \"scna\"");
+        assert_eq!(error(""), "there is no test");
+    }
+
+    #[test]
+    fn what_needs_an_adapter_is_not_quick() {
+        let names = ["gpu_scene::tests::counts", "primitives::scan::tests::gpu_scan"];
+        assert!(!needs_adapter(names[0]) && needs_adapter(names[1]) && needs_adapter("gpu_scan"));
+        assert_eq!(parse("--quick").unwrap().check(&names[..1]), Ok(()));
+        assert!(parse("--quick").unwrap().check(&names).unwrap_err().starts_with(names[1]));
+        assert_eq!(parse("").unwrap().check(&names), Ok(()));
+        // Nextest's profile has the same rules.
+        let profiles = std::fs::read_to_string(workspace().join(".config/nextest.toml")).unwrap();
+        let rule = |start| profiles.lines().find_map(|line: &str| line.strip_prefix(start)).unwrap().trim_matches('\'');
+        let gpu = format!("test(/(^|::){NEEDS_ADAPTER}[^:]*$/)");
+        assert_eq!(rule("filter = "), gpu);
+        assert_eq!(rule("default-filter = "), format!("(kind(lib) + kind(bin)) - {gpu} - test({RENDERS})"));
+    }
+
+    /// libtest would leave out more than nextest.
+    #[test]
+    fn no_folder_below_a_root_is_named_as_tests_that_need_an_adapter() {
+        for package in std::fs::read_dir(workspace().join("crates")).unwrap() {
+            let root = package.unwrap().path().join("src");
+            let mut folders: Vec<_> = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path()).collect();
+            folders.retain(|path| path.is_dir());
+            while let Some(folder) = folders.pop() {
+                for entry in std::fs::read_dir(folder).unwrap() {
+                    let entry = entry.unwrap();
+                    let name = entry.file_name().into_string().unwrap();
+                    let is_module = name.ends_with(".rs") || entry.path().is_dir();
+                    assert!(!is_module || !name.starts_with(NEEDS_ADAPTER), "{}", entry.path().display());
+                    folders.extend(entry.path().is_dir().then(|| entry.path()));
+                }
+            }
+        }
+    }
+}
