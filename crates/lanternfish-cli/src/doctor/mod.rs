@@ -73,9 +73,6 @@ pub struct DoctorArgs {
     /// What the report calls the state of the sources.
     #[arg(long, value_name = "TEXT", hide_short_help = true)]
     pub commit: Option<String>,
-    /// As the process that does the work, and may be ended by a driver: the report is in this file.
-    #[arg(long, value_name = "FILE", hide = true)]
-    pub worker: Option<PathBuf>,
     /// Prints a report that --json wrote before, and checks nothing.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["adapter", "quick", "json", "size", "only", "filter", "images", "shaders", "commit"])]
     pub read: Option<PathBuf>,
@@ -104,8 +101,8 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
             CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made")
         })?;
     }
-    match &args.worker {
-        Some(file) => work(args, file),
+    match std::env::var_os(supervise::WORKER) {
+        Some(file) => work(args, Path::new(&file)),
         None => supervise::run(args),
     }
 }

@@ -12,6 +12,9 @@ use crate::{error::CliError, output::print};
 /// Processes that a driver may end before the rest is given up.
 const MOST_ENDED: usize = 16;
 
+/// The variable by which a process knows that it does the work, and in which file the report is.
+pub const WORKER: &str = "LANTERNFISH_DOCTOR_WORKER";
+
 pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
     let of_run = env::temp_dir().join(format!("lanternfish-doctor-{}.json", std::process::id()));
     let file = args.json.clone().unwrap_or_else(|| of_run.clone());
@@ -20,7 +23,7 @@ pub fn run(args: &DoctorArgs) -> Result<u8, CliError> {
     let program = env::current_exe().map_err(|error| CliError::new(format_args!("this program: {error}"), ""))?;
     let work = || {
         let mut worker = Command::new(&program);
-        worker.args(env::args_os().skip(1)).arg("--worker").arg(&file);
+        worker.args(env::args_os().skip(1)).env(WORKER, &file);
         worker.status().map_err(|error| CliError::new(format_args!("{}: {error}", program.display()), ""))
     };
     let result = processes(&file, work);
