@@ -10,6 +10,7 @@ mod bench_quality;
 mod bench_virtual_lights;
 mod compare;
 mod deep_images;
+mod doctor;
 mod hostile;
 mod mistakes;
 mod reference;
