@@ -42,7 +42,11 @@ part_doctor() {
     case $status in
         0) return 0 ;;
         1) outcome='a check failed, see doctor.txt' ;;
-        *) outcome=$(status_words "$status") ;;
+        *)
+            outcome=$(status_words "$status")
+            # What it had found until then.
+            timeout 10 "$program" doctor --read "$out/doctor.json" >>"$out/doctor.txt" 2>&1 </dev/null
+            ;;
     esac
     tail -n 15 "$out/doctor.txt"
     return 1
