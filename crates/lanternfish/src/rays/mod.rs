@@ -214,6 +214,16 @@ impl Tracer {
     }
 
     /// What traces rays from where deep images are not asked: from blended surfaces, samples of a pixel, ends of other rays.
+    /// Whether it finds the triangle that a ray hits: through deep images of these settings, where it goes through those.
+    pub(crate) fn finds_triangles(self, images: &DeepImageSettings) -> bool {
+        !self.uses_deep_images() || images.payload
+    }
+
+    /// Frames after a change of the scene until it traces through nothing older: several for deep images that are built in slices.
+    pub(crate) fn update_frames(self, images: &DeepImageSettings) -> u32 {
+        if self.uses_deep_images() { images.slices.max(1) } else { 1 }
+    }
+
     pub fn exact(self) -> Self {
         if self.uses_deep_images() { Self::Bvh } else { self }
     }

@@ -87,10 +87,6 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let texture_arrays = texture_arrays(device, settings.textures)?;
     let shadow_passes = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
     let openness_passes = occlusion::passes(device, &settings)?;
-    let of_shadows = tracer.is_some_and(Tracer::uses_deep_images);
-    if of_shadows {
-        shadows::check_driver(&device.adapter_info())?;
-    }
     let openness = if openness_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
     let parts = tracer.map_or(Parts::NONE, Tracer::parts) | settings.indirect.parts() | openness;
     let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;

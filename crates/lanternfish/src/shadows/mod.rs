@@ -162,6 +162,7 @@ impl VisibilityPlan {
 
 impl Shadows {
     /// Compiles the passes for a tracer.
+        check_driver(tracer, &device.adapter_info())?;
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
         Ok(Self {
             kernels: Kernels::new(device, settings, tracer, false)?,
@@ -350,8 +351,8 @@ pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
 }
 
 /// An error where the driver is one that crashes on shadows through deep images: while it compiles `trace`, Mesa 22.3.6.
-pub(crate) fn check_driver(adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
-    if !faulty_software(adapter) {
+fn check_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
+    if !(tracer.uses_deep_images() && faulty_software(adapter)) {
         return Ok(());
     }
     let (driver, fault) = (adapter.driver_info.clone(), "crashes on it");

@@ -243,7 +243,7 @@ pub(super) fn check(room: &PhotonSplatting, images: &DeepImageSettings) -> Resul
     if room.filter_radius > MOST_RADIUS || room.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
         return wrong("a filter of at most 64 pixels, and a radius above 0");
     }
-    if room.tracer.fixed().uses_deep_images() && !images.payload {
+    if !room.tracer.fixed().finds_triangles(images) {
         return wrong("deep images with triangles");
     }
     Ok(())

@@ -372,7 +372,7 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     if matches!(settings.bounces, Bounces::UpTo(2..)) && settings.hit_light != HitLight::Cached {
         return Err(RenderError::Together { setting: "`bounces` of 2 to 8", needed: "`hit-light cached`" });
     }
-    if settings.tracer.fixed().uses_deep_images() && !deep_images.payload {
+    if !settings.tracer.fixed().finds_triangles(deep_images) {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });
     }
     Ok(())

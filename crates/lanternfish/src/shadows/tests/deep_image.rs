@@ -33,7 +33,7 @@ fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
 /// The adapter for tests, unless its driver crashes on these shadows.
 fn sound_gpu(test: &str) -> Option<&'static Gpu> {
     let gpu = testing::gpu(test)?;
-    let refused = check_driver(&gpu.device.adapter_info()).err();
+    let refused = check_driver(Tracer::AcrossTexels, &gpu.device.adapter_info()).err();
     if let Some(reason) = &refused {
         testing::left_out(test, &reason.to_string());
     }
@@ -175,10 +175,12 @@ fn gpu_what_deep_images_cannot_do_is_refused() {
 
 #[test]
 fn a_driver_that_crashes_is_refused_by_name_and_with_the_remedy() {
-    let check = |device_type, driver: &str| {
+    let check_tracer = |tracer, device_type, driver: &str| {
         let adapter = wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan);
-        check_driver(&wgpu::AdapterInfo { driver_info: driver.to_owned(), ..adapter })
+        check_driver(tracer, &wgpu::AdapterInfo { driver_info: driver.to_owned(), ..adapter })
     };
+    let check = |device_type, driver| check_tracer(Tracer::AcrossTexels, device_type, driver);
+    assert!(check_tracer(Tracer::Bvh, wgpu::DeviceType::Cpu, "Mesa 22.3.6").is_ok());
     let error = check(wgpu::DeviceType::Cpu, "Mesa 22.3.6 (LLVM 15.0.6)").unwrap_err().to_string();
     for word in ["`shadows` through deep images", "Mesa 22.3.6", "crashes", "use `shadows bvh`", "newer driver"] {
         assert!(error.contains(word), "{word:?} is not in {error}");
