@@ -1,8 +1,11 @@
 //! The frame in hand, as its passes are given it.
 
+use std::sync::Arc;
+
 use glam::Quat;
 
 use crate::{
+    deep_images::DeepImages,
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::{Surface, ViewKey},
     request::{Target, ViewRequest},
@@ -58,8 +61,11 @@ pub struct ViewContext<'a> {
     pub surface: Surface,
     /// The same with one sample a pixel; where no pass asks for that, the prepass's result.
     pub middle: Surface,
-    /// How this frame turns the directions of deep images.
+    /// Rotation of this frame's direction set of deep images, unit: world space from the set's own.
     pub rotation: Quat,
+    /// Deep images of the scene as it stands, with that rotation, if the renderer has them. The frame sets them before the first pass with
+    /// rays; tracers read them (`rays::TracePass`).
+    pub(crate) deep_images: Option<Arc<DeepImages>>,
 }
 
 impl<'a> ViewContext<'a> {
@@ -74,6 +80,7 @@ impl<'a> ViewContext<'a> {
             surface: surface.clone(),
             middle: surface.clone(),
             rotation: self.rotation,
+            deep_images: self.deep_images.clone(),
         }
     }
 }

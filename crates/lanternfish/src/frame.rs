@@ -147,13 +147,19 @@ impl Passes {
         }
         // What every view shows, then which lights reach it: views may share the work of finding them.
         let views = (0..context.views.len()).map(|slot| self.show(frame, context, slot));
-        let views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
+        let mut views: Vec<ViewContext<'_>> = views.collect::<Result<_, _>>()?;
         let set = &context.scene.lights;
         let lights = self.light_culling.record(frame, &views, Reach::Surface, set)?;
         let blended_lights = match views.iter().any(|view| !view.draws.blended.is_empty()) {
             true => self.light_culling.record(frame, &views, Reach::Anywhere, set)?,
             false => Vec::new(),
         };
+        // Deep images are there before the first rays.
+        if let Some(images) = &mut self.deep_images {
+            for view in &mut views {
+                view.deep_images = Some(images.get(frame, view.scene, view.rotation)?.clone());
+            }
+        }
         let arriving = self.arriving(frame, &views)?;
         // Then each view by itself.
         let mut results = Vec::with_capacity(views.len());
@@ -223,7 +229,8 @@ impl Passes {
             };
             // Blended surfaces are the caller's.
             let draws = VisibleDraws { solid: draws.solid, blended: Vec::new() };
-            return Ok(ViewContext { scene, key, view, buffer, draws, middle: surface.clone(), surface, rotation });
+            let middle = surface.clone();
+            return Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, deep_images: None });
         }
         let mut show =
             |prepass: &mut Prepass| prepass.record(frame, scene, &draws, &buffer, view.size, before.as_ref());
@@ -232,7 +239,7 @@ impl Passes {
             None => surface.clone(),
             Some(prepass) => show(prepass)?,
         };
-        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation })
+        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, deep_images: None })
     }
 
     /// What arrives from other surfaces and the surroundings in every view, for the surface at each pixel's middle, as far as it is
@@ -240,12 +247,10 @@ impl Passes {
     fn arriving(&mut self, frame: &mut Frame<'_>, views: &[ViewContext<'_>]) -> Result<Vec<Arriving>, RenderError> {
         let mut of_view = |view: &ViewContext<'_>| {
             let surface = view.middle.clone();
-            let images = self.deep_images.as_mut();
-            let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
             let occlusion = self.occlusion.as_mut();
             let openness = occlusion.map(|occlusion| occlusion.record(frame, view, &surface)).transpose()?;
             let indirect = self.indirect.as_mut();
-            let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface, images)).transpose()?;
+            let indirect = indirect.map(|indirect| indirect.record(frame, view, &surface)).transpose()?;
             Ok(Arriving { surface, openness, indirect })
         };
         views.iter().map(&mut of_view).collect()
@@ -328,12 +333,9 @@ impl Passes {
         let is_traced = traced == Traced::LastBand && plan.bands().len() == 1;
         for (index, band) in plan.bands() {
             let Some(shadows) = &mut self.shadows else { unreachable!("they made the plan") };
-            let uses_deep_images = shadows.uses_deep_images() && !is_traced;
-            let images = self.deep_images.as_mut().filter(|_| uses_deep_images);
-            let images = images.map(|images| images.get(frame, view.scene, view.rotation)).transpose()?;
             let visibility = match is_traced {
                 true => plan.band(frame, view.middle.size.y, &band),
-                false => shadows.record(frame, view, lights, images, plan, (index, band)),
+                false => shadows.record(frame, view, lights, plan, (index, band)),
             };
             go_on(self, frame, Some(&visibility))?;
         }

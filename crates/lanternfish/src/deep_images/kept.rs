@@ -1,5 +1,7 @@
 //! Deep images that are kept while nothing moves, and built again when something has.
 
+use std::sync::Arc;
+
 use glam::Quat;
 use lanternfish_gpu::{Frame, Growth};
 use lanternfish_scene::Bounds;
@@ -24,7 +26,7 @@ pub struct KeptDeepImages {
 
 #[derive(Debug)]
 struct Kept {
-    images: DeepImages,
+    images: Arc<DeepImages>,
     /// [`GpuScene::triangle_order`] of the scene that the images were built of.
     order: u64,
     rotation: Quat,
@@ -61,7 +63,12 @@ impl KeptDeepImages {
     /// the last ones. A frame that they were built in must be submitted before they are read in another. Where frames do not wait,
     /// images for which there was no room are built again as soon as that is known; until then frames that read them are not whole;
     /// and with [`DeepImageSettings::slices`] of those that things have moved in the oldest slice is built anew, one in each frame.
-    pub fn get(&mut self, frame: &mut Frame<'_>, scene: &GpuScene, rotation: Quat) -> Result<&DeepImages, RenderError> {
+    pub fn get(
+        &mut self,
+        frame: &mut Frame<'_>,
+        scene: &GpuScene,
+        rotation: Quat,
+    ) -> Result<&Arc<DeepImages>, RenderError> {
         let [counted, images, ..] = frame.last_counted(SLOTS);
         // What is told may be of larger chunks, before they were divided.
         let has_room = |chunk: &Chunk| counted <= chunk.grid.capacity || images > chunk.grid.image_count;
@@ -86,7 +93,7 @@ impl KeptDeepImages {
             self.kept = None;
             frame.forget_bind_groups();
             self.builder.set_rotation(rotation);
-            let images = self.builder.record(frame, scene)?;
+            let images = Arc::new(self.builder.record(frame, scene)?);
             self.builds += 1;
             let built = vec![now; images.chunks.len()];
             let order = scene.triangle_order();
@@ -105,7 +112,7 @@ impl KeptDeepImages {
         let oldest = kept.oldest(now.generation);
         if let Some(oldest) = oldest {
             frame.forget_bind_groups();
-            match self.builder.renew(frame, scene, &mut kept.images, oldest) {
+            match self.builder.renew(frame, scene, Arc::make_mut(&mut kept.images), oldest) {
                 Err(RenderError::Overflow { .. }) => return Ok(false),
                 other => other?,
             }

@@ -133,8 +133,8 @@ gpu_struct! {
     }
 }
 
-/// Deep images of a scene, in chunks.
-#[derive(Debug)]
+/// Deep images of a scene, in chunks. A clone shares their buffers.
+#[derive(Clone, Debug)]
 pub struct DeepImages {
     /// The settings they were built with.
     pub settings: DeepImageSettings,

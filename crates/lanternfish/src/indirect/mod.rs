@@ -24,7 +24,6 @@ use lanternfish_scene::named_enum;
 
 use crate::{
     context::ViewContext,
-    deep_images::DeepImages,
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
@@ -160,14 +159,12 @@ pub(crate) trait IndirectPasses: fmt::Debug {
     /// Forgets what is kept from frame to frame: the last one was not handed to the device, or the device refused it.
     fn forget(&mut self) {}
 
-    /// Finds the indirect light of a surface that a view shows, one sample a pixel. `images` are of the scene as it stands, where the
-    /// room uses them.
+    /// Finds the indirect light of a surface that a view shows, one sample a pixel.
     fn record(
         &mut self,
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-        images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError>;
 }
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
-use super::{Tracer, dispatch};
+use super::{Tracer, trace_pass::for_each_chunk};
 use crate::{
     common::workgroups, deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings,
     shaders::SHADERS,
@@ -81,7 +81,7 @@ impl RayTracer {
         let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
-        dispatch(frame, kernel, &bindings, workgroups(count), images);
+        for_each_chunk(images, &bindings, |bindings| frame.dispatch(kernel, bindings, workgroups(count)));
         Ok(distances)
     }
 }

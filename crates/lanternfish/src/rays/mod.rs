@@ -5,16 +5,17 @@
 //! - `first_distance`: how far does a ray go? Asked of lists of rays, by tests and benches ([`RayTracer`]).
 //!
 //! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is (`Room`). The host chooses one when it links
-//! ([`Tracer::features`]), and runs a pass once for each chunk where that is deep images (`dispatch`).
+//! ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
 
 mod list;
+mod trace_pass;
 
-use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, SharedStruct};
+use lanternfish_gpu::{Feature, SharedStruct};
 use lanternfish_scene::named_enum_impls;
 
 pub use self::list::{RayTracer, TracedRay};
+pub(crate) use self::trace_pass::TracePass;
 use crate::{
-    deep_images::DeepImages,
     error::RenderError,
     gpu_scene::Parts,
     settings::DeepImageSettings,
@@ -213,7 +214,6 @@ impl Tracer {
         self.room().structure == Structure::DeepImages
     }
 
-    /// What traces rays from where deep images are not asked: from blended surfaces, samples of a pixel, ends of other rays.
     /// Whether it finds the triangle that a ray hits: through deep images of these settings, where it goes through those.
     pub(crate) fn finds_triangles(self, images: &DeepImageSettings) -> bool {
         !self.uses_deep_images() || images.payload
@@ -224,6 +224,7 @@ impl Tracer {
         if self.uses_deep_images() { images.slices.max(1) } else { 1 }
     }
 
+    /// What traces rays from where deep images are not asked: from blended surfaces, samples of a pixel, ends of other rays.
     pub fn exact(self) -> Self {
         if self.uses_deep_images() { Self::Bvh } else { self }
     }
@@ -245,38 +246,6 @@ impl Tracer {
             return Ok(self);
         }
         Err(RenderError::MissingFeature { setting, feature: "ray queries", instead })
-    }
-}
-
-/// Adds the pass of a kernel that asks a tracer: one dispatch, or through deep images one for each chunk of them, each of which answers
-/// for its own images.
-pub(crate) fn dispatch(
-    frame: &mut Frame<'_>,
-    kernel: &ComputeKernel,
-    bindings: &Bindings<'_>,
-    workgroups: [u32; 3],
-    images: Option<&DeepImages>,
-) {
-    for_each_chunk(bindings, images, |bindings| frame.dispatch(kernel, bindings, workgroups));
-}
-
-/// The same, where a buffer says how many workgroups there are.
-pub(crate) fn dispatch_indirect(
-    frame: &mut Frame<'_>,
-    kernel: &ComputeKernel,
-    bindings: &Bindings<'_>,
-    workgroups: &wgpu::Buffer,
-    images: Option<&DeepImages>,
-) {
-    for_each_chunk(bindings, images, |bindings| frame.dispatch_indirect(kernel, bindings, workgroups));
-}
-
-/// Calls `dispatch` with the bindings of each chunk of deep images; once, where there are none.
-fn for_each_chunk(bindings: &Bindings<'_>, images: Option<&DeepImages>, mut dispatch: impl FnMut(&Bindings<'_>)) {
-    let Some(images) = images else { return dispatch(bindings) };
-    for chunk in &images.chunks {
-        let of_chunk = chunk.bindings(&images.frames).with(&images.direction_bindings());
-        dispatch(&bindings.clone().with(&of_chunk));
     }
 }
 

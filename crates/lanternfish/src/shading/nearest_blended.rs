@@ -55,7 +55,7 @@ impl NearestBlended {
         };
         let surface = prepass.record_blended(frame, view)?;
         let openness = occlusion.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
-        let indirect = indirect.as_mut().map(|room| room.record(frame, view, &surface, None));
-        Ok(Arriving { surface, openness, indirect: indirect.transpose()? })
+        let indirect = indirect.as_mut().map(|room| room.record(frame, view, &surface)).transpose()?;
+        Ok(Arriving { surface, openness, indirect })
     }
 }

@@ -3,13 +3,18 @@
 use lanternfish_gpu::ComputeKernel;
 
 use super::{MOST_RAYS, SOFT_LIGHT_BITS, features};
-use crate::{error::RenderError, rays::Tracer, settings::Settings, shaders::SHADERS};
+use crate::{
+    error::RenderError,
+    rays::{TracePass, Tracer},
+    settings::Settings,
+    shaders::SHADERS,
+};
 
 /// The passes for scenes with area lights, or for those without.
 #[derive(Debug)]
 pub(super) struct Kernels {
     pub plan: ComputeKernel,
-    pub trace: ComputeKernel,
+    pub trace: TracePass,
     /// Listed lights that share a word.
     pub lights_a_word: u32,
     /// Words of a band whose rays can be counted.
@@ -36,7 +41,7 @@ impl Kernels {
         let rays = if is_soft || has_areas { settings.shadow_rays } else { 1 };
         Ok(Self {
             plan: ComputeKernel::new(device, &plan, "plan", "shadows/plan"),
-            trace: ComputeKernel::new(device, &trace, "trace", "shadows/trace"),
+            trace: TracePass::new(tracer, ComputeKernel::new(device, &trace, "trace", "shadows/trace")),
             lights_a_word,
             most_words: MOST_RAYS / u64::from(rays * lights_a_word),
         })

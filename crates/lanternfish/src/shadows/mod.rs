@@ -18,12 +18,11 @@ use lanternfish_gpu::{
 use self::kernels::Kernels;
 use crate::{
     context::ViewContext,
-    deep_images::DeepImages,
     error::RenderError,
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
-    rays::{self, Tracer},
+    rays::Tracer,
     settings::{DebugView, DeepImageSettings, DeepStore, History, RayCulling, Settings},
     shaders::{Root, Shaders},
     texture::frame_target,
@@ -162,8 +161,8 @@ impl VisibilityPlan {
 
 impl Shadows {
     /// Compiles the passes for a tracer.
-        check_driver(tracer, &device.adapter_info())?;
     pub fn new(device: &wgpu::Device, settings: &Settings, tracer: Tracer) -> Result<Self, RenderError> {
+        check_driver(tracer, &device.adapter_info())?;
         Ok(Self {
             kernels: Kernels::new(device, settings, tracer, false)?,
             area_kernels: None,
@@ -253,21 +252,17 @@ impl Shadows {
         })
     }
 
-    /// Whether rays are traced through deep images.
-    pub fn uses_deep_images(&self) -> bool {
-        self.tracer.uses_deep_images()
-    }
-
-    /// Traces the rays of one band. `images` are of the scene as it stands, where rays go through them.
+    /// Traces the rays of one band.
     pub fn record<'p>(
         &self,
         frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, middle: surface, .. }: &ViewContext<'_>,
+        view: &ViewContext<'_>,
         lights: &LightLists,
-        images: Option<&DeepImages>,
         plan: &'p VisibilityPlan,
         (index, band): (usize, Range<u32>),
     ) -> Visibility<'p> {
+        let ViewContext { scene, buffer, middle: surface, .. } = view;
+        let trace = &self.kernels(scene).trace;
         let visibility = plan.band(frame, surface.size.y, &band);
         let mut bindings = buffer
             .bindings()
@@ -280,12 +275,12 @@ impl Shadows {
         }
         frame.encoder().clear_buffer(&plan.words, 0, Some(4));
         let groups = [plan.grid.columns, band.end - band.start, 1];
-        if images.is_some() {
+        if trace.runs_in_chunks() {
             // Each chunk adds its bits.
             let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
             frame.encoder().clear_buffer(&plan.words, 4 * first_bits, None);
         }
-        rays::dispatch(frame, &self.kernels(scene).trace, &bindings, groups, images);
+        trace.dispatch(frame, view, &bindings, groups);
         frame.encoder().copy_buffer_to_buffer(&plan.words, 0, &plan.ray_totals, 4 * index as u64, 4);
         visibility
     }

@@ -105,7 +105,7 @@ pub(crate) fn context<'a>(
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
     let draws = scene.visible_draws(view);
     let (key, view, middle) = (ViewKey::Slot(0), *view, surface.clone());
-    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation }
+    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, deep_images: None }
 }
 
 /// A scene of one mesh, placed once.

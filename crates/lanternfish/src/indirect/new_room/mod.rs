@@ -10,7 +10,6 @@ use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_bu
 use super::{IndirectPasses, IndirectRoom, IndirectSums, layers_target};
 use crate::{
     context::ViewContext,
-    deep_images::DeepImages,
     error::RenderError,
     prepass::Surface,
     rays::Tracer,
@@ -83,7 +82,6 @@ impl IndirectPasses for NewRoomPasses {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-        _images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
         let layers = layers_target(frame, surface.size);
         let [width, height, _] = self.find.workgroup_size();

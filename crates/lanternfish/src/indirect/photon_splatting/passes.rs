@@ -10,7 +10,7 @@ use super::{PhotonSplatting, Splat, directions::PhotonDirections, parameters::Ph
 use crate::{
     common::workgroups,
     context::ViewContext,
-    deep_images::{DeepImages, directions::rotation_of_turn},
+    deep_images::directions::rotation_of_turn,
     error::RenderError,
     indirect::{
         Counters, IndirectPasses, IndirectSums,
@@ -20,7 +20,7 @@ use crate::{
     light_culling::LightCulling,
     lights::Light,
     prepass::Surface,
-    rays::Tracer,
+    rays::{TracePass, Tracer},
     settings::{DeepImageSettings, Materials, Samples, Settings},
     shaders::SHADERS,
 };
@@ -61,13 +61,13 @@ pub struct PhotonPasses {
     emit: ComputeKernel,
     prepare: ComputeKernel,
     split: ComputeKernel,
-    trace: ComputeKernel,
+    trace: TracePass,
     tiles: ComputeKernel,
     keep: ComputeKernel,
     scan: Scan,
     place: ComputeKernel,
     /// None: what lies beyond edges is lost.
-    land: Option<ComputeKernel>,
+    land: Option<TracePass>,
     next: ComputeKernel,
     splatting: Splatting,
     smoothing: Smoothing,
@@ -102,6 +102,8 @@ impl PhotonPasses {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };
         let images = &settings.deep_images;
+        let trace_pass =
+            |file: &str| Ok::<_, RenderError>(TracePass::new(traced, kernel(file, &traced.features(images), file)?));
         let exact = tracer.unwrap_or(Tracer::Bvh).exact();
         let limit = device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
         Ok(Self {
@@ -113,12 +115,12 @@ impl PhotonPasses {
             emit: kernel("emit", &exact.features(images), "emit")?,
             prepare: kernel("prepare", &[], "prepare")?,
             split: kernel("split", &[], "split")?,
-            trace: kernel("trace", &traced.features(images), "trace")?,
+            trace: trace_pass("trace")?,
             tiles: kernel("tiles", &[], "find_surfaces")?,
             keep: kernel("keep", &[], "keep")?,
             scan: Scan::new(device, "indirect/photon_splatting")?,
             place: kernel("place", &[], "place")?,
-            land: room.conserved.then(|| kernel("land", &traced.features(images), "land")).transpose()?,
+            land: room.conserved.then(|| trace_pass("land")).transpose()?,
             next: kernel("next", &[], "go_on")?,
             splatting: match room.splat {
                 Splat::Raster => Splatting::Raster(SplatRaster::new(device, settings.materials == Materials::File)?),
@@ -135,7 +137,7 @@ impl PhotonPasses {
 
     /// How the directions are turned in this frame: as deep images are; other structures answer for any direction.
     fn rotation(&self, view: &ViewContext<'_>) -> Quat {
-        if self.settings.tracer.fixed().uses_deep_images() || view.rotation == Quat::IDENTITY {
+        if self.trace.deep_images(view).is_some() || view.rotation == Quat::IDENTITY {
             return view.rotation;
         }
         rotation_of_turn(view.view.frame_index)
@@ -155,7 +157,7 @@ impl PhotonPasses {
             columns: tiles.x,
             rows: tiles.y,
             is_first: 1,
-            own_directions: u32::from(frames > 1 && !self.settings.tracer.fixed().uses_deep_images()),
+            own_directions: u32::from(frames > 1 && self.trace.deep_images(view).is_none()),
             ..Default::default()
         }
     }
@@ -174,7 +176,6 @@ impl IndirectPasses for PhotonPasses {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-        images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
         let frames = self.frames.max(view.view.frame_index.saturating_add(1));
         self.views.renew(view.scene, self.settings.count, Squares::Any, view.view.random_index);
@@ -204,12 +205,10 @@ impl IndirectPasses for PhotonPasses {
         let emitting = emitting.buffer("primary_photons", &primaries).buffer("photon_counters", counters.buffer());
         frame.dispatch(&self.emit, &emitting, workgroups(parameters.primary_count));
 
-        let images = images.filter(|_| settings.tracer.fixed().uses_deep_images());
-        let texels = images
-            .map(|images| images.chunks.iter().map(|chunk| chunk.grid.texels_per_metre).fold(f32::INFINITY, f32::min));
+        let chunks = self.trace.deep_images(view).map(|images| images.chunks.iter());
+        let texels = chunks.map(|chunks| chunks.map(|chunk| chunk.grid.texels_per_metre).fold(f32::INFINITY, f32::min));
         parameters.least_width = texels.map_or(0.0, |texels| 1.0 / texels);
         let photons = Photons {
-            images,
             scene,
             directions: &directions,
             tiles: &tiles,

@@ -37,7 +37,7 @@ use crate::{
     context::ViewContext,
     environment_light::ENVIRONMENT,
     error::RenderError,
-    rays::{self, Tracer},
+    rays::{self, TracePass, Tracer},
     settings::DeepImageSettings,
     shaders::{Root, SHADERS, Shaders},
 };
@@ -101,8 +101,6 @@ pub(crate) struct RadianceCache {
     has_had_room: bool,
     /// Samples of a cell of generation 0 in a picture's first frame.
     first_samples: u32,
-    /// Of rays between cells.
-    tracer: Tracer,
     kernels: Kernels,
     rehash: Rehash,
     planes: Planes,
@@ -123,7 +121,7 @@ struct Kernels {
     light: ComputeKernel,
     light_environment: ComputeKernel,
     shadow: ComputeKernel,
-    trace: ComputeKernel,
+    trace: TracePass,
     meet: ComputeKernel,
     place: ComputeKernel,
     keep: ComputeKernel,
@@ -231,7 +229,7 @@ impl RadianceCache {
             light: kernel("light", &[EVENLY_SENT], "light")?,
             light_environment: kernel("light", &[EVENLY_SENT, ENVIRONMENT], "light")?,
             shadow: kernel("shadow", &exact.features(images), "shadow")?,
-            trace: kernel("trace", &tracer.features(images), "trace")?,
+            trace: TracePass::new(tracer, kernel("trace", &tracer.features(images), "trace")?),
             meet: kernel("meet", &[], "meet")?,
             place: kernel("meet", &[], "place")?,
             keep: kernel("keep_link", &[], "keep")?,
@@ -248,7 +246,6 @@ impl RadianceCache {
             most_cells: cache_cells,
             has_had_room: false,
             first_samples: cache_samples,
-            tracer,
             kernels,
             rehash: Rehash::new(device)?,
             planes: Planes::new(device)?,

@@ -3,19 +3,12 @@
 use lanternfish_gpu::Frame;
 
 use super::{ALL, CacheOfFrame, Kernels, RadianceCache, parameters::RadianceCacheParameters};
-use crate::{common::workgroups, context::ViewContext, deep_images::DeepImages, rays};
+use crate::{common::workgroups, context::ViewContext};
 
 impl RadianceCache {
-    /// Takes more samples of cells that rays have asked for: up to so many of each that has few. `images`: where rays between cells go
-    /// through those.
-    pub fn update(
-        &mut self,
-        frame: &mut Frame<'_>,
-        ViewContext { scene, buffer, .. }: &ViewContext<'_>,
-        cache: &mut CacheOfFrame,
-        images: Option<&DeepImages>,
-        most: u32,
-    ) {
+    /// Takes more samples of cells that rays have asked for: up to so many of each that has few.
+    pub fn update(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, cache: &mut CacheOfFrame, most: u32) {
+        let ViewContext { scene, buffer, .. } = view;
         let [mut due, mut due_before, sampled, workgroups_due] = cache.scratch.clone();
         let shared = scene.bindings().with(&buffer.bindings()).with(&cache.bindings());
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
@@ -36,7 +29,6 @@ impl RadianceCache {
             ..
         } = &self.kernels;
         let light = if environment.is_some() { light_environment } else { light };
-        let images = images.filter(|_| self.tracer.uses_deep_images());
         let rounds = most.min(cache.parameters.fewest);
         for round in 0..rounds {
             // New cells get one sample after the other, and those that their rays meet; the others one in the first round.
@@ -75,7 +67,7 @@ impl RadianceCache {
             frame.dispatch_indirect(light, &sampling, &workgroups_due);
             frame.dispatch_indirect(shadow, &sampling, &workgroups_due);
             if self.bounces.needs_rays() {
-                rays::dispatch_indirect(frame, trace, &sampling, &workgroups_due, images);
+                trace.dispatch_indirect(frame, view, &sampling, &workgroups_due);
                 frame.dispatch_indirect(meet, &sampling, &workgroups_due);
                 frame.dispatch_indirect(place, &sampling, &workgroups_due);
                 frame.dispatch_indirect(keep, &sampling, &workgroups_due);

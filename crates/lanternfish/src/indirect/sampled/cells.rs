@@ -13,7 +13,6 @@ use super::{
 use crate::{
     common::workgroups,
     context::ViewContext,
-    deep_images::DeepImages,
     error::RenderError,
     indirect::{
         Counters,
@@ -228,14 +227,14 @@ impl FrameCells<'_> {
 
     /// In the frame that all cells are new in: takes a share of the samples behind this round, whose rays have asked, so that samples of one cell
     /// are not all in one place.
-    pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, images: Option<&DeepImages>, round: u32) {
+    pub fn sample(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, round: u32) {
         let Some(samples) = self.of_frame.first_samples() else { return };
         // Behind the first round some: cells are counted then, too.
         let until = |round: u32| {
             (u64::from(samples) * u64::from(round.min(self.rounds))).div_ceil(u64::from(self.rounds)) as u32
         };
         let most = until(round + 1) - until(round);
-        self.cells.cache.update(frame, view, &mut self.of_frame, images, most);
+        self.cells.cache.update(frame, view, &mut self.of_frame, most);
         let left = |round: u32| until(round).saturating_sub(1) / RadianceCache::LISTED;
         if left(round + 2) > left(round + 1) {
             // In the next round rays leave the lists, and what they bring then is kept.
@@ -257,14 +256,8 @@ impl FrameCells<'_> {
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the
     /// round, the sums and counters.
-    pub fn gather(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        summing: &Bindings<'_>,
-        images: Option<&DeepImages>,
-    ) {
-        self.cells.cache.update(frame, view, &mut self.of_frame, images, u32::MAX);
+    pub fn gather(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>, summing: &Bindings<'_>) {
+        self.cells.cache.update(frame, view, &mut self.of_frame, u32::MAX);
         self.cells.cache.relax(frame, &self.of_frame);
         let cells = self.of_frame.bindings();
         let gathering = summing.clone().with(&cells).buffer("ray_slots", &self.slots).buffer("round_ends", &self.ends);

@@ -28,11 +28,10 @@ use super::{
 };
 use crate::{
     context::ViewContext,
-    deep_images::DeepImages,
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
-    rays::{self, Tracer},
+    rays::{self, TracePass, Tracer},
     settings::{DeepImageSettings, Settings},
     shaders::{Root, SHADERS, Shaders},
 };
@@ -140,7 +139,7 @@ pub struct SampledLight {
     settings: Sampled,
     /// Frames that a picture is the mean of, at least.
     frames: u32,
-    trace: ComputeKernel,
+    trace: TracePass,
     sample_order: wgpu::Buffer,
     shade: ComputeKernel,
     shade_environment: ComputeKernel,
@@ -160,18 +159,18 @@ impl SampledLight {
     ) -> Result<Self, RenderError> {
         let deep_images = settings.deep_images;
         check(&sampled, &deep_images)?;
-        sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
+        let traced = sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
         let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
             let shader = SHADERS.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
-        let tracing = sampled.tracer.fixed().features(&deep_images);
+        let trace = kernel("indirect/sampled/trace", &traced.features(&deep_images), "trace", "indirect/trace")?;
         let exact_tracer = tracer.unwrap_or(Tracer::Bvh).exact();
         let exact = exact_tracer.features(&deep_images);
         Ok(Self {
             settings: sampled,
             frames: settings.accumulate,
-            trace: kernel("indirect/sampled/trace", &tracing, "trace", "indirect/trace")?,
+            trace: TracePass::new(traced, trace),
             sample_order: uniform_buffer_of(device, "sample_order", &sample_order::words()),
             shade: kernel("indirect/sampled/shade", &[], "shade", "indirect/shade")?,
             shade_environment: kernel("indirect/sampled/shade", &[ENVIRONMENT], "shade", "indirect/shade")?,
@@ -197,7 +196,6 @@ impl IndirectPasses for SampledLight {
         frame: &mut Frame<'_>,
         view_context: &ViewContext<'_>,
         surface: &Surface,
-        images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
         let ViewContext { scene, view, buffer, .. } = view_context;
         let settings = &self.settings;
@@ -240,7 +238,6 @@ impl IndirectPasses for SampledLight {
         let environment = scene.environment.as_ref().map(|_| scene.environment_light().bindings());
         let shade = if environment.is_some() { &self.shade_environment } else { &self.shade };
 
-        let images = images.filter(|_| settings.tracer.fixed().uses_deep_images());
         // First of the rounds whose hits are there.
         let mut traced_first = None;
         let mut round = 0;
@@ -264,7 +261,7 @@ impl IndirectPasses for SampledLight {
             let round_bindings = seen.clone().part("sampled", &uniform);
             let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
             if traced_first.replace(traced.start) != Some(traced.start) {
-                rays::dispatch(frame, &self.trace, &tracing, sample_order::workgroups(sums.size), images);
+                self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(sums.size));
             }
             let summing =
                 round_bindings.buffer("ray_sums", &sums.sums).buffer("ray_counters", targets.counters.buffer());
@@ -286,7 +283,7 @@ impl IndirectPasses for SampledLight {
                     let [to_shade, to_look] = cells.left_over();
                     frame.dispatch_indirect(shade, &shading, to_shade);
                     frame.dispatch_indirect(&self.shadow, &looking, to_look);
-                    cells.sample(frame, view_context, images, round);
+                    cells.sample(frame, view_context, round);
                 }
             }
             if round < emitter_rays {
@@ -295,7 +292,7 @@ impl IndirectPasses for SampledLight {
             if let Some(cells) = &mut cells
                 && round + 1 == of_cells.end
             {
-                cells.gather(frame, view_context, &summing, images);
+                cells.gather(frame, view_context, &summing);
             }
             round += 1;
             if let Some(cells) = &mut cells

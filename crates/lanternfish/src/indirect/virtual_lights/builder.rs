@@ -10,7 +10,6 @@ use super::{
 use crate::{
     common::workgroups,
     context::ViewContext,
-    deep_images::DeepImages,
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{
@@ -18,7 +17,7 @@ use crate::{
         light_views::{KeptLightViews, LightViews, Squares, radius_of},
     },
     lights::{Light, LightSet},
-    rays::{self, Tracer},
+    rays::{TracePass, Tracer},
     settings::{DeepImageSettings, Materials, Settings},
     shaders::SHADERS,
 };
@@ -73,7 +72,7 @@ pub(super) struct LightBuilder {
     count_texels: ComputeKernel,
     weigh: ComputeKernel,
     thin: ComputeKernel,
-    range_rays: Option<ComputeKernel>,
+    range_rays: Option<TracePass>,
     ranges: ComputeKernel,
     scan: Scan,
     place: ComputeKernel,
@@ -101,6 +100,7 @@ impl LightBuilder {
         };
         let tracer = room.range_tracer.check(device, "`vpl-range-tracer ray-query`", "`vpl-range-tracer bvh`")?;
         let by_range = || kernel("range_rays", &tracer.features(images), "trace", "range_rays");
+        let range_rays = room.traces_ranges().then(by_range).transpose()?;
         Ok(Self {
             settings: room,
             materials: settings.materials,
@@ -111,7 +111,7 @@ impl LightBuilder {
             count_texels: kernel("thin", &[], "count", "count")?,
             weigh: kernel("thin", &[], "weigh", "weigh")?,
             thin: kernel("thin", &[], "thin", "thin")?,
-            range_rays: room.traces_ranges().then(by_range).transpose()?,
+            range_rays: range_rays.map(|kernel| TracePass::new(tracer, kernel)),
             ranges: kernel("ranges", &[], "ranges", "ranges")?,
             scan: Scan::new(device, "indirect/virtual_lights")?,
             place: kernel("place", &[], "place", "place")?,
@@ -123,25 +123,15 @@ impl LightBuilder {
     }
 
     /// The lights of the frame in hand; found for the first of its views.
-    pub fn get(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        images: Option<&DeepImages>,
-    ) -> Result<&FrameLights, RenderError> {
+    pub fn get(&mut self, frame: &mut Frame<'_>, view: &ViewContext<'_>) -> Result<&FrameLights, RenderError> {
         if self.lights.as_ref().is_none_or(|lights| lights.frame != frame.number()) {
-            self.lights = Some(self.find(frame, view, images)?);
+            self.lights = Some(self.find(frame, view)?);
         }
         Ok(self.lights.as_ref().expect("just found, if not there"))
     }
 
-    fn find(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &ViewContext<'_>,
-        images: Option<&DeepImages>,
-    ) -> Result<FrameLights, RenderError> {
-        let ViewContext { scene, view, buffer, .. } = view;
+    fn find(&mut self, frame: &mut Frame<'_>, view_context: &ViewContext<'_>) -> Result<FrameLights, RenderError> {
+        let ViewContext { scene, view, buffer, .. } = view_context;
         let texels = self.settings.map.texels().pow(2);
         self.map.renew(scene, texels, Squares::PowersOfTwo, view.frame_index);
         let mut parameters = self.parameters(scene, view.frame_index);
@@ -193,8 +183,7 @@ impl LightBuilder {
         let shared = scene_bindings.part("virtual_lights", &uniform).buffer("texels", &found);
         if let Some(range_rays) = &self.range_rays {
             let tracing = shared.clone().buffer("range_distances", &distances);
-            let images = images.filter(|_| self.settings.range_tracer.uses_deep_images());
-            rays::dispatch(frame, range_rays, &tracing, workgroups(count), images);
+            range_rays.dispatch(frame, view_context, &tracing, workgroups(count));
         }
         let ranges =
             frame.scratch("indirect/virtual_lights/ranges", size_of::<LightRange>() as u64 * u64::from(texels))?;

@@ -32,12 +32,11 @@ use super::{
 };
 use crate::{
     context::ViewContext,
-    deep_images::DeepImages,
     error::RenderError,
     gpu_scene::{MASKED, TEXTURES},
     light_culling::{LightCulling, Reach},
     prepass::Surface,
-    rays::{self, Tracer},
+    rays::{self, TracePass, Tracer},
     settings::{DeepImageSettings, Samples, Settings, Shadows},
     shaders::{Root, SHADERS, Shaders},
 };
@@ -79,7 +78,7 @@ pub struct VirtualLightPasses {
     culling: LightCulling,
     gather: ComputeKernel,
     /// None: virtual lights cast no shadows.
-    shadow: Option<(Tracer, ComputeKernel)>,
+    shadow: Option<TracePass>,
     smoothing: Smoothing,
 }
 
@@ -107,7 +106,8 @@ impl VirtualLightPasses {
         };
         let mut gather = vec![LightCulling::feature(settings.culling)];
         gather.extend(shadows.map(|_| SHADOWED));
-        let shadow = |tracer: Tracer| Ok::<_, RenderError>((tracer, kernel("shadow", &tracer.features(&images))?));
+        let shadow =
+            |tracer: Tracer| Ok::<_, RenderError>(TracePass::new(tracer, kernel("shadow", &tracer.features(&images))?));
         Ok(Self {
             settings: room,
             frames: settings.accumulate,
@@ -130,9 +130,8 @@ impl IndirectPasses for VirtualLightPasses {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         surface: &Surface,
-        images: Option<&DeepImages>,
     ) -> Result<IndirectSums, RenderError> {
-        let found = self.builder.get(frame, view, images)?;
+        let found = self.builder.get(frame, view)?;
         // What is lit is this surface, whatever else the view shows.
         let lit = view.showing(surface);
         let lists = self.culling.record(frame, std::slice::from_ref(&lit), Reach::Surface, &found.set)?.remove(0);
@@ -155,7 +154,7 @@ impl IndirectPasses for VirtualLightPasses {
         let gathering = lit.clone().with(&lists.bindings());
         match &self.shadow {
             None => frame.dispatch(&self.gather, &gathering, groups),
-            Some((tracer, shadow)) => {
+            Some(shadow) => {
                 let pixels = u64::from(sums.size.x) * u64::from(sums.size.y);
                 let words = pixels * (u64::from(self.settings.shadow_rays) + 1);
                 let limit = frame.device.limits().max_storage_buffer_binding_size / 4;
@@ -165,8 +164,7 @@ impl IndirectPasses for VirtualLightPasses {
                 }
                 let chosen = frame.scratch("indirect/virtual_lights/chosen", 4 * words)?;
                 frame.dispatch(&self.gather, &gathering.buffer("chosen_lights", &chosen), groups);
-                let images = images.filter(|_| tracer.uses_deep_images());
-                rays::dispatch(frame, shadow, &lit.buffer("chosen_lights", &chosen), groups, images);
+                shadow.dispatch(frame, view, &lit.buffer("chosen_lights", &chosen), groups);
             }
         }
         let layers = self.smoothing.record(frame, view, surface, &sums)?;

@@ -9,12 +9,10 @@ use super::{
 use crate::{
     common::workgroups,
     context::ViewContext,
-    deep_images::DeepImages,
     error::RenderError,
     indirect::{Counters, smoothing::PixelSums},
     light_culling::Reach,
     lights::{Light, LightSet},
-    rays,
 };
 
 /// Lists that one frame makes of photons at most.
@@ -22,7 +20,6 @@ const MOST_CHUNKS: u32 = 512;
 
 /// What the passes of one view read.
 pub(super) struct Photons<'a> {
-    pub images: Option<&'a DeepImages>,
     /// Of the scene and the view.
     pub scene: Bindings<'a>,
     pub directions: &'a wgpu::Buffer,
@@ -116,7 +113,7 @@ impl PhotonPasses {
             .buffer("photon_hits", &photons.room.hits);
         let splitting = tracing.clone().buffer("photon_directions", photons.directions);
         frame.dispatch(&self.split, &splitting, workgroups(parameters.slot_count));
-        rays::dispatch(frame, &self.trace, &tracing, workgroups(parameters.slot_count), photons.images);
+        self.trace.dispatch(frame, photons.lit, &tracing, workgroups(parameters.slot_count));
     }
 
     /// Adds their light to the pixels.
@@ -150,7 +147,7 @@ impl PhotonPasses {
         if let Some(land) = &self.land {
             let landing = photons.scene.clone().part("photons", uniform).buffer("landed_photons", lights);
             let landing = landing.buffer("light_count", &self.count);
-            rays::dispatch(frame, land, &landing, workgroups(slots), photons.images);
+            land.dispatch(frame, photons.lit, &landing, workgroups(slots));
         }
         let set = LightSet {
             lights: lights.clone(),
