@@ -120,7 +120,7 @@ impl TracerChoice {
         }
     }
 
-    /// The tracer. `Auto` is resolved when a renderer is built ([`Self::resolve`]); where no device was asked it is the BVH.
+    /// The tracer. A renderer that is built puts its device's tracer in the place of `Auto`; where no device was asked it is the BVH.
     pub const fn fixed(self) -> Tracer {
         match self {
             Self::Auto => Tracer::Bvh,
