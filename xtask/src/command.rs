@@ -77,6 +77,14 @@ fn line(command: &Command) -> String {
     variables.chain([program]).chain(words).collect::<Vec<_>>().join(" ")
 }
 
+/// What git calls this state of the sources; `None` without git, or outside a repository.
+pub fn commit() -> Option<String> {
+    let mut git = Command::new("git");
+    let output = git.args(["describe", "--always", "--dirty"]).current_dir(workspace()).stderr(Stdio::null()).output();
+    let output = output.ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

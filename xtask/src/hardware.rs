@@ -19,7 +19,7 @@ use std::{
 };
 
 use crate::{
-    command::{cargo, run as step, workspace},
+    command::{cargo, commit, run as step, workspace},
     compiler, test,
 };
 
@@ -131,6 +131,9 @@ fn pack(contents: &Path, kit: &Path) -> Result<(), String> {
         tar.args(["--owner=0", "--group=0", "--use-compress-program=gzip -9", "-cf"]).arg(tarball);
         step(tar.arg("-C").arg(contents).arg(name))?;
     }
+    // The doctor's report names it.
+    let file = kit.join("commit");
+    fs::write(&file, commit().unwrap_or_default()).map_err(|error| format!("{}: {error}", file.display()))?;
     for (name, text) in SCRIPTS {
         let script = kit.join(name);
         fs::write(&script, text)

@@ -354,9 +354,9 @@ pub struct StereoArgs {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Where to render: a part of an adapter's name, or cpu.
+    /// The adapter to render on: a part of its name, gpu or cpu.
     ///
-    /// cpu is a software one. Without it: the most capable.
+    /// gpu is a graphics card, cpu a software adapter. Without it: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// Where the rain of --lights falls: another seed, other places and colours; the same seed, the same picture.

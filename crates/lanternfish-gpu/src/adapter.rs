@@ -60,6 +60,13 @@ impl AdapterDescription {
     }
 }
 
+impl AdapterDescription {
+    /// Whether both are of one adapter, reached through one API by one driver.
+    pub fn is(&self, other: &Self) -> bool {
+        (&self.name, &self.backend, &self.driver) == (&other.name, &other.backend, &other.driver)
+    }
+}
+
 /// Every adapter of this machine, the one [`AdapterChoice::Auto`] takes first.
 pub fn adapters() -> Vec<AdapterDescription> {
     enumerate().iter().map(AdapterDescription::new).collect()
@@ -142,6 +149,14 @@ impl Gpu {
     pub fn open(choice: &AdapterChoice) -> Result<Self, GpuError> {
         let adapter = choose(enumerate(), choice)?;
         Self::open_adapter(&adapter, adapter.features() & Self::WANTED_FEATURES)
+    }
+
+    /// The same for an adapter that [`adapters`] lists.
+    pub fn open_listed(listed: &AdapterDescription) -> Result<Self, GpuError> {
+        let known = enumerate();
+        let found = known.iter().find(|adapter| AdapterDescription::new(adapter).is(listed));
+        let adapter = found.ok_or(GpuError::NoAdapter)?;
+        Self::open_adapter(adapter, adapter.features() & Self::WANTED_FEATURES)
     }
 
     /// The same among the adapters of an instance that can draw to a window's surface, and the adapter.

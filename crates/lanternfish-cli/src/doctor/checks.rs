@@ -1,4 +1,4 @@
-//! The list of checks, in the order in which they rest on each other: what comes first needs the least of what comes after.
+//! The list of checks. Each uses only features that earlier checks test.
 
 use lanternfish::{
     Settings,

@@ -11,7 +11,7 @@ use super::report::{Adapter, Technique};
 use crate::flags::as_flags;
 
 /// An adapter, without what its techniques say.
-pub fn describe(adapter: &AdapterDescription, info: &wgpu::AdapterInfo) -> Adapter {
+pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) -> Adapter {
     let named = [
         ("ray query", wgpu::Features::EXPERIMENTAL_RAY_QUERY),
         ("texture arrays", Gpu::TEXTURE_ARRAYS),
@@ -30,7 +30,7 @@ pub fn describe(adapter: &AdapterDescription, info: &wgpu::AdapterInfo) -> Adapt
         kind: adapter.device_type.clone(),
         backend: adapter.backend.clone(),
         driver: adapter.driver.clone(),
-        faults: driver_warning(info),
+        faults: info.and_then(driver_warning),
         automatic_tracer: Tracer::automatic(adapter.kind, adapter.features).name().to_owned(),
         features: named.map(|(name, feature)| (name.to_owned(), adapter.features.contains(feature))).to_vec(),
         limits: limits.map(|(name, limit)| (name.to_owned(), limit)).to_vec(),

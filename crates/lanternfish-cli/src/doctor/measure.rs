@@ -49,7 +49,7 @@ pub enum Reference {
     OneBounce,
     /// Paths of any length.
     Full,
-    /// The open share of the hemisphere above each surface.
+    /// Visibility of the hemisphere above each surface.
     Visibility,
     /// The same, closed by what is nearer than a metre, less the farther it is.
     Obscurance,
@@ -101,7 +101,7 @@ impl Limits {
     }
 }
 
-/// What checks of one adapter share.
+/// The state that all checks of one adapter use.
 pub struct Bench {
     pub gpu: Gpu,
     pub engine: Engine,
@@ -152,7 +152,7 @@ impl Bench {
                 let later = Subject { scene: changed(&subject.scene), camera: subject.camera.clone(), ..*subject };
                 let mut renderer = Renderer::with_engine(&self.engine, (**settings).clone())?;
                 let mut uploaded = renderer.upload(&subject.scene)?;
-                // What a frame keeps must not be kept.
+                // A frame before the update: stale history would show.
                 let before = render(&mut renderer, &uploaded, subject)?;
                 renderer.update(&mut uploaded, &later.scene)?;
                 let updated = render(&mut renderer, &uploaded, &later)?;

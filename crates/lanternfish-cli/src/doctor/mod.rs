@@ -19,6 +19,7 @@ use std::{
 };
 
 use clap::{Args, ValueEnum};
+use lanternfish::shaders::SHADERS;
 use lanternfish_gpu::{AdapterChoice, AdapterDescription, Engine, Gpu, adapters, read_shader_texts};
 
 use self::{
@@ -46,13 +47,13 @@ Exits with 1 if a check fails, else with 0. The report names hardware, driver an
 
 #[derive(Debug, Args)]
 pub struct DoctorArgs {
-    /// What is checked: a part of an adapter's name, gpu for a graphics card, cpu for software. Without it: the most capable.
+    /// The adapter to check: a part of its name, gpu for a graphics card, cpu for software. Without it: the most capable.
     #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
     pub adapter: Option<AdapterChoice>,
     /// One check of each kind, and few times.
     #[arg(long)]
     pub quick: bool,
-    /// Writes the report for machines, too: it is there from the first check on, also where a driver ends the process.
+    /// Also writes the report as JSON. The file exists from the first check on and survives a crash of the driver.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Size of the frames that are timed. Without it: 1280x720 and 1920x1080, on a software adapter 320x180.
@@ -115,10 +116,13 @@ fn work(args: &DoctorArgs, file: &Path) -> Result<u8, CliError> {
     let before = file.is_file().then(|| read(file)).transpose()?;
     let mut doctor = Doctor::new(args, file, before, &progress)?;
     if let Some(texts) = texts {
+        if !SHADERS.sources().iter().any(|(path, _)| texts.contains_key(*path)) {
+            let what = "--shaders: no file there is one of the library's";
+            return Err(CliError::new(what, "name the library's folder `src` of a source tree"));
+        }
         lanternfish::shaders::edit(&doctor.bench.engine, texts);
     }
-    doctor.examine(args)?;
-    Ok(0)
+    doctor.examine(args)
 }
 
 fn exit_code(report: &Report) -> u8 {
@@ -147,10 +151,21 @@ struct Doctor<'a> {
     steps: usize,
 }
 
-/// A check, or something that is timed.
+/// What is done in one go. A process that ends in the middle of a step leaves the others to the next process.
 enum Step {
+    /// Asks an adapter that is not checked what it can run, by its number.
+    Adapter(usize),
     Check(Plan),
     Time(speed::Step),
+}
+
+/// The steps that no process has begun; of the last one that was begun its process did not come to the end.
+fn remaining<'s>(report: &mut Report, steps: &'s [Step]) -> &'s [Step] {
+    let begun = report.begun.min(steps.len());
+    if let Some(last) = begun.checked_sub(1) {
+        mark_ended(report, &steps[last]);
+    }
+    &steps[begun..]
 }
 
 impl<'a> Doctor<'a> {
@@ -164,13 +179,14 @@ impl<'a> Doctor<'a> {
         let started = Instant::now();
         let gpu = Gpu::open(&args.adapter.clone().unwrap_or_default())?;
         let engine = Engine::new(&gpu.device, &gpu.queue);
-        let report = before.unwrap_or_else(|| begun(args, &gpu, &engine, progress));
+        let report = before.unwrap_or_else(|| begun(args, &gpu, &engine));
         let seconds_before = report.seconds;
         let bench = Bench::new(gpu, engine, args.images.clone());
         Ok(Self { bench, report, file, progress, started, seconds_before, steps: 0 })
     }
 
-    fn examine(&mut self, args: &DoctorArgs) -> Result<(), CliError> {
+    /// Gives what the process exits with: [`supervise::LOST`] where another one has to go on.
+    fn examine(&mut self, args: &DoctorArgs) -> Result<u8, CliError> {
         let is_filtered = args.filter.is_some();
         let wants = |part| match args.only.is_empty() {
             true => !is_filtered || part == Part::Checks,
@@ -180,52 +196,66 @@ impl<'a> Doctor<'a> {
         let plans = plans.filter(|plan| args.filter.as_ref().is_none_or(|text| plan.matches(text)));
         let is_software = self.bench.gpu.description.kind == wgpu::DeviceType::Cpu;
         let extent = Extent::new(is_software, args.quick, args.size.map(|size| [size.width, size.height]));
-        let mut steps: Vec<Step> = Vec::new();
+        let others = (0..self.report.adapters.len()).filter(|number| *number != self.report.chosen);
+        let mut steps: Vec<Step> = others.filter(|_| !is_filtered).map(Step::Adapter).collect();
+        let adapter_steps = steps.len();
         steps.extend(plans.map(Step::Check).filter(|_| wants(Part::Checks)));
         steps.extend(extent.steps().into_iter().map(Step::Time).filter(|_| wants(Part::Speed)));
         self.steps = steps.len();
-        let begun = self.report.begun;
-        if let Some(ended) = begun.checked_sub(1).and_then(|last| steps.get(last)) {
-            mark_ended(&mut self.report, ended);
+        if steps.len() == adapter_steps {
+            return Err(CliError::new("no check has such a group, name or scene", "`lanternfish doctor` lists them"));
         }
-        for step in &steps[begun.min(steps.len())..] {
+        for step in remaining(&mut self.report, &steps) {
             match step {
+                Step::Adapter(number) => self.adapter(*number)?,
                 Step::Check(plan) => self.check(plan)?,
                 Step::Time(step) => self.time(&extent, *step)?,
             }
+            if self.bench.is_lost() {
+                self.write()?;
+                return Ok(supervise::LOST);
+            }
         }
         (self.report.complete, self.report.doing) = (true, None);
-        self.write()
+        self.write()?;
+        Ok(0)
+    }
+
+    fn adapter(&mut self, number: usize) -> Result<(), CliError> {
+        self.tell(format!("what {} can run", self.report.adapters[number].name))?;
+        if let Some(description) = adapters().get(number) {
+            self.report.adapters[number] = other(description);
+        }
+        Ok(())
     }
 
     fn check(&mut self, plan: &Plan) -> Result<(), CliError> {
         let mut check = plan.check();
         self.tell(format!("{}: {}, {}", plan.group.name(), plan.name, check.scene))?;
         let started = Instant::now();
-        if self.bench.is_lost() {
-            (check.verdict, check.reason) = (Verdict::LeftOut, Some("the device was lost before".to_owned()));
-        } else {
-            match self.bench.run(plan) {
-                Ok(Ok(figures)) => {
-                    let passes = figures.iter().all(Figure::passes);
-                    check.verdict = if passes { Verdict::Passed } else { Verdict::Failed };
-                    check.figures = figures;
-                }
-                Ok(Err(reason)) => (check.verdict, check.reason) = (Verdict::LeftOut, Some(reason)),
-                Err(error) => check.reason = Some(error.what()),
+        match self.bench.run(plan) {
+            Ok(Ok(figures)) => {
+                let passes = figures.iter().all(Figure::passes);
+                check.verdict = if passes { Verdict::Passed } else { Verdict::Failed };
+                check.figures = figures;
             }
+            Ok(Err(reason)) => (check.verdict, check.reason) = (Verdict::LeftOut, Some(reason)),
+            Err(error) => check.reason = Some(error.what()),
         }
         check.seconds = started.elapsed().as_secs_f64();
-        self.report.checks.push(check);
+        // Of a lost device the next process says so.
+        if !self.bench.is_lost() {
+            self.report.checks.push(check);
+        }
         Ok(())
     }
 
     fn time(&mut self, extent: &Extent, step: speed::Step) -> Result<(), CliError> {
         self.tell(format!("timing: {}", step.name()))?;
         let Report { rates, frames, not_timed, .. } = &mut self.report;
-        if self.bench.is_lost() {
-            not_timed.push((step.name(), "the device was lost before".to_owned()));
-        } else if let Err(error) = step.measure(&self.bench, extent, rates, frames) {
+        if let Err(error) = step.measure(&self.bench, extent, rates, frames)
+            && !self.bench.is_lost()
+        {
             not_timed.push((step.name(), error.what()));
         }
         Ok(())
@@ -247,24 +277,24 @@ impl<'a> Doctor<'a> {
 
 /// Adds the row of a step that ended the process.
 fn mark_ended(report: &mut Report, step: &Step) {
-    let reason = "the process ended here: a fault of the driver, or of this program".to_owned();
+    let reason = "the device was lost, or the process ended: a fault of the driver, or of this program".to_owned();
     match step {
+        Step::Adapter(number) => {
+            let technique = Technique { name: "anything".to_owned(), reason: Some(reason) };
+            report.adapters[*number].techniques = vec![technique];
+        }
         Step::Check(plan) => report.checks.push(Check { reason: Some(reason), ..plan.check() }),
         Step::Time(step) => report.not_timed.push((step.name(), reason)),
     }
 }
 
-/// A report of what is here.
-fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine, progress: &Progress) -> Report {
+/// A report of what is here, without what adapters can run that are not checked.
+fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine) -> Report {
     let known = adapters();
-    let is_chosen = |adapter: &AdapterDescription| {
-        let of = |adapter: &AdapterDescription| (adapter.name.clone(), adapter.backend.clone(), adapter.driver.clone());
-        of(adapter) == of(&gpu.description)
-    };
-    let chosen = known.iter().position(is_chosen).unwrap_or_default();
-    let adapters = known.iter().enumerate().map(|(i, description)| {
-        progress.bar().show(0.0, format!("what {} can run", description.name));
-        if i == chosen { described(gpu, engine) } else { other(description) }
+    let chosen = known.iter().position(|adapter| adapter.is(&gpu.description)).unwrap_or_default();
+    let adapters = known.iter().enumerate().map(|(i, description)| match i == chosen {
+        true => described(gpu, engine),
+        false => machine::describe(description, None),
     });
     Report {
         format: FORMAT,
@@ -287,20 +317,19 @@ fn begun(args: &DoctorArgs, gpu: &Gpu, engine: &Engine, progress: &Progress) -> 
     }
 }
 
-/// The chosen adapter.
+/// An adapter that is open.
 fn described(gpu: &Gpu, engine: &Engine) -> Adapter {
-    let adapter = machine::describe(&gpu.description, &gpu.device.adapter_info());
+    let adapter = machine::describe(&gpu.description, Some(&gpu.device.adapter_info()));
     Adapter { techniques: machine::techniques(engine), ..adapter }
 }
 
-/// One that is not chosen: opened for as long as it takes to ask it.
+/// One that is not checked: opened for as long as it takes to ask it.
 fn other(description: &AdapterDescription) -> Adapter {
-    match Gpu::open(&AdapterChoice::Name(description.name.clone())) {
+    match Gpu::open_listed(description) {
         Ok(gpu) => described(&gpu, &Engine::new(&gpu.device, &gpu.queue)),
         Err(error) => {
             let technique = Technique { name: "anything".to_owned(), reason: Some(error.to_string()) };
-            let info = wgpu::AdapterInfo::new(description.kind, wgpu::Backend::Noop);
-            Adapter { techniques: vec![technique], ..machine::describe(description, &info) }
+            Adapter { techniques: vec![technique], ..machine::describe(description, None) }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::report::{Check, Report, Timed, Verdict, figure};
+use super::report::{Check, Report, Timed, Verdict, WATCHDOG_MS, figure};
 
 pub fn to_markdown(report: &Report) -> String {
     let mut text = String::new();
@@ -44,6 +44,17 @@ pub fn to_markdown(report: &Report) -> String {
     if !report.frames.is_empty() {
         frames(&mut text, report);
     }
+    for (what, why) in &report.not_timed {
+        let _ = writeln!(text, "\nNot timed: {what}: {why}.");
+    }
+    for (frame, pass, ms) in report.slow_passes() {
+        let limit = WATCHDOG_MS / 1e3;
+        let _ = writeln!(text, "\nOver {limit:.0} s, a display driver may stop it: `{pass}`, {ms:.0} ms ({frame}).");
+    }
+    if !report.complete {
+        let doing = report.doing.as_deref().unwrap_or("nothing");
+        let _ = writeln!(text, "\n**Incomplete**: the process ended while it did this: {doing}.");
+    }
     text
 }
 
@@ -80,9 +91,11 @@ fn frames(text: &mut String, report: &Report) {
         let [what, lights, size] = name(f);
         let time = match &f.reason {
             Some(reason) => [reason.clone(), String::new(), String::new()],
-            None => {
-                [format!("{:.2}", f.median_ms), format!("{:.2} to {:.2}", f.least_ms, f.most_ms), f.runs.to_string()]
-            }
+            None => [
+                format!("{:.2}{}", f.median_ms, if f.is_wall { " (host clock)" } else { "" }),
+                format!("{:.2} to {:.2}", f.least_ms, f.most_ms),
+                f.runs.to_string(),
+            ],
         };
         let [median, spread, runs] = time;
         [what, lights, size, median, spread, runs]
@@ -98,7 +111,7 @@ fn frames(text: &mut String, report: &Report) {
         let share = |ms: f64| format!("{:.1} %", 100.0 * ms / frame.median_ms.max(1e-9));
         let rows: Vec<_> =
             passes.iter().take(10).map(|(name, ms)| [format!("`{name}`"), format!("{ms:.3}"), share(*ms)]).collect();
-        table(text, &["pass", "ms", "share"], &rows);
+        table(text, &["pass", "ms", "fraction"], &rows);
     }
 }
 

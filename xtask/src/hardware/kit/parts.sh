@@ -36,6 +36,7 @@ part_doctor() {
     local flags=() status
     # On a software adapter the whole list takes longer than the time there is.
     [[ $adapter == cpu ]] && flags+=(--quick)
+    [[ -s $here/commit ]] && flags+=(--commit "$(<"$here/commit")")
     before_deadline "$program" doctor --adapter "$adapter" ${flags[@]+"${flags[@]}"} --json "$out/doctor.json" \
         >"$out/doctor.txt" 2>&1
     status=$?
