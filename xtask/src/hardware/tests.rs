@@ -112,7 +112,9 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
         let kit = Kit::new("allowed", SOFTWARE, "test -z \"${LANTERNFISH_TEST_ADAPTER+set}\" || exit 1");
         let output = kit.run(&["--allow-software"], &[]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout) + &text(&output.stderr));
-        assert!(kit.read("doctor.txt").starts_with("doctor --adapter cpu --quick --json "));
+        let commit = fs::read_to_string(kit.0.join("kit/commit")).expect("the kit states its commit");
+        let commit = if commit.is_empty() { commit } else { format!("--commit {commit} ") };
+        assert!(kit.read("doctor.txt").starts_with(&format!("doctor --adapter cpu --quick {commit}--json ")));
         assert!(kit.read("tests.txt").ends_with("\n2 passed, 0 failed, 0 not run (deadline), 1 left out\n"));
         assert!(kit.read("frames.json").contains(r#"{"frame": "atrium", "status": 0, "report": null"#));
         let left = fs::read_dir(&kit.0).expect("it is there").filter_map(Result::ok);
