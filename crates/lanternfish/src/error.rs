@@ -2,8 +2,6 @@
 
 use lanternfish_gpu::GpuError;
 
-use crate::deep_images::ListFault;
-
 /// Why there is no image. Messages name the thing and the remedy; settings in backticks, by their names in shots and their values:
 /// `shadows bvh`. A front end says them in its own words, as the command line does: `--shadows bvh`.
 #[derive(Debug, thiserror::Error)]
@@ -131,9 +129,15 @@ pub enum RenderError {
         /// What is wrong with the set.
         what: String,
     },
-    /// A check of the lists of deep images has failed.
-    #[error("deep images: {0}; this is a bug, or another driver is needed")]
-    Lists(#[from] ListFault),
+    /// A check of what the device wrote has failed.
+    #[error("{what}: {fault}; this is a bug, or another driver is needed")]
+    Check {
+        /// What was checked.
+        what: &'static str,
+        /// What was found.
+        #[source]
+        fault: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// An image or a layer of deep images was asked for that does not exist.
     #[error("deep images: there is no {what} {number}: {known}")]
     NoSuch {

@@ -85,6 +85,7 @@ pub mod shaders;
 pub mod shading;
 pub mod shadows;
 pub mod sky;
+pub mod techniques;
 #[cfg(test)]
 mod testing;
 mod texture;

@@ -7,7 +7,7 @@ use std::fmt;
 pub use lanternfish_scene::shading::{Attenuation, Materials};
 use lanternfish_scene::{named_enum, named_enum_impls};
 
-use crate::output::metered_exposure;
+use crate::{lights::LightSettings, output::metered_exposure};
 
 /// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
 /// without flags.
@@ -102,6 +102,12 @@ impl Settings {
             samples: Samples::One,
             accumulate: 1,
         }
+    }
+
+    /// What lights are packed with.
+    pub(crate) fn lights(&self) -> LightSettings {
+        let Self { attenuation, range_threshold, light_radius, shadow_rays, .. } = *self;
+        LightSettings { attenuation, range_threshold, radius: light_radius, shadow_rays }
     }
 
     /// Whether any light may be seen in part.

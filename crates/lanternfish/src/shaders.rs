@@ -1,4 +1,4 @@
-//! The library's shaders, and every variant of them that a room can ask for.
+//! How shaders are declared and linked: a folder names its files with entry points and the features that each may be linked with.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -6,12 +6,10 @@ use lanternfish_gpu::{
     Engine, Feature, GpuError, LinkedShader, ShaderLibrary, ShaderSource, ShaderTexts, SharedStruct,
 };
 
-use crate::{indirect::Indirect, light_culling::Culling, occlusion::Occlusion};
-
 /// Every `.wesl` file of this crate; a module's path is its file's.
 pub static SHADERS: Package = Package(ShaderLibrary::new(include!(concat!(env!("OUT_DIR"), "/shaders.rs"))));
 
-/// Shaders that are linked as their folders declare, and in no other way.
+/// The shaders of a crate, which its folders link as they declare ([`Shaders::link`]).
 #[derive(Clone, Copy, Debug)]
 pub struct Package(ShaderLibrary);
 
@@ -26,10 +24,39 @@ pub fn edit(engine: &Engine, mut texts: ShaderTexts) -> Arc<ShaderTexts> {
 /// What a folder declares of its shaders.
 #[derive(Clone, Copy, Debug)]
 pub struct Shaders {
+    package: &'static Package,
     /// Its files with entry points.
     pub roots: &'static [Root],
     /// The structs of its files that the host declares too; a test compares them.
     pub structs: &'static [SharedStruct],
+}
+
+impl Shaders {
+    /// Files of this crate with entry points, and the structs of the folder that the host declares too.
+    pub(crate) const fn new(roots: &'static [Root], structs: &'static [SharedStruct]) -> Self {
+        Self::of(&SHADERS, roots, structs)
+    }
+
+    /// The same of another crate's package.
+    pub const fn of(package: &'static Package, roots: &'static [Root], structs: &'static [SharedStruct]) -> Self {
+        Self { package, roots, structs }
+    }
+
+    /// Links one of the folder's files with entry points, these features on and all others off.
+    ///
+    /// Panics with debug assertions, so in every test, where the folder does not declare the file, or not with these features: a bug.
+    pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
+        debug_assert!(self.declares(module, features), "{module}: its folder does not declare {features:?}");
+        self.package.0.link(module, features)
+    }
+
+    fn declares(&self, module: &str, features: &[Feature]) -> bool {
+        let same = |variant: &Vec<Feature>| {
+            variant.len() == features.len() && features.iter().all(|feature| variant.contains(feature))
+        };
+        let root = self.roots.iter().find(|root| root.module == module);
+        root.is_some_and(|root| root.variants().is_none_or(|variants| variants.iter().any(same)))
+    }
 }
 
 /// A file with entry points, and the features that a room may link it with.
@@ -49,53 +76,6 @@ enum Variants {
     Computed(fn() -> Vec<Vec<Feature>>),
     /// Those that a function of the settings gives; a test asks it under all of them.
     BySettings,
-}
-
-/// Every folder with shaders.
-const FOLDERS: &[&[Shaders]] = &[
-    &[
-        crate::view::DECLARED,
-        crate::gpu_scene::DECLARED,
-        crate::gpu_scene::moving::DECLARED,
-        crate::lights::DECLARED,
-        crate::prepass::DECLARED,
-        crate::light_culling::DECLARED,
-        crate::deep_images::DECLARED,
-        crate::indirect::radiance_cache::DECLARED,
-        crate::rays::DECLARED,
-        crate::environment_light::DECLARED,
-        crate::indirect::light_views::DECLARED,
-        crate::indirect::smoothing::DECLARED,
-        crate::indirect::history::DECLARED,
-        crate::occlusion::DECLARED,
-        crate::shadows::DECLARED,
-        crate::shading::DECLARED,
-        crate::sky::DECLARED,
-        crate::progressive::DECLARED,
-        crate::output::DECLARED,
-        crate::debug_views::DECLARED,
-    ],
-    Culling::SHADERS,
-    Indirect::SHADERS,
-    Occlusion::SHADERS,
-];
-
-fn folders() -> impl Iterator<Item = &'static Shaders> {
-    FOLDERS.iter().copied().flatten()
-}
-
-/// Every file with entry points.
-fn roots() -> impl Iterator<Item = &'static Root> {
-    folders().flat_map(|folder| folder.roots)
-}
-
-/// Whether a folder declares the file, and these features for it.
-fn is_declared(module: &str, features: &[Feature]) -> bool {
-    let same = |variant: &Vec<Feature>| {
-        variant.len() == features.len() && features.iter().all(|feature| variant.contains(feature))
-    };
-    let root = roots().find(|root| root.module == module);
-    root.is_some_and(|root| root.variants().is_none_or(|variants| variants.iter().any(same)))
 }
 
 impl Root {
@@ -142,15 +122,6 @@ impl Package {
     /// All files of the package, linked in any way.
     pub fn library(&self) -> &ShaderLibrary {
         &self.0
-    }
-
-    /// Links a file with entry points, these features on and all others off.
-    ///
-    /// Panics with debug assertions, so in every test, where no folder declares the file, or its folder does not declare these features
-    /// for it: a bug.
-    pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
-        debug_assert!(is_declared(module, features), "{module}: its folder does not declare {features:?}");
-        self.0.link(module, features)
     }
 }
 

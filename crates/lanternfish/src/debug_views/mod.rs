@@ -17,7 +17,7 @@ use crate::{
     output::{DISPLAY_FORMAT, show},
     prepass::MOTION,
     settings::{Culling, DebugView, Indirect, Occlusion, Settings},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     shadows::VisibilityPlan,
     texture::frame_target,
 };
@@ -36,7 +36,7 @@ gpu_struct! {
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
-    Shaders { roots: &[Root::by_settings("debug_views/debug")], structs: &[SharedStruct::of::<DebugParameters>()] };
+    Shaders::new(&[Root::by_settings("debug_views/debug")], &[SharedStruct::of::<DebugParameters>()]);
 
 /// The value that the hottest colour of a linear heat map stands for: ten, as in [Elagabani2025, fig. 5.2].
 const HOTTEST: f32 = 10.0;
@@ -123,7 +123,7 @@ impl DebugViews {
                 needed: "a way to find `indirect` light",
             });
         }
-        let shader = SHADERS.link("debug_views/debug", &features(settings))?;
+        let shader = DECLARED.link("debug_views/debug", &features(settings))?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Some(Self {
             pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "debug_views", &state),

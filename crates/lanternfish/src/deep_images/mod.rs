@@ -47,8 +47,8 @@ const STORES: &[&[Feature]] = &[
 ];
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::new("deep_images/build/single_pass"),
         Root::of("deep_images/build/distribute", &[STORES]),
         Root::of("deep_images/build/per_triangle", &[STORES]),
@@ -63,7 +63,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::of("deep_images/view/texels", &[&[&[], &[PAYLOAD]], &[&[], &[DEPTH_16]], &[&[], &[LINEAR_STEPS]]]),
         Root::new("deep_images/view/paint"),
     ],
-    structs: &[
+    &[
         SharedStruct::of::<DeepGrid>(),
         SharedStruct::of::<DeepFrame>(),
         SharedStruct::of::<PeeledFragment>(),
@@ -72,7 +72,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<view::TexelQuery>(),
         SharedStruct::of::<view::TexelScale>(),
     ],
-};
+);
 
 /// Fragments are put into linear arrays.
 pub(crate) const APPEND: Feature = Feature("append");

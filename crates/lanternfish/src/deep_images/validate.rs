@@ -119,6 +119,12 @@ pub enum ListFault {
     },
 }
 
+impl From<ListFault> for RenderError {
+    fn from(fault: ListFault) -> Self {
+        Self::Check { what: "deep images", fault: Box::new(fault) }
+    }
+}
+
 impl DeepImages {
     /// Reads all lists back and checks that
     ///
@@ -129,7 +135,7 @@ impl DeepImages {
     /// - every fragment was written, has a depth that the scene has, and a triangle that there is;
     /// - as many were kept as were drawn, where none are merged, and no more where some are.
     ///
-    /// The first fault that is found comes back as [`RenderError::Lists`]: a bug, or a device that computes wrongly.
+    /// The first fault that is found comes back as [`RenderError::Check`]: a bug, or a device that computes wrongly.
     pub fn validate(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), RenderError> {
         let mut expected = 0;
         for chunk in &self.chunks {

@@ -1,9 +1,10 @@
 //! A cube of the surroundings whose levels are filtered as surfaces of rising roughness reflect them [Karis2013].
 
+use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, Profiler, gpu_struct};
 
 use super::EnvironmentImage;
-use crate::{error::RenderError, shaders::SHADERS};
+use crate::error::RenderError;
 
 /// Texels of a face's edge at the last level, which is of roughness 1: its lobe is wider than one.
 const LAST_FACE: u32 = 8;
@@ -99,7 +100,7 @@ pub(super) fn make(
     image: &EnvironmentImage,
     size: u32,
 ) -> Result<wgpu::TextureView, RenderError> {
-    let shader = SHADERS.link("environment_light/levels", &[])?;
+    let shader = DECLARED.link("environment_light/levels", &[])?;
     let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("environment_light/{entry}"));
     let [fill, halve, filter] = ["fill", "halve", "filter_level"].map(kernel);
     let storage = wgpu::TextureUsages::STORAGE_BINDING;

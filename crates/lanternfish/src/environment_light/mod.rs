@@ -39,14 +39,14 @@ use crate::{
 pub(crate) const ENVIRONMENT: Feature = Feature("environment");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::new("environment_light/levels")],
-    structs: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::new("environment_light/levels")],
+    &[
         SharedStruct::of::<EnvironmentParameters>(),
         SharedStruct::of::<EnvironmentLightParameters>(),
         SharedStruct::of::<LevelParameters>(),
     ],
-};
+);
 
 gpu_struct! {
     /// What shaders know of the image of the surroundings.

@@ -65,17 +65,16 @@ use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
     error::RenderError,
     lights::{
-        Light, LightSet,
+        Light, LightSet, LightSettings,
         tree::{EmissiveTriangle, SceneLightTrees},
     },
-    settings::{DebugView, Settings},
     shaders::Shaders,
 };
 
 /// The shaders of this folder: files of functions, and what they read.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[],
-    structs: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[],
+    &[
         SharedStruct::of::<SoftShadows>(),
         SharedStruct::of::<DrawInstance>(),
         SharedStruct::of::<Material>(),
@@ -86,7 +85,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<MaskRecord>(),
         SharedStruct::of::<MaskHeader>(),
     ],
-};
+);
 
 gpu_struct! {
     /// What shadows of lights that have a size need to know.
@@ -142,11 +141,10 @@ impl GpuScene {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
-        settings: &Settings,
         needs: Needs,
     ) -> Result<Self, RenderError> {
         validate(scene)?;
-        Self::with(device, queue, scene, settings, needs, Unchanged::default())
+        Self::with(device, queue, scene, needs, Unchanged::default())
     }
 
     /// Uploads a scene that is valid, less what is kept of another upload.
@@ -154,7 +152,6 @@ impl GpuScene {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
-        settings: &Settings,
         needs: Needs,
         unchanged: Unchanged,
     ) -> Result<Self, RenderError> {
@@ -165,7 +162,7 @@ impl GpuScene {
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 
-        let lights = packed_lights(scene, settings, &device.limits())?;
+        let lights = packed_lights(scene, &needs.lights, &device.limits())?;
         let none = wgpu::BufferUsages::empty();
 
         // Surfaces that cast shadows, in the order in which the BVH holds them.
@@ -177,7 +174,7 @@ impl GpuScene {
         let triangles = &tracing.triangles;
         let light_trees = parts.hits.then(|| {
             let emissive = emissive::triangles(scene, shading, &tracing.parts, triangles);
-            SceneLightTrees::new(device, scene, settings, emissive)
+            SceneLightTrees::new(device, scene, &needs.lights, emissive)
         });
         let light_trees = light_trees.transpose()?;
         let leaves: Vec<_> = light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
@@ -217,7 +214,11 @@ impl GpuScene {
             materials,
             lights: light_set(device, scene, lights)?,
             has_area_lights: has_area_lights(scene),
-            soft_shadows: uniform_buffer_of(device, "scene/soft_shadows", &SoftShadows { rays: settings.shadow_rays }),
+            soft_shadows: uniform_buffer_of(
+                device,
+                "scene/soft_shadows",
+                &SoftShadows { rays: needs.lights.shadow_rays },
+            ),
             bvh,
             tlas,
             masks: storage_buffer_of(device, "scene/masks", &tracing.masks, none)?,
@@ -307,7 +308,7 @@ fn validate(scene: &Scene) -> Result<(), RenderError> {
 }
 
 /// As shaders read them. An error where they are more than the device can bind at once.
-fn packed_lights(scene: &Scene, settings: &Settings, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
+fn packed_lights(scene: &Scene, settings: &LightSettings, limits: &wgpu::Limits) -> Result<Vec<Light>, RenderError> {
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let (needed, limit) = (scene.lights.len() as u64, bytes / size_of::<Light>() as u64);
     if needed > limit {
@@ -343,16 +344,6 @@ pub(crate) enum Shading {
     Lambert,
     /// Base colour as radiance: a debug view.
     BaseColor,
-}
-
-impl Shading {
-    fn of(settings: &Settings) -> Self {
-        match (settings.debug_view, settings.materials) {
-            (Some(DebugView::BaseColor), _) => Self::BaseColor,
-            (_, crate::settings::Materials::Lambert) => Self::Lambert,
-            (_, crate::settings::Materials::File) => Self::File,
-        }
-    }
 }
 
 /// Alpha of a material's base colour, its factor times its texture's alpha, from which on a masked surface is there.

@@ -7,10 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use lanternfish_gpu::is_same_device;
 
-use crate::{
-    error::RenderError,
-    settings::{Attenuation, Settings},
-};
+use crate::{error::RenderError, lights::LightSettings};
 
 use super::{GpuScene, Parts, Shading};
 
@@ -25,25 +22,17 @@ pub(crate) struct Needs {
     pub texture_arrays: bool,
     /// Samples along a footprint's long axis.
     pub anisotropy: u16,
-    /// What lights were packed with: the settings of these names.
-    lights: (Attenuation, f32, f32, u32),
+    /// What lights were packed with.
+    pub lights: LightSettings,
     /// What techniques read of it.
     pub parts: Parts,
 }
 
 impl Needs {
-    /// What a renderer with these settings needs, whose techniques read `parts`.
-    pub fn new(settings: &Settings, parts: Parts, texture_arrays: bool, anisotropy: u16) -> Self {
-        let Settings { attenuation, range_threshold, light_radius, shadow_rays, .. } = *settings;
+    /// What another renderer needs, whose techniques read `parts`.
+    pub fn new(shading: Shading, lights: LightSettings, parts: Parts, texture_arrays: bool, anisotropy: u16) -> Self {
         static RENDERERS: AtomicU64 = AtomicU64::new(0);
-        Self {
-            renderer: RENDERERS.fetch_add(1, Ordering::Relaxed),
-            shading: Shading::of(settings),
-            texture_arrays,
-            anisotropy,
-            lights: (attenuation, range_threshold, light_radius, shadow_rays),
-            parts,
-        }
+        Self { renderer: RENDERERS.fetch_add(1, Ordering::Relaxed), shading, texture_arrays, anisotropy, lights, parts }
     }
 
     /// The same for the renderer that had other needs before.

@@ -8,7 +8,7 @@ use super::{
     GpuScene,
     geometry::{Draw, DrawAlpha, Facing, Side, vertex_layouts},
 };
-use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::SHADERS};
+use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 
 /// What a mask closes is discarded.
 pub(crate) const MASKED: Feature = Feature("masked");
@@ -23,6 +23,7 @@ pub(crate) const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];
 #[derive(Debug)]
 pub(crate) struct SceneRaster {
     label: &'static str,
+    declared: Shaders,
     module: &'static str,
     features: Vec<Feature>,
     /// Whether masked draws get the `masked` variant.
@@ -59,6 +60,7 @@ const TEXTURE_GROUP: usize = 3;
 impl SceneRaster {
     pub fn new(
         label: &'static str,
+        declared: Shaders,
         module: &'static str,
         features: &[Feature],
         distinguish_masked: bool,
@@ -66,6 +68,7 @@ impl SceneRaster {
     ) -> Self {
         Self {
             label,
+            declared,
             module,
             features: features.to_vec(),
             distinguish_masked,
@@ -94,7 +97,7 @@ impl SceneRaster {
                 continue;
             }
             if !self.shaders.contains_key(&key.features) {
-                self.shaders.insert(key.features.clone(), SHADERS.link(self.module, &key.features)?);
+                self.shaders.insert(key.features.clone(), self.declared.link(self.module, &key.features)?);
             }
             let pipeline = self.pipeline(device, scene, &key);
             self.pipelines.insert(key, pipeline);

@@ -33,7 +33,6 @@ use crate::{
     environment_light::{EnvironmentImage, EnvironmentLight},
     error::RenderError,
     lights::tree::SceneLightTrees,
-    settings::Settings,
 };
 
 /// Where an uploaded scene's things stand, and what of them must not change.
@@ -230,17 +229,16 @@ impl GpuScene {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         scene: &Scene,
-        settings: &Settings,
     ) -> Result<(), RenderError> {
         validate(scene)?;
         let outline = Outline::of(scene);
         if self.placed.is_distrusted || outline != self.placed.outline {
             let unchanged = if self.placed.is_distrusted { Unchanged::default() } else { self.unchanged(&outline) };
-            *self = Self::with(device, queue, scene, settings, self.needs, unchanged)?;
+            *self = Self::with(device, queue, scene, self.needs, unchanged)?;
             return Ok(());
         }
         self.placed.revision = next_number();
-        self.update_lights(device, queue, scene, settings)?;
+        self.update_lights(device, queue, scene)?;
         self.sky = scene.sky;
         self.materials.update(queue, scene, self.needs.shading, &self.textures);
         if let Some(hits) = &self.hits {
@@ -255,14 +253,14 @@ impl GpuScene {
             !self.placed.is_unsure && bent.is_empty() && transforms(scene).eq(self.placed.transforms.iter().copied());
         if shines_as_before && stands_still {
             if let Some(trees) = &mut self.light_trees {
-                trees.update_lights(device, scene, settings)?;
+                trees.update_lights(device, scene, &self.needs.lights)?;
             }
             return Ok(());
         }
         let triangles = pose(scene, &self.placed.parts, &self.placed.sources);
         if let Some(trees) = &mut self.light_trees {
             let emissive = emissive::triangles(scene, self.needs.shading, &self.placed.parts, &triangles);
-            *trees = SceneLightTrees::new(device, scene, settings, emissive)?;
+            *trees = SceneLightTrees::new(device, scene, &self.needs.lights, emissive)?;
         }
         self.placed.shining = shining;
         let leaves: Vec<_> = self.light_trees.iter().flat_map(SceneLightTrees::leaves).collect();
@@ -328,14 +326,8 @@ impl GpuScene {
         Unchanged { images, environment: self.environment.clone(), environment_light: self.environment_light.clone() }
     }
 
-    fn update_lights(
-        &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        scene: &Scene,
-        settings: &Settings,
-    ) -> Result<(), RenderError> {
-        let lights = packed_lights(scene, settings, &device.limits())?;
+    fn update_lights(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Result<(), RenderError> {
+        let lights = packed_lights(scene, &self.needs.lights, &device.limits())?;
         if lights.len() == self.lights.capacity as usize {
             queue.write_buffer(&self.lights.lights, 0, bytemuck::cast_slice(&lights));
             self.lights.bounds = light_bounds(scene);

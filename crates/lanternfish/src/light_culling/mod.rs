@@ -105,7 +105,7 @@ pub(crate) trait LightCullingPasses: fmt::Debug {
 }
 
 /// The shaders of this folder, but for those of its rooms.
-pub(crate) const DECLARED: Shaders = Shaders { roots: &[], structs: &[SharedStruct::of::<Volume>()] };
+pub(crate) const DECLARED: Shaders = Shaders::new(&[], &[SharedStruct::of::<Volume>()]);
 
 /// The lists of one view.
 #[derive(Clone, Debug)]

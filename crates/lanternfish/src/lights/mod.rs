@@ -11,24 +11,24 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 use lanternfish_gpu::{Feature, SharedStruct, gpu_struct};
-use lanternfish_scene::LightKind;
+use lanternfish_scene::{LightKind, shading::Attenuation};
 
 pub use self::set::{LightCount, LightSet};
-use crate::{settings::Settings, shaders::Shaders};
+use crate::shaders::Shaders;
 
 /// The scene has lights with an area: disks or rectangles, whose points are sampled.
 pub(crate) const AREA_LIGHTS: Feature = Feature("area_lights");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[],
-    structs: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[],
+    &[
         SharedStruct::of::<Light>(),
         SharedStruct::of::<LightCount>(),
         SharedStruct::of::<tree::LightNode>(),
         SharedStruct::of::<tree::LightTrees>(),
     ],
-};
+);
 
 gpu_struct! {
     /// A light. World space, linear Rec. 709.
@@ -43,7 +43,7 @@ gpu_struct! {
         kind: u32,
         /// The way light travels, unit; disk, rectangle: its normal, on the side that shines.
         direction: Vec3,
-        /// Index of the [`Attenuation`](crate::settings::Attenuation).
+        /// Index of the [`Attenuation`].
         falloff: u32,
         /// Spot: cosine of the outer angle. Rectangle: the way of its width, octahedral, x.
         cos_outer: f32,
@@ -57,17 +57,30 @@ gpu_struct! {
     }
 }
 
+/// The settings that lights are packed with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSettings {
+    /// How light falls off with distance.
+    pub attenuation: Attenuation,
+    /// Intensity at which a light without a stated range ends, cd/m²; > 0.
+    pub range_threshold: f32,
+    /// Radius of point and spot lights, m; 0: points.
+    pub radius: f32,
+    /// Rays from a pixel to each light that has a size.
+    pub shadow_rays: u32,
+}
+
 impl Light {
     /// A scene's light under these settings.
-    pub fn new(light: &lanternfish_scene::Light, settings: &Settings) -> Self {
+    pub fn new(light: &lanternfish_scene::Light, settings: &LightSettings) -> Self {
         let cone = |inner: f32, outer: f32| {
             let span = 1.0 / (inner.cos() - outer.cos()).max(1e-4);
             [outer.cos(), span, outer.min(1.57).tan()]
         };
         let every_way = cone(0.0, PI);
         let (kind, [cos_outer, inverse_cos_span, tan_outer], radius) = match light.kind {
-            LightKind::Point => (0, every_way, settings.light_radius),
-            LightKind::Spot { inner_angle, outer_angle } => (1, cone(inner_angle, outer_angle), settings.light_radius),
+            LightKind::Point => (0, every_way, settings.radius),
+            LightKind::Spot { inner_angle, outer_angle } => (1, cone(inner_angle, outer_angle), settings.radius),
             LightKind::Directional => (2, every_way, 0.0),
             LightKind::Disk { radius } => (3, every_way, radius),
             LightKind::Rectangle { half_width, half_height, right } => {

@@ -100,7 +100,7 @@ fn gpu_incidence_is_the_path_tracers() {
         let attenuation = Attenuation::ALL[i % Attenuation::ALL.len()];
         let settings = Settings { attenuation, range_threshold: 0.1, ..Settings::direct_light() };
         let place = 5.0 * random.point();
-        packed.push(super::Light::new(&light, &settings));
+        packed.push(super::Light::new(&light, &settings.lights()));
         queries.push(place.extend(f32::INFINITY));
         expected.push(lanternfish_reference::incidence(&light, place.into(), attenuation, 0.1));
         lights.push(light);
@@ -172,7 +172,7 @@ fn kinds_are_the_shaders() {
         (rectangle, "RECTANGLE"),
     ] {
         let light = Light { kind, ..point.clone() };
-        let number = f64::from(super::Light::new(&light, &Settings::direct_light()).kind);
+        let number = f64::from(super::Light::new(&light, &Settings::direct_light().lights()).kind);
         assert_eq!(crate::shaders::constant("lights/light", name), number, "{name}");
     }
     assert_eq!(

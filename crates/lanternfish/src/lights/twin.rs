@@ -1,7 +1,7 @@
 //! The attenuation functions as [VanGelderen2020, app. A] states them: its specification, and the oracle of
 //! `attenuation.wesl`.
 
-use crate::settings::Attenuation;
+use lanternfish_scene::shading::Attenuation;
 
 /// Illuminance at distance `d` (m) of a light of `intensity` whose cut-off is `i0` (both cd), not clamped at zero.
 pub(crate) fn attenuation(function: Attenuation, intensity: f64, i0: f64, d: f64) -> f64 {

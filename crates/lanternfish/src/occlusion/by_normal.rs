@@ -1,9 +1,10 @@
 //! What arrives from the surroundings where openness is a number.
 
+use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame};
 
 use super::Openness;
-use crate::{context::ViewContext, error::RenderError, prepass::Surface, shaders::SHADERS};
+use crate::{context::ViewContext, error::RenderError, prepass::Surface};
 
 /// Light by the normal alone, times the openness: for openness that knows no directions.
 #[derive(Debug)]
@@ -14,7 +15,7 @@ pub(crate) struct LightByNormal {
 impl LightByNormal {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("occlusion/by_normal", &[])?;
+        let shader = DECLARED.link("occlusion/by_normal", &[])?;
         Ok(Self { kernel: ComputeKernel::new(device, &shader, "by_normal", "occlusion/by_normal") })
     }
 

@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, Growth};
 
 use super::{OcclusionPasses, Openness, TILE, openness_target};
@@ -16,7 +17,6 @@ use crate::{
     },
     prepass::Surface,
     settings::Settings,
-    shaders::SHADERS,
 };
 
 /// A room's passes, and those that mix what they find along its surfaces.
@@ -35,7 +35,7 @@ impl SteadyOcclusion {
         settings: &Settings,
         found: Box<dyn OcclusionPasses>,
     ) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("occlusion/history", &[])?;
+        let shader = DECLARED.link("occlusion/history", &[])?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("occlusion/{entry}"));
         // What occludes is in its new place at once, but in images of before that are asked for some frames.
         let lasts = if settings.occlusion.uses_deep_images() { settings.deep_images.slices.max(1) } else { 1 };

@@ -37,7 +37,7 @@ use crate::{
 
 /// The shaders of this folder, but for those of its rooms.
 pub(crate) const DECLARED: Shaders =
-    Shaders { roots: &[Root::new("occlusion/by_normal"), Root::new("occlusion/history")], structs: &[] };
+    Shaders::new(&[Root::new("occlusion/by_normal"), Root::new("occlusion/history")], &[]);
 
 /// [`Openness`] is read.
 pub(crate) const OCCLUSION: Feature = Feature("occlusion");

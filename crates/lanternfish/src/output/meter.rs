@@ -1,8 +1,9 @@
 //! Finds how bright pictures are to be shown: `meter.wesl` numbers the steps.
 
+use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
-use crate::{error::RenderError, shaders::SHADERS};
+use crate::error::RenderError;
 
 /// The passes.
 #[derive(Debug)]
@@ -19,7 +20,7 @@ pub(super) const BLOCK_EDGE: u32 = 64;
 impl Meter {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("output/meter", &[])?;
+        let shader = DECLARED.link("output/meter", &[])?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("output/{entry}"));
         Ok(Self { count: kernel("count"), expose: kernel("expose") })
     }

@@ -17,7 +17,7 @@ use self::meter::Meter;
 use crate::{
     error::RenderError,
     settings::{Exposure, ToneMap},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::frame_target,
 };
 
@@ -32,10 +32,10 @@ gpu_struct! {
 }
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::new("output/meter"), Root::new("output/output"), present::ROOT],
-    structs: &[SharedStruct::of::<OutputParameters>()],
-};
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::new("output/meter"), Root::new("output/output"), present::ROOT],
+    &[SharedStruct::of::<OutputParameters>()],
+);
 
 /// sRGB-encoded by the shader.
 pub const DISPLAY_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -55,7 +55,7 @@ pub struct Output {
 impl Output {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device, tone_map: ToneMap, exposure: Exposure) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("output/output", &[])?;
+        let shader = DECLARED.link("output/output", &[])?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Self {
             pipeline: RasterPipeline::new(device, &shader, "vertex", "fragment", "output", &state),

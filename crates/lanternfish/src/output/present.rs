@@ -1,16 +1,13 @@
 //! Pictures in textures of the caller.
 
+use super::DECLARED;
 use std::collections::{HashMap, hash_map::Entry};
 
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, RasterPipeline, RasterState};
 
 use super::{DISPLAY_FORMAT, cover, show};
-use crate::{
-    error::RenderError,
-    shaders::{Root, SHADERS},
-    texture::target,
-};
+use crate::{error::RenderError, shaders::Root, texture::target};
 
 /// The picture is sRGB-encoded, and the texture encodes what is written to it.
 const DECODED: Feature = Feature("decoded");
@@ -96,7 +93,7 @@ impl Present {
         Ok(match self.pipelines.entry((format, decoded)) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(slot) => {
-                let shader = SHADERS.link("output/present", if decoded { &[DECODED] } else { &[] })?;
+                let shader = DECLARED.link("output/present", if decoded { &[DECODED] } else { &[] })?;
                 let state = RasterState { targets: &[Some(format.into())], ..Default::default() };
                 slot.insert(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
             }

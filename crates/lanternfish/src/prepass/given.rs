@@ -1,14 +1,11 @@
 //! Surfaces of the caller's own prepass.
 
+use super::DECLARED;
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState};
 
 use super::{DEPTH_FORMAT, SURFACE_FORMAT, Surface};
-use crate::{
-    error::RenderError,
-    shaders::{Root, SHADERS},
-    texture::frame_target,
-};
+use crate::{error::RenderError, shaders::Root, texture::frame_target};
 
 pub(super) const ROOT: Root = Root::new("prepass/given");
 
@@ -63,7 +60,7 @@ impl GivenSurfaces {
 const LABEL: &str = "prepass/given";
 
 fn pipeline(device: &wgpu::Device) -> Result<RasterPipeline, RenderError> {
-    let shader = SHADERS.link("prepass/given", &[])?;
+    let shader = DECLARED.link("prepass/given", &[])?;
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
         depth_write_enabled: Some(true),

@@ -35,14 +35,14 @@ const BLENDED: Feature = Feature("blended");
 pub(crate) const MULTISAMPLED: Feature = Feature("multisampled");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::of("prepass/prepass", &[&[&[], &[MASKED], &[BLENDED], &[MOTION], &[MOTION, MASKED]], TEXTURES]),
         Root::of("prepass/depth", &[&[&[], &[MASKED]], TEXTURES]),
         given::ROOT,
     ],
-    structs: &[SharedStruct::of::<ViewMotion>()],
-};
+    &[SharedStruct::of::<ViewMotion>()],
+);
 
 /// The pass that draws depth and the surface target.
 #[derive(Debug)]
@@ -102,20 +102,27 @@ impl Prepass {
     pub fn new(with_target: bool, samples: u32) -> Self {
         let writes = if with_target && samples == 1 { Writes::Surface } else { Writes::Depth };
         let module = if writes == Writes::Surface { "prepass/prepass" } else { "prepass/depth" };
-        let raster = SceneRaster::new("prepass", module, &[], true, state(writes, samples));
+        let raster = SceneRaster::new("prepass", DECLARED, module, &[], true, state(writes, samples));
         Self { raster, writes, samples }
     }
 
     /// A prepass that writes motion besides, one sample a pixel: it needs the frame before.
     pub(crate) fn of_moving() -> Self {
-        let raster = SceneRaster::new("prepass", "prepass/prepass", &[MOTION], true, state(Writes::Motion, 1));
+        let raster =
+            SceneRaster::new("prepass", DECLARED, "prepass/prepass", &[MOTION], true, state(Writes::Motion, 1));
         Self { raster, writes: Writes::Motion, samples: 1 }
     }
 
     /// A prepass of blended surfaces, with normals and roughness, one sample a pixel.
     pub fn of_blended() -> Self {
-        let raster =
-            SceneRaster::new("prepass/blended", "prepass/prepass", &[BLENDED], false, state(Writes::Surface, 1));
+        let raster = SceneRaster::new(
+            "prepass/blended",
+            DECLARED,
+            "prepass/prepass",
+            &[BLENDED],
+            false,
+            state(Writes::Surface, 1),
+        );
         Self { raster, writes: Writes::Surface, samples: 1 }
     }
 

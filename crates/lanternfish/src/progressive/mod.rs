@@ -13,14 +13,13 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     output::cover,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::{Radiance, target},
     view::View,
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders =
-    Shaders { roots: &[Root::of("progressive/mean", &[&[&[], &[LATER]]])], structs: &[] };
+pub(crate) const DECLARED: Shaders = Shaders::new(&[Root::of("progressive/mean", &[&[&[], &[LATER]]])], &[]);
 
 /// Frames do not wait for the device: those that are not whole do not count.
 const LATER: Feature = Feature("later");
@@ -126,7 +125,7 @@ impl Progressive {
 const LABEL: &str = "progressive/mean";
 
 fn pipeline(device: &wgpu::Device, features: &[Feature]) -> Result<RasterPipeline, RenderError> {
-    let shader = SHADERS.link("progressive/mean", features)?;
+    let shader = DECLARED.link("progressive/mean", features)?;
     let state = RasterState { targets: &[Some(MEAN_FORMAT.into())], ..Default::default() };
     Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))
 }

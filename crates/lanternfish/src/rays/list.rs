@@ -1,12 +1,12 @@
 //! The same lists of rays through every tracer.
 
+use super::DECLARED;
 use glam::Vec3;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
 use super::{Tracer, trace_pass::for_each_chunk};
 use crate::{
     common::workgroups, deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings,
-    shaders::SHADERS,
 };
 
 gpu_struct! {
@@ -45,7 +45,7 @@ impl RayTracer {
         for tracer in Tracer::ALL.iter().copied().filter(|tracer| tracer.is_supported(device)) {
             // Distances need no triangles.
             for features in tracer.every_features(false) {
-                let shader = SHADERS.link("rays/list", &features)?;
+                let shader = DECLARED.link("rays/list", &features)?;
                 kernels.push((features, ComputeKernel::new(device, &shader, "trace", &format!("rays/{tracer}"))));
             }
         }

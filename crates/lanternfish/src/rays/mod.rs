@@ -148,10 +148,8 @@ impl From<Tracer> for TracerChoice {
 pub(crate) const IN_CHUNKS: Feature = Feature("in_chunks");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::computed("rays/list", || every_tracer(false))],
-    structs: &[SharedStruct::of::<TracedRay>()],
-};
+pub(crate) const DECLARED: Shaders =
+    Shaders::new(&[Root::computed("rays/list", || every_tracer(false))], &[SharedStruct::of::<TracedRay>()]);
 
 /// The features of every tracer, through deep images of every kind that have triangles or have none: for shaders that ask any of them.
 pub(crate) fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {

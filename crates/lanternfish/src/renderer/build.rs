@@ -9,7 +9,7 @@ use crate::{
     deep_images::KeptDeepImages,
     error::RenderError,
     frame::Passes,
-    gpu_scene::{Needs, Parts, anisotropy},
+    gpu_scene::{Needs, Parts, Shading, anisotropy},
     indirect,
     light_culling::LightCulling,
     occlusion,
@@ -18,7 +18,8 @@ use crate::{
     progressive::Progressive,
     rays::Tracer,
     settings::{
-        DebugView, Exposure, Indirect, Occlusion, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap,
+        DebugView, Exposure, Indirect, Materials, Occlusion, Samples, Settings, Shadows as ShadowSetting,
+        TextureBinding, ToneMap,
     },
     shading::{self, Forward, LightSums, NearestBlended, OpenShares},
     shadows::{self, Shadows},
@@ -121,10 +122,19 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         present: Present::default(),
     };
     let anisotropy = anisotropy(settings.anisotropy, &device.adapter_info());
-    let needs = Needs::new(&settings, parts, texture_arrays, anisotropy);
+    let needs = Needs::new(shading(&settings), settings.lights(), parts, texture_arrays, anisotropy);
     let drawn = (asks_for_normals, asks_for_motion, one_sample, settings.samples, shading::features(&settings, tracer));
     let compiled = Compiled { asked: Asked::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
+}
+
+/// Which parts of a material the passes read.
+fn shading(settings: &Settings) -> Shading {
+    match (settings.debug_view, settings.materials) {
+        (Some(DebugView::BaseColor), _) => Shading::BaseColor,
+        (_, Materials::Lambert) => Shading::Lambert,
+        (_, Materials::File) => Shading::File,
+    }
 }
 
 fn tracer(device: &wgpu::Device, setting: ShadowSetting, automatic: Tracer) -> Result<Option<Tracer>, RenderError> {

@@ -54,7 +54,7 @@ impl Renderer {
     ) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
-        self.recorded(gpu_scene, |gpu_scene, frame| gpu_scene.animate(frame, scene, moment, &self.effective))
+        self.recorded(gpu_scene, |gpu_scene, frame| gpu_scene.animate(frame, scene, moment))
     }
 
     /// Puts another light in the place of one of an uploaded scene's, by its index in the scene's list.
@@ -64,7 +64,7 @@ impl Renderer {
     pub fn set_light(&self, gpu_scene: &mut GpuScene, index: usize, light: &Light) -> Result<Sent, RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
-        gpu_scene.set_light(&self.queue, index, light, &self.effective)
+        gpu_scene.set_light(&self.queue, index, light)
     }
 
     /// Puts another material in the place of one of an uploaded scene's, by its index in the scene's list: one that differs in the factors

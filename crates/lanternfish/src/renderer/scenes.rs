@@ -22,7 +22,7 @@ impl Renderer {
         check_lost(&self.device)?;
         // A scene that is gone frees its memory before the next one takes its own, as far as this renderer's frames hold it.
         self.pool.lock().unwrap_or_else(PoisonError::into_inner).forget_bind_groups();
-        let upload = || GpuScene::new(&self.device, &self.queue, scene, &self.effective, self.needs);
+        let upload = || GpuScene::new(&self.device, &self.queue, scene, self.needs);
         checked(&self.device, "upload", || self.engine.within(upload))
     }
 
@@ -49,7 +49,7 @@ impl Renderer {
     pub fn update(&self, gpu_scene: &mut GpuScene, scene: &Scene) -> Result<(), RenderError> {
         check_lost(&self.device)?;
         gpu_scene.check(&self.device, &self.needs)?;
-        let update = || gpu_scene.update(&self.device, &self.queue, scene, &self.effective);
+        let update = || gpu_scene.update(&self.device, &self.queue, scene);
         let result = checked(&self.device, "update", || self.engine.within(update));
         if let Err(RenderError::Gpu(_)) = result {
             gpu_scene.distrust();

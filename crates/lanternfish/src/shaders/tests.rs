@@ -12,13 +12,22 @@ use crate::{
     debug_views,
     gpu_scene::{MASKED, TEXTURES},
     lights::AREA_LIGHTS,
-    rooms::Family,
+    rooms::{Family, Room},
     settings::{
         Attenuation, Culling, DebugView, DeepDepth, DeepSearch, History, Indirect, Occlusion, RayCulling, Sampled,
-        Samples, Settings, ToneMap, Tracer,
+        Samples, Settings, Tiled, ToneMap, Tracer,
     },
-    shading, shadows,
+    shading, shadows, techniques,
 };
+
+fn folders() -> impl Iterator<Item = &'static Shaders> {
+    techniques::FOLDERS.iter().copied().flatten()
+}
+
+/// Every file with entry points.
+fn roots() -> impl Iterator<Item = &'static Root> {
+    folders().flat_map(|folder| folder.roots)
+}
 
 /// Every variant of a file that can be asked for.
 fn variants(root: &Root) -> Vec<Vec<Feature>> {
@@ -95,11 +104,11 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
 }
 
 fn all_variants() -> Vec<Arc<LinkedShader>> {
-    let link = |root: &'static Root| {
-        let linked = variants(root).into_iter().map(|features| SHADERS.link(root.module, &features));
+    let link = |(folder, root): (&'static Shaders, &'static Root)| {
+        let linked = variants(root).into_iter().map(|features| folder.link(root.module, &features));
         linked.map(|shader| shader.unwrap_or_else(|error| panic!("{error}")))
     };
-    roots().flat_map(link).collect()
+    folders().flat_map(|folder| folder.roots.iter().map(move |root| (folder, root))).flat_map(link).collect()
 }
 
 /// What an item was called in its own file.
@@ -132,7 +141,7 @@ fn check_entry_points(shaders: &[Arc<LinkedShader>]) {
 #[cfg(debug_assertions)]
 #[should_panic(expected = "light_culling/tiled/bounds: its folder does not declare [Feature(\"payload\")]")]
 fn a_variant_that_is_not_declared_is_never_linked() {
-    let _ = SHADERS.link("light_culling/tiled/bounds", &[crate::deep_images::PAYLOAD]);
+    let _ = <Tiled as Room>::SHADERS.link("light_culling/tiled/bounds", &[crate::deep_images::PAYLOAD]);
 }
 
 /// Rows of workgroups are as wide wherever `common::workgroups` dispatches them.

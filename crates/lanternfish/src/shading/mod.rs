@@ -42,15 +42,15 @@ const SHADOW_BITS: Feature = Feature("shadow_bits");
 const SHADOW_RAYS: Feature = Feature("shadow_rays");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::by_settings("shading/forward"),
         Root::by_settings("shading/sums"),
         Root::by_settings("shading/open_shares"),
         Root::of("shading/dim", &[TEXTURES]),
     ],
-    structs: &[],
-};
+    &[],
+);
 
 /// The passes that shade opaque and blended surfaces.
 #[derive(Debug)]
@@ -100,6 +100,7 @@ impl Forward {
         Self {
             opaque: SceneRaster::new(
                 "shading/forward",
+                DECLARED,
                 module,
                 &opaque,
                 true,
@@ -108,6 +109,7 @@ impl Forward {
             .lit_by_areas(),
             dim: SceneRaster::new(
                 "shading/transparent",
+                DECLARED,
                 "shading/dim",
                 &[],
                 false,
@@ -115,6 +117,7 @@ impl Forward {
             ),
             blended: SceneRaster::new(
                 "shading/transparent",
+                DECLARED,
                 module,
                 &blended,
                 false,

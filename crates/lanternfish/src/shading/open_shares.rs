@@ -1,5 +1,6 @@
 //! How much of the light of lights that have a size reaches each pixel, by this frame's rays and by those of the frames before.
 
+use super::DECLARED;
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
@@ -14,7 +15,6 @@ use crate::{
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
     settings::{History, Settings, Shadows},
-    shaders::SHADERS,
     shadows::{SHADOW_HISTORY, SOFT, Visibility},
 };
 
@@ -95,7 +95,7 @@ impl OpenShares {
             Some(kernel) => kernel,
             none => {
                 let features = open_share_features(&self.settings, scene.has_area_lights);
-                let shader = SHADERS.link("shading/open_shares", &features)?;
+                let shader = DECLARED.link("shading/open_shares", &features)?;
                 none.insert(ComputeKernel::new(frame.device, &shader, "find_shares", "shading/open_shares"))
             }
         };

@@ -1,5 +1,6 @@
 //! The light that arrives at what is visible, without the surface's colours: for programs that shade by themselves.
 
+use super::DECLARED;
 use lanternfish_gpu::{Feature, Frame, RasterPipeline, RasterState};
 
 use super::{Arriving, features};
@@ -11,7 +12,6 @@ use crate::{
     prepass::{GivenSurfaces, Prepass},
     rays::Tracer,
     settings::{History, Samples, Settings},
-    shaders::SHADERS,
     shadows::Visibility,
     texture::{RADIANCE_FORMAT, frame_target},
 };
@@ -105,7 +105,7 @@ const LABEL: &str = "shading/sums";
 
 fn pipeline(device: &wgpu::Device, features: &[Feature], has_areas: bool) -> Result<RasterPipeline, RenderError> {
     let areas: &[Feature] = if has_areas { &[AREA_LIGHTS] } else { &[] };
-    let shader = SHADERS.link("shading/sums", &[features, areas].concat())?;
+    let shader = DECLARED.link("shading/sums", &[features, areas].concat())?;
     let target = Some(RADIANCE_FORMAT.into());
     let state = RasterState { targets: &[target.clone(), target], ..Default::default() };
     Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", LABEL, &state))

@@ -1,5 +1,6 @@
 //! The compute passes of shadows, in the variants that scenes ask for.
 
+use super::DECLARED;
 use lanternfish_gpu::ComputeKernel;
 
 use super::{MOST_RAYS, SOFT_LIGHT_BITS, features};
@@ -7,7 +8,6 @@ use crate::{
     error::RenderError,
     rays::{TracePass, Tracer},
     settings::Settings,
-    shaders::SHADERS,
 };
 
 /// The passes for scenes with area lights, or for those without.
@@ -30,8 +30,8 @@ impl Kernels {
         has_areas: bool,
     ) -> Result<Self, RenderError> {
         let [plan, trace] = features(settings, tracer, has_areas)?;
-        let plan = SHADERS.link("shadows/plan", &plan)?;
-        let trace = SHADERS.link("shadows/trace", &trace)?;
+        let plan = DECLARED.link("shadows/plan", &plan)?;
+        let trace = DECLARED.link("shadows/trace", &trace)?;
         let is_soft = settings.casts_soft_shadows();
         let lights_a_word = match (has_areas, is_soft) {
             (true, _) => 1,

@@ -65,10 +65,10 @@ const CULL_SURFACE: Feature = Feature("cull_surface");
 const RAY_COUNTS: Feature = Feature("ray_counts");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::by_settings("shadows/plan"), Root::by_settings("shadows/trace")],
-    structs: &[SharedStruct::of::<VisibilityGrid>()],
-};
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::by_settings("shadows/plan"), Root::by_settings("shadows/trace")],
+    &[SharedStruct::of::<VisibilityGrid>()],
+);
 
 /// Edge of a block of pixels; `BLOCK_EDGE` in `visibility_bits.wesl`.
 pub const BLOCK_EDGE: u32 = 8;

@@ -9,12 +9,12 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     prepass::DEPTH_FORMAT,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::{RADIANCE_FORMAT, Radiance},
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders { roots: &[Root::new("sky/sky")], structs: &[] };
+pub(crate) const DECLARED: Shaders = Shaders::new(&[Root::new("sky/sky")], &[]);
 
 /// The pass.
 #[derive(Debug, Default)]
@@ -54,7 +54,7 @@ impl Sky {
 }
 
 fn pipeline(device: &wgpu::Device, samples: u32) -> Result<RasterPipeline, RenderError> {
-    let shader = SHADERS.link("sky/sky", &[])?;
+    let shader = DECLARED.link("sky/sky", &[])?;
     // The triangle lies at depth 0, and so does what the prepass left empty.
     let depth = wgpu::DepthStencilState {
         format: DEPTH_FORMAT,

@@ -49,7 +49,7 @@ gpu_struct! {
 }
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders { roots: &[], structs: &[SharedStruct::of::<View>()] };
+pub(crate) const DECLARED: Shaders = Shaders::new(&[], &[SharedStruct::of::<View>()]);
 
 impl View {
     /// What `camera` sees of a scene within `bounds` and under `sky` (nits), in an image of `size` pixels.

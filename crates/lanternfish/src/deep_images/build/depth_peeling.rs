@@ -1,6 +1,7 @@
 //! Lists of a chunk from depth peeling: the scene is drawn once for every layer of surfaces that any texel has
 //! [Niessner2010, §3.1].
 
+use super::super::DECLARED;
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, storage_buffer};
 
@@ -9,7 +10,6 @@ use crate::{
     deep_images::{DeepGrid, store::put_features},
     error::RenderError,
     settings::DeepImageSettings,
-    shaders::SHADERS,
     texture::target,
 };
 
@@ -62,8 +62,8 @@ impl Atlas {
 impl DepthPeeling {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let draw = SHADERS.link("deep_images/build/depth_peeling", &[])?;
-        let put = SHADERS.link("deep_images/build/peeled", &put_features(settings))?;
+        let draw = DECLARED.link("deep_images/build/depth_peeling", &[])?;
+        let put = DECLARED.link("deep_images/build/peeled", &put_features(settings))?;
         let state = RasterState {
             depth: Some(wgpu::DepthStencilState {
                 format: DEPTH,

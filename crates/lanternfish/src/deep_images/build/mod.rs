@@ -5,6 +5,7 @@ mod per_direction;
 mod per_triangle;
 mod single_pass;
 
+use super::DECLARED;
 use glam::{Quat, UVec2};
 use lanternfish_gpu::{
     Bindings, Feature, Frame, Growth, RasterPipeline, RasterState, faulty_software, storage_buffer_of,
@@ -28,7 +29,6 @@ use crate::{
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
     settings::{DeepBuilder, DeepImageSettings, DeepStore},
-    shaders::SHADERS,
     texture::frame_target,
 };
 
@@ -288,7 +288,7 @@ fn raster(
     let nothing = wgpu::ColorTargetState { format: NO_TARGET, blend: None, write_mask: wgpu::ColorWrites::empty() };
     let targets = [Some(nothing)];
     let state = RasterState { targets: &targets, ..Default::default() };
-    let shader = SHADERS.link(module, features)?;
+    let shader = DECLARED.link(module, features)?;
     Ok(RasterPipeline::new(device, &shader, "vertex", "fragment", label, &state))
 }
 

@@ -1,5 +1,6 @@
 //! Every triangle into all images, by arithmetic.
 
+use super::super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
 use crate::{
@@ -7,7 +8,6 @@ use crate::{
     deep_images::{DeepGrid, store::put_features},
     error::RenderError,
     settings::DeepImageSettings,
-    shaders::SHADERS,
 };
 
 /// Images that a workgroup looks at; `SLICE` in `per_triangle.wesl`.
@@ -23,7 +23,7 @@ pub(super) struct PerTriangle {
 
 impl PerTriangle {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("deep_images/build/per_triangle", &put_features(settings))?;
+        let shader = DECLARED.link("deep_images/build/per_triangle", &put_features(settings))?;
         Ok(Self { put: ComputeKernel::new(device, &shader, "put", "deep_images/gather") })
     }
 

@@ -1,5 +1,6 @@
 //! All images from one draw of the scene: samples, which are then put into all images.
 
+use super::super::DECLARED;
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, storage_buffer, uniform_buffer_of};
 
@@ -10,7 +11,6 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     settings::DeepImageSettings,
-    shaders::SHADERS,
 };
 
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl Samples {
 
 impl SinglePass {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
-        let distribute = SHADERS.link("deep_images/build/distribute", &put_features(settings))?;
+        let distribute = DECLARED.link("deep_images/build/distribute", &put_features(settings))?;
         Ok(Self {
             sample: raster(device, "deep_images/build/single_pass", &[], "deep_images/sample")?,
             distribute: ComputeKernel::new(device, &distribute, "distribute", "deep_images/gather"),

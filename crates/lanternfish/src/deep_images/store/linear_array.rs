@@ -1,5 +1,6 @@
 //! Lists behind each other in one array, sorted, with surfaces merged: gather, scan, fill, sort, merge, compact (, pack).
 
+use super::super::DECLARED;
 use lanternfish_gpu::{
     ComputeKernel, Feature, Frame, Growth, primitives::Scan, storage_buffer, storage_buffer_of, uniform_buffer_of,
 };
@@ -10,7 +11,6 @@ use crate::{
     deep_images::{Chunk, DeepGrid, PAYLOAD},
     error::RenderError,
     settings::{DeepDepth, DeepImageSettings},
-    shaders::SHADERS,
 };
 
 #[derive(Debug)]
@@ -29,10 +29,10 @@ pub(crate) struct LinearArray {
 impl LinearArray {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         let features: &[Feature] = if settings.payload { &[PAYLOAD] } else { &[] };
-        let fill = SHADERS.link("deep_images/store/fill", features)?;
-        let sort = SHADERS.link("deep_images/store/sort", features)?;
+        let fill = DECLARED.link("deep_images/store/fill", features)?;
+        let sort = DECLARED.link("deep_images/store/sort", features)?;
         let pack = || {
-            let pack = SHADERS.link("deep_images/store/pack", &[])?;
+            let pack = DECLARED.link("deep_images/store/pack", &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &pack, "pack", "deep_images/pack"))
         };
         Ok(Self {

@@ -2,6 +2,7 @@
 //! then; sorted, a pass over all fragments puts each where it belongs. Nothing is merged, since lists are never walked as a whole
 //! while they are built.
 
+use super::super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 
 use super::{Slots, Source, check_room, first_guess, most_fragments, with_capacity};
@@ -10,7 +11,6 @@ use crate::{
     deep_images::{Chunk, DeepGrid, PAYLOAD},
     error::RenderError,
     settings::{DeepImageSettings, DeepStore},
-    shaders::SHADERS,
 };
 
 #[derive(Debug)]
@@ -26,7 +26,7 @@ impl LinkedLists {
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         let features: &[Feature] = if settings.payload { &[PAYLOAD] } else { &[] };
         let link = || {
-            let link = SHADERS.link("deep_images/store/link", features)?;
+            let link = DECLARED.link("deep_images/store/link", features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &link, "link", "deep_images/link"))
         };
         let is_sorted = settings.store == DeepStore::SortedLinkedList;

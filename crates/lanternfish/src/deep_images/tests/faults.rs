@@ -168,7 +168,7 @@ fn gpu_stores_hold_what_is_put_into_them() {
 fn fault(gpu: &Gpu, images: &DeepImages) -> Option<ListFault> {
     match images.validate(&gpu.device, &gpu.queue) {
         Ok(()) => None,
-        Err(RenderError::Lists(fault)) => Some(fault),
+        Err(RenderError::Check { fault, .. }) => Some(*fault.downcast().expect("a fault of the lists")),
         Err(other) => panic!("{other}"),
     }
 }

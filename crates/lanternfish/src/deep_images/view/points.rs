@@ -1,5 +1,6 @@
 //! Fragments as a cloud of points, seen by a camera [Archer2019, fig. 6; Aalund2015, fig. 3].
 
+use super::super::DECLARED;
 use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, uniform_buffer_of};
 
 use super::{super::DeepImages, check_store, place_of};
@@ -9,7 +10,6 @@ use crate::{
     output::DISPLAY_FORMAT,
     prepass::DEPTH_FORMAT,
     settings::{DeepImageSettings, DeepSearch},
-    shaders::SHADERS,
     texture::target,
     view::View,
 };
@@ -81,7 +81,7 @@ impl PointCloud {
         // All are shown: nothing is searched for.
         let every_fragment = DeepImageSettings { search: DeepSearch::Bisection, ..*settings };
         let state = RasterState { depth: Some(depth), targets: &targets, ..Default::default() };
-        let shader = SHADERS.link("deep_images/view/points", &every_fragment.fragment_features())?;
+        let shader = DECLARED.link("deep_images/view/points", &every_fragment.fragment_features())?;
         let pipeline = RasterPipeline::new(device, &shader, "vertex", "fragment", "deep_images/view/points", &state);
         Ok(Self { pipeline })
     }

@@ -1,5 +1,6 @@
 //! One image's texels as numbers and as pictures: how many fragments, or one layer's depth.
 
+use super::super::DECLARED;
 use glam::UVec2;
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, storage_buffer, uniform_buffer_of,
@@ -10,7 +11,6 @@ use crate::{
     error::RenderError,
     output::{DISPLAY_FORMAT, fullscreen},
     settings::DeepImageSettings,
-    shaders::SHADERS,
 };
 
 gpu_struct! {
@@ -93,8 +93,8 @@ impl TexelViews {
     /// Compiles the passes for images of these settings: linear arrays.
     pub fn new(device: &wgpu::Device, settings: &DeepImageSettings) -> Result<Self, RenderError> {
         check_store(settings)?;
-        let texels = SHADERS.link("deep_images/view/texels", &settings.fragment_features())?;
-        let paint = SHADERS.link("deep_images/view/paint", &[])?;
+        let texels = DECLARED.link("deep_images/view/texels", &settings.fragment_features())?;
+        let paint = DECLARED.link("deep_images/view/paint", &[])?;
         let state = RasterState { targets: &[Some(DISPLAY_FORMAT.into())], ..Default::default() };
         Ok(Self {
             count: ComputeKernel::new(device, &texels, "count", "deep_images/view/count"),

@@ -11,7 +11,7 @@ use super::{
     Sent,
     bending::{Bend, Bending, bends},
 };
-use crate::{error::RenderError, lights::Light as PackedLight, settings::Settings};
+use crate::{error::RenderError, lights::Light as PackedLight};
 
 /// What a moment changes.
 struct Step {
@@ -39,7 +39,6 @@ impl GpuScene {
         frame: &mut Frame<'_>,
         scene: &Scene,
         moment: Option<(usize, f32)>,
-        settings: &Settings,
     ) -> Result<Sent, RenderError> {
         self.placed.check_counts(scene)?;
         let pose = pose_at(scene, moment)?;
@@ -50,7 +49,7 @@ impl GpuScene {
             sent.bytes += bending.bytes;
             self.bending = Some(bending);
         }
-        let Step { moved, bend, lights } = self.step(scene, &pose, settings)?;
+        let Step { moved, bend, lights } = self.step(scene, &pose)?;
         if moved.is_empty() && bend.is_none() && lights.is_empty() {
             let stayed = self.stay(frame)?;
             return Ok(Sent { bytes: sent.bytes + stayed.bytes, ..stayed });
@@ -84,7 +83,7 @@ impl GpuScene {
     }
 
     /// What a pose changes of what the device has. An error, of a change that it cannot make by itself, before anything is done.
-    fn step(&self, scene: &Scene, pose: &Pose, settings: &Settings) -> Result<Step, RenderError> {
+    fn step(&self, scene: &Scene, pose: &Pose) -> Result<Step, RenderError> {
         let bound: Vec<(usize, Affine3A)> = scene.motion.placed_instances(pose).collect();
         self.placed.check_moves(&bound)?;
         // What is said last of an instance counts.
@@ -102,23 +101,18 @@ impl GpuScene {
         }
         let moved: Vec<(usize, Affine3A)> = moved.into_iter().collect();
         self.check_shining(&moved)?;
-        let lights = self.changed_lights(scene, pose, settings)?;
+        let lights = self.changed_lights(scene, pose)?;
         Ok(Step { moved, bend, lights })
     }
 
     /// The lights that a pose puts elsewhere than the device has them.
-    fn changed_lights(
-        &self,
-        scene: &Scene,
-        pose: &Pose,
-        settings: &Settings,
-    ) -> Result<Vec<(usize, PackedLight)>, RenderError> {
+    fn changed_lights(&self, scene: &Scene, pose: &Pose) -> Result<Vec<(usize, PackedLight)>, RenderError> {
         let mut changed = Vec::new();
         for (index, placed) in scene.motion.placed_lights(pose) {
             self.check_light(index, placed.as_ref())?;
             // An area that has shrunk to nothing sends nothing, wherever it is.
             let light = placed.unwrap_or_else(|| Light { intensity: Vec3::ZERO, ..scene.lights[index].clone() });
-            let packed = PackedLight::new(&light, settings);
+            let packed = PackedLight::new(&light, &self.needs.lights);
             if self.lights.on_host[index] != packed {
                 self.check_light_trees(index)?;
                 changed.push((index, packed));

@@ -1,5 +1,6 @@
 //! Meshes that bend, on the device: their vertices at rest, and what bends them, once; joints and weights of every pose.
 
+use super::DECLARED;
 use glam::{Affine3A, UVec2, UVec4, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_struct, storage_buffer_of};
 use lanternfish_scene::{
@@ -8,7 +9,7 @@ use lanternfish_scene::{
 };
 
 use super::super::{GpuScene, geometry::Geometry};
-use crate::{common::workgroups, error::RenderError, shaders::SHADERS};
+use crate::{common::workgroups, error::RenderError};
 
 gpu_struct! {
     /// A primitive whose vertices bend.
@@ -162,7 +163,7 @@ impl Bending {
         }
         let device = &gpu_scene.device;
         let (label, none) = ("gpu_scene/moving/bend", wgpu::BufferUsages::empty());
-        let shader = SHADERS.link(label, &[])?;
+        let shader = DECLARED.link(label, &[])?;
         let kernel = ComputeKernel::new(device, &shader, "bend", label);
         Ok(Self {
             kernel,

@@ -33,19 +33,19 @@ use super::{BvhTriangle, GpuScene, HitTriangle, bvh::Bvh, geometry::mirrors};
 use crate::{
     common::workgroups,
     error::RenderError,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::new("gpu_scene/moving/bend"),
         Root::new("gpu_scene/moving/cost"),
         Root::new("gpu_scene/moving/permute"),
         Root::computed("gpu_scene/moving/pose", variants),
         Root::new("gpu_scene/moving/refit"),
     ],
-    structs: &[
+    &[
         SharedStruct::of::<BentPrimitive>(),
         SharedStruct::of::<Influence>(),
         SharedStruct::of::<BendParameters>(),
@@ -54,7 +54,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<CostParameters>(),
         SharedStruct::of::<PermuteParameters>(),
     ],
-};
+);
 
 /// The BVH's triangles are posed.
 const BVH: Feature = Feature("bvh");
@@ -165,7 +165,7 @@ impl Moving {
                 .collect();
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let label = format!("gpu_scene/moving/{file}");
-            let shader = SHADERS.link(&label, features)?;
+            let shader = DECLARED.link(&label, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };
         let tree = scene.bvh.as_ref().map(|bvh| Tree::new(device, bvh)).transpose()?;

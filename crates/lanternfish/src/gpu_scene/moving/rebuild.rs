@@ -8,6 +8,7 @@
 //!
 //! No step waits for the device or the thread: each is taken by the first call after the one before it is done.
 
+use super::DECLARED;
 use std::sync::{
     Arc, OnceLock,
     atomic::{AtomicU8, Ordering},
@@ -27,7 +28,6 @@ use super::super::{
 use crate::{
     common::{WORKGROUP, workgroups},
     error::RenderError,
-    shaders::SHADERS,
 };
 
 /// A tree that is so many times as costly as when it was built is built anew. Sponza's parts, a thousand of them moved by a hundredth of
@@ -144,7 +144,7 @@ impl Rebuild {
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let kernel = |file: &str, entry: &str| {
             let label = format!("gpu_scene/moving/{file}");
-            let shader = SHADERS.link(&label, &[])?;
+            let shader = DECLARED.link(&label, &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };
         Ok(Self {

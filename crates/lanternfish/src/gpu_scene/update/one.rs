@@ -8,7 +8,7 @@ use super::{
     super::{GpuScene, emissive, moving::Sent},
     next_number,
 };
-use crate::{error::RenderError, lights::Light, settings::Settings};
+use crate::{error::RenderError, lights::Light};
 
 impl GpuScene {
     /// See [`crate::Renderer::set_light`].
@@ -17,11 +17,10 @@ impl GpuScene {
         queue: &wgpu::Queue,
         index: usize,
         light: &SceneLight,
-        settings: &Settings,
     ) -> Result<Sent, RenderError> {
         self.check_light(index, Some(light))?;
         self.check_light_trees(index)?;
-        let bytes = self.write_lights(queue, &[(index, Light::new(light, settings))]);
+        let bytes = self.write_lights(queue, &[(index, Light::new(light, &self.needs.lights))]);
         Ok(Sent { bytes, ..Sent::default() })
     }
 

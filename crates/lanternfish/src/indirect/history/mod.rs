@@ -11,16 +11,14 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     prepass::{KEPT_FRAMES, Motion, Surface, ViewKey},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::described,
     view::View,
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::of("indirect/history/mix", &[&[&[], &[LATER]]])],
-    structs: &[SharedStruct::of::<HistoryParameters>()],
-};
+pub(crate) const DECLARED: Shaders =
+    Shaders::new(&[Root::of("indirect/history/mix", &[&[&[], &[LATER]]])], &[SharedStruct::of::<HistoryParameters>()]);
 
 /// Frames do not wait for the device: one that is not whole is not mixed in.
 const LATER: Feature = Feature("later");
@@ -179,7 +177,7 @@ impl Histories {
 }
 
 fn kernel(device: &wgpu::Device, features: &[Feature]) -> Result<ComputeKernel, RenderError> {
-    let shader = SHADERS.link("indirect/history/mix", features)?;
+    let shader = DECLARED.link("indirect/history/mix", features)?;
     Ok(ComputeKernel::new(device, &shader, "mix_history", "indirect/history"))
 }
 

@@ -17,7 +17,7 @@ use crate::{
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
-    Shaders { roots: &[], structs: &[SharedStruct::of::<LightView>(), SharedStruct::of::<LightViewSet>()] };
+    Shaders::new(&[], &[SharedStruct::of::<LightView>(), SharedStruct::of::<LightViewSet>()]);
 
 gpu_struct! {
     /// What shaders are told of the views.
@@ -329,7 +329,7 @@ mod tests {
     use crate::settings::Settings;
 
     fn light(light: &lanternfish_scene::Light) -> Light {
-        Light::new(light, &Settings::default())
+        Light::new(light, &Settings::default().lights())
     }
 
     fn bounds() -> Bounds {

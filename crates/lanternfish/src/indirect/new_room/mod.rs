@@ -15,7 +15,7 @@ use crate::{
     rays::Tracer,
     rooms::{Knob, Range, Room},
     settings::Settings,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// Light that comes evenly from all around, and less of it from below.
@@ -42,7 +42,7 @@ impl Room for NewRoom {
         |room| &mut room.radiance,
     )];
     const SHADERS: Shaders =
-        Shaders { roots: &[Root::new("indirect/new_room/find")], structs: &[SharedStruct::of::<NewRoomParameters>()] };
+        Shaders::new(&[Root::new("indirect/new_room/find")], &[SharedStruct::of::<NewRoomParameters>()]);
 }
 
 impl IndirectRoom for NewRoom {
@@ -52,7 +52,7 @@ impl IndirectRoom for NewRoom {
         _settings: &Settings,
         _tracer: Option<Tracer>,
     ) -> Result<Box<dyn IndirectPasses>, RenderError> {
-        let shader = SHADERS.link("indirect/new_room/find", &[])?;
+        let shader = <NewRoom as Room>::SHADERS.link("indirect/new_room/find", &[])?;
         let parameters = NewRoomParameters { radiance: self.radiance };
         Ok(Box::new(NewRoomPasses {
             find: ComputeKernel::new(device, &shader, "find", "indirect/new_room/find"),

@@ -27,8 +27,8 @@ use crate::{
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::computed("indirect/photon_splatting/emit", rays::exact_tracers),
         Root::new("indirect/photon_splatting/prepare"),
         Root::new("indirect/photon_splatting/split"),
@@ -44,9 +44,5 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("indirect/photon_splatting/add"),
         Root::new("indirect/photon_splatting/next"),
     ],
-    structs: &[
-        SharedStruct::of::<PhotonParameters>(),
-        SharedStruct::of::<PrimaryPhoton>(),
-        SharedStruct::of::<PhotonHit>(),
-    ],
-};
+    &[SharedStruct::of::<PhotonParameters>(), SharedStruct::of::<PrimaryPhoton>(), SharedStruct::of::<PhotonHit>()],
+);

@@ -2,6 +2,7 @@
 
 mod chunk;
 
+use super::DECLARED;
 use glam::{Quat, UVec2};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, primitives::Scan, uniform_buffer_of};
 
@@ -22,7 +23,6 @@ use crate::{
     prepass::Surface,
     rays::{TracePass, Tracer},
     settings::{DeepImageSettings, Materials, Samples, Settings},
-    shaders::SHADERS,
 };
 
 /// Name of the lists of photons' indices.
@@ -97,7 +97,7 @@ impl PhotonPasses {
         check(&room, &settings.deep_images)?;
         let traced = room.tracer.fixed().check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
-            let shader = SHADERS.link(&format!("indirect/photon_splatting/{file}"), features)?;
+            let shader = DECLARED.link(&format!("indirect/photon_splatting/{file}"), features)?;
             let label = format!("indirect/photon_splatting/{file}");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };

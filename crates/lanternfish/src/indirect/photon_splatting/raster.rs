@@ -1,9 +1,10 @@
 //! Photons drawn, each as a splat, with additive blending [Aalund2015, §4.2].
 
+use super::DECLARED;
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterState};
 
-use crate::{error::RenderError, indirect::smoothing::PixelSums, shaders::SHADERS, texture::frame_target};
+use crate::{error::RenderError, indirect::smoothing::PixelSums, texture::frame_target};
 
 /// Sums of many photons: half floats would lose what is small beside them.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -28,7 +29,7 @@ impl SplatRaster {
                 instead: "`photon-splat gather`",
             });
         }
-        let shader = SHADERS.link("indirect/photon_splatting/splat", &[])?;
+        let shader = DECLARED.link("indirect/photon_splatting/splat", &[])?;
         let component = wgpu::BlendComponent {
             src_factor: wgpu::BlendFactor::One,
             dst_factor: wgpu::BlendFactor::One,
@@ -46,7 +47,7 @@ impl SplatRaster {
         let pipeline = |fragment: &str| {
             RasterPipeline::new(device, &shader, "rectangle", fragment, "indirect/photon_splatting/splat", &state)
         };
-        let add = SHADERS.link("indirect/photon_splatting/add", &[])?;
+        let add = DECLARED.link("indirect/photon_splatting/add", &[])?;
         Ok(Self {
             diffuse: pipeline("splat_diffuse"),
             glossy: is_glossy.then(|| pipeline("splat_glossy")),

@@ -39,15 +39,15 @@ use crate::{
     error::RenderError,
     rays::{self, TracePass, Tracer},
     settings::DeepImageSettings,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// What a hit sends is wanted for all sides together.
 const EVENLY_SENT: Feature = Feature("evenly_sent");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::new("indirect/radiance_cache/planes"),
         Root::new("indirect/radiance_cache/due"),
         Root::of("indirect/radiance_cache/light", &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]]]),
@@ -60,7 +60,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("indirect/radiance_cache/pack"),
         Root::new("indirect/radiance_cache/rehash"),
     ],
-    structs: &[
+    &[
         SharedStruct::of::<RadianceCacheParameters>(),
         SharedStruct::of::<TrianglePlane>(),
         SharedStruct::of::<CellSample>(),
@@ -68,7 +68,7 @@ pub(crate) const DECLARED: Shaders = Shaders {
         SharedStruct::of::<DueCell>(),
         SharedStruct::of::<Link>(),
     ],
-};
+);
 
 /// Smallest cells' edges up to which cells are as small.
 const NEAR_EDGES: f32 = 128.0;
@@ -218,7 +218,7 @@ impl RadianceCache {
         let Sampled { bounces, cache_cells, cache_samples, tracer, .. } = *settings;
         let tracer = tracer.fixed();
         let kernel = |file: &str, features: &[Feature], entry: &str| {
-            let shader = SHADERS.link(&format!("indirect/radiance_cache/{file}"), features)?;
+            let shader = DECLARED.link(&format!("indirect/radiance_cache/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
         };
         let kernels = Kernels {

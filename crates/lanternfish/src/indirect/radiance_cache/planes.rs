@@ -1,12 +1,12 @@
 //! Planes of the scene's triangles, by which cells are found: `plane.wesl`.
 
+use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer};
 
 use crate::{
     common::workgroups,
     error::RenderError,
     gpu_scene::{BvhTriangle, GpuScene},
-    shaders::SHADERS,
 };
 
 gpu_struct! {
@@ -30,7 +30,7 @@ pub(super) struct Planes {
 impl Planes {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("indirect/radiance_cache/planes", &[])?;
+        let shader = DECLARED.link("indirect/radiance_cache/planes", &[])?;
         let make = ComputeKernel::new(device, &shader, "make_planes", "radiance_cache/make_planes");
         Ok(Self { make, made: None })
     }

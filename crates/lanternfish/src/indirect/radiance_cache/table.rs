@@ -1,14 +1,13 @@
 //! The cells of one scene, as they are kept from frame to frame.
 
+use super::DECLARED;
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, storage_buffer};
 
 use super::{
     Bounces,
     parameters::{CellSample, Link, RadianceCacheParameters},
 };
-use crate::{
-    common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::DOUBTED, shaders::SHADERS,
-};
+use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirect::history::DOUBTED};
 
 /// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
 const CELLS_ALONG: f32 = 128.0;
@@ -175,7 +174,7 @@ impl Rehash {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let none: &[Feature] = &[];
-        let shader = SHADERS.link("indirect/radiance_cache/rehash", none)?;
+        let shader = DECLARED.link("indirect/radiance_cache/rehash", none)?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}"));
         Ok(Self { rehash: kernel("rehash"), carry: kernel("carry"), carry_links: kernel("carry_links") })
     }

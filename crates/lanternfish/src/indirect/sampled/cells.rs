@@ -1,5 +1,6 @@
 //! Rays whose ends are cells of the radiance cache.
 
+use super::DECLARED;
 use std::ops::Range;
 
 use glam::{UVec2, Vec3};
@@ -20,7 +21,6 @@ use crate::{
     },
     rays::Tracer,
     settings::DeepImageSettings,
-    shaders::SHADERS,
 };
 
 /// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.
@@ -53,7 +53,7 @@ impl Cells {
     ) -> Result<Self, RenderError> {
         let of_rays: &[Feature] = if settings.glossy_rays > 0 { &[GLOSSY_RAYS] } else { &[] };
         let kernel = |file: &str, features: &[Feature], entry: &str| {
-            let shader = SHADERS.link(&format!("indirect/sampled/{file}"), features)?;
+            let shader = DECLARED.link(&format!("indirect/sampled/{file}"), features)?;
             let label = entry.strip_prefix("before_").map_or(entry, |_| "open");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/cells/{label}")))
         };
@@ -274,7 +274,7 @@ impl FrameCells<'_> {
 #[cfg(test)]
 #[test]
 fn the_list_of_missing_rays_begins_where_shaders_have_it() {
-    let shader = SHADERS.link("indirect/sampled/find_cells", &[]).unwrap();
+    let shader = DECLARED.link("indirect/sampled/find_cells", &[]).unwrap();
     let offset = shader.module.types.iter().find_map(|(_, ty)| match &ty.inner {
         wgpu::naga::TypeInner::Struct { members, .. } => {
             members.iter().find(|member| member.name.as_deref() == Some("missing")).map(|member| member.offset)

@@ -33,15 +33,15 @@ use crate::{
     prepass::Surface,
     rays::{self, TracePass, Tracer},
     settings::{DeepImageSettings, Settings},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// Glossy rays are traced beside diffuse ones.
 const GLOSSY_RAYS: Feature = Feature("glossy_rays");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::computed("indirect/sampled/trace", || rays::every_tracer(true)),
         Root::of("indirect/sampled/shade", &[&[&[], &[ENVIRONMENT]]]),
         Root::computed("indirect/sampled/shadow", rays::exact_tracers),
@@ -51,12 +51,8 @@ pub(crate) const DECLARED: Shaders = Shaders {
         Root::new("indirect/sampled/open_passes"),
         Root::of("indirect/sampled/gather_cells", &[&[&[], &[GLOSSY_RAYS]]]),
     ],
-    structs: &[
-        SharedStruct::of::<SampledParameters>(),
-        SharedStruct::of::<SampledHit>(),
-        SharedStruct::of::<LightRay>(),
-    ],
-};
+    &[SharedStruct::of::<SampledParameters>(), SharedStruct::of::<SampledHit>(), SharedStruct::of::<LightRay>()],
+);
 
 gpu_struct! {
     /// Parameters that the passes share.
@@ -161,7 +157,7 @@ impl SampledLight {
         check(&sampled, &deep_images)?;
         let traced = sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
         let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
-            let shader = SHADERS.link(module, features)?;
+            let shader = DECLARED.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
         let trace = kernel("indirect/sampled/trace", &traced.features(&deep_images), "trace", "indirect/trace")?;

@@ -19,18 +19,18 @@ use crate::{
     error::RenderError,
     prepass::Surface,
     rooms::{KnobWords, Range},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::new("indirect/smoothing/bound"),
         Root::new("indirect/smoothing/spread"),
         Root::new("indirect/smoothing/filter"),
     ],
-    structs: &[SharedStruct::of::<SmoothingParameters>(), SharedStruct::of::<CutOff>()],
-};
+    &[SharedStruct::of::<SmoothingParameters>(), SharedStruct::of::<CutOff>()],
+);
 
 gpu_struct! {
     /// What the passes that work on pixels' sums are told.
@@ -193,7 +193,7 @@ impl Smoothing {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, history: History) -> Result<Self, RenderError> {
         let kernel = |file: &str, entry: &str, label: &str| {
-            let shader = SHADERS.link(&format!("indirect/smoothing/{file}"), &[])?;
+            let shader = DECLARED.link(&format!("indirect/smoothing/{file}"), &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
         Ok(Self {

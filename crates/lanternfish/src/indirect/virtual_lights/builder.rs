@@ -1,5 +1,6 @@
 //! The virtual lights of a frame: from what the scene's lights see to a set of lights with ranges.
 
+use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, primitives::Scan, uniform_buffer_of};
 
 use super::{
@@ -19,7 +20,6 @@ use crate::{
     lights::{Light, LightSet},
     rays::{TracePass, Tracer},
     settings::{DeepImageSettings, Materials, Settings},
-    shaders::SHADERS,
 };
 
 /// Name of the list of virtual lights, and of the lists of their indices.
@@ -94,7 +94,7 @@ impl LightBuilder {
         exact: Tracer,
     ) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str, label: &str| {
-            let shader = SHADERS.link(&format!("indirect/virtual_lights/{file}"), features)?;
+            let shader = DECLARED.link(&format!("indirect/virtual_lights/{file}"), features)?;
             let label = format!("indirect/virtual_lights/{label}");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };

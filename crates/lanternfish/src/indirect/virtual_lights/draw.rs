@@ -1,5 +1,6 @@
 //! The reflective shadow map by drawing: the scene from each of the strongest lights, into squares of one target.
 
+use super::DECLARED;
 use glam::{Affine3A, Mat3, UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 use lanternfish_scene::{Bounds, Camera, Projection};
@@ -10,7 +11,6 @@ use crate::{
     gpu_scene::{GpuScene, PassState, SceneRaster},
     indirect::light_views::{LightView, Source, radius_of},
     prepass::DEPTH_FORMAT,
-    shaders::SHADERS,
     texture::frame_target,
     view::View,
 };
@@ -41,9 +41,9 @@ impl MapRaster {
         };
         let state = PassState { depth, targets: vec![FORMAT.into()], samples: 1, draws_backs: true };
         let label = "indirect/virtual_lights/draw";
-        let reconstruct = SHADERS.link("indirect/virtual_lights/reconstruct", &[])?;
+        let reconstruct = DECLARED.link("indirect/virtual_lights/reconstruct", &[])?;
         Ok(Self {
-            raster: SceneRaster::new(label, label, &[], true, state),
+            raster: SceneRaster::new(label, DECLARED, label, &[], true, state),
             reconstruct: ComputeKernel::new(device, &reconstruct, "reconstruct", "indirect/virtual_lights/reconstruct"),
         })
     }

@@ -38,15 +38,15 @@ use crate::{
     prepass::Surface,
     rays::{self, TracePass, Tracer},
     settings::{DeepImageSettings, Samples, Settings, Shadows},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// Lights are chosen for rays, instead of being added up.
 const SHADOWED: Feature = Feature("shadowed");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::of("indirect/virtual_lights/draw", &[&[&[], &[MASKED]], TEXTURES]),
         Root::new("indirect/virtual_lights/reconstruct"),
         Root::computed("indirect/virtual_lights/trace", rays::exact_tracers),
@@ -61,12 +61,8 @@ pub(crate) const DECLARED: Shaders = Shaders {
         }),
         Root::computed("indirect/virtual_lights/shadow", || rays::every_tracer(false)),
     ],
-    structs: &[
-        SharedStruct::of::<VirtualLightParameters>(),
-        SharedStruct::of::<Texel>(),
-        SharedStruct::of::<LightRange>(),
-    ],
-};
+    &[SharedStruct::of::<VirtualLightParameters>(), SharedStruct::of::<Texel>(), SharedStruct::of::<LightRange>()],
+);
 
 /// The passes.
 #[derive(Debug)]
@@ -95,7 +91,7 @@ impl VirtualLightPasses {
         let images = DeepImageSettings { payload: false, ..settings.deep_images };
         let kernel = |file: &str, features: &[Feature]| {
             let module = format!("indirect/virtual_lights/{file}");
-            let shader = SHADERS.link(&module, features)?;
+            let shader = DECLARED.link(&module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, file, &module))
         };
         let exact = tracer.unwrap_or(Tracer::Bvh).exact();

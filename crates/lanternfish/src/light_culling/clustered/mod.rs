@@ -31,7 +31,7 @@ use crate::{
     lights::LightSet,
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
     settings::Samples,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     view::frustum::ViewFrustum,
 };
 
@@ -63,20 +63,20 @@ pub(crate) const CULLING_CLUSTERED: Feature = Feature("culling_clustered");
 const HIERARCHY: Feature = Feature("hierarchy");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::new("light_culling/clustered/mark"),
         Root::of("light_culling/clustered/mark_drawn", &[&[&[], &[MULTISAMPLED]], TEXTURES]),
         Root::new("light_culling/clustered/compact"),
         Root::new("light_culling/clustered/build_tree"),
         Root::of("light_culling/clustered/assign", &[&[&[], &[HIERARCHY]]]),
     ],
-    structs: &[
+    &[
         SharedStruct::of::<ClusterGrid>(),
         SharedStruct::of::<tree::LightTree>(),
         SharedStruct::of::<tree::LevelToJoin>(),
     ],
-};
+);
 
 /// Workgroups along x of the passes over all clusters: the shader's `WIDTH`.
 const WIDTH: u32 = 1024;
@@ -114,10 +114,10 @@ impl ClusteredCulling {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: Clustered, samples: Samples) -> Result<Self, RenderError> {
         let label = |entry: &str| format!("light_culling/clustered/{entry}");
-        let mark = SHADERS.link("light_culling/clustered/mark", &[])?;
-        let compact = SHADERS.link("light_culling/clustered/compact", &[])?;
+        let mark = DECLARED.link("light_culling/clustered/mark", &[])?;
+        let compact = DECLARED.link("light_culling/clustered/compact", &[])?;
         let hierarchy: &[Feature] = if settings.assignment == Assignment::Hierarchy { &[HIERARCHY] } else { &[] };
-        let assign = SHADERS.link("light_culling/clustered/assign", hierarchy)?;
+        let assign = DECLARED.link("light_culling/clustered/assign", hierarchy)?;
         let seen = wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(false),
@@ -131,6 +131,7 @@ impl ClusteredCulling {
             mark: ComputeKernel::new(device, &mark, "mark", &label("mark")),
             mark_drawn: SceneRaster::new(
                 "light_culling/clustered/mark_drawn",
+                DECLARED,
                 "light_culling/clustered/mark_drawn",
                 if samples == Samples::One { &[] } else { &[MULTISAMPLED] },
                 false,

@@ -1,3 +1,4 @@
+use super::DECLARED;
 use glam::UVec3;
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, Profiler, primitives::Scan, read_back, storage_buffer, storage_buffer_of, testing,
@@ -5,7 +6,7 @@ use lanternfish_gpu::{
 };
 
 use super::{ClusterGrid, WIDTH};
-use crate::shaders::{SHADERS, constant};
+use crate::shaders::constant;
 
 #[test]
 fn rows_are_the_shaders() {
@@ -23,7 +24,7 @@ fn gpu_more_visible_clusters_than_one_dimension_of_workgroups_are_dispatched() {
     let clusters = dimensions.element_product();
     let most = gpu.device.limits().max_compute_workgroups_per_dimension;
     assert!(clusters > 64 * most, "{clusters} clusters are too few to show it");
-    let shader = SHADERS.link("light_culling/clustered/compact", &[]).unwrap();
+    let shader = DECLARED.link("light_culling/clustered/compact", &[]).unwrap();
     let [flag, compact] =
         ["flag", "compact"].map(|entry| ComputeKernel::new(&gpu.device, &shader, entry, &format!("test/{entry}")));
     let scan = Scan::new(&gpu.device, "test").unwrap();

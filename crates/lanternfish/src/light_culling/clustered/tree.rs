@@ -1,10 +1,11 @@
 //! A tree over the lights, rebuilt every frame on the device; `light_tree.wesl` says how it lies.
 
+use super::DECLARED;
 use glam::{UVec4, Vec3};
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, gpu_struct, primitives::RadixSort};
 use lanternfish_scene::Bounds;
 
-use crate::{error::RenderError, lights::LightSet, settings::Assignment, shaders::SHADERS};
+use crate::{error::RenderError, lights::LightSet, settings::Assignment};
 
 /// Children of a node, and levels at most: constants of `light_tree.wesl`.
 const FANOUT: u32 = 8;
@@ -97,7 +98,7 @@ pub struct TreeBuilder {
 impl TreeBuilder {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, assignment: Assignment) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("light_culling/clustered/build_tree", &[])?;
+        let shader = DECLARED.link("light_culling/clustered/build_tree", &[])?;
         let kernel =
             |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("light_culling/clustered/{entry}"));
         Ok(Self {

@@ -14,7 +14,7 @@ use crate::{
     lights::LightSet,
     rooms::{Knob, Room},
     settings::Samples,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// One list for the whole view, of the lights that reach what lies before the eye.
@@ -26,7 +26,7 @@ impl Room for NewRoom {
     const WORDS: &'static str = "One list for the whole view, of the lights that reach what lies before the eye";
     const KNOBS: &'static [Knob<Self>] = &[];
     const SHADERS: Shaders =
-        Shaders { roots: &[Root::new("light_culling/new_room/list")], structs: &[SharedStruct::of::<NewRoomList>()] };
+        Shaders::new(&[Root::new("light_culling/new_room/list")], &[SharedStruct::of::<NewRoomList>()]);
 }
 
 impl LightCullingRoom for NewRoom {
@@ -39,7 +39,7 @@ impl LightCullingRoom for NewRoom {
     }
 
     fn build(&self, device: &wgpu::Device, _samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError> {
-        let shader = SHADERS.link("light_culling/new_room/list", &[])?;
+        let shader = <NewRoom as Room>::SHADERS.link("light_culling/new_room/list", &[])?;
         Ok(Box::new(NewRoomPasses {
             count: ComputeKernel::new(device, &shader, "count", "light_culling/new_room/count"),
             write: ComputeKernel::new(device, &shader, "write", "light_culling/new_room/write"),

@@ -22,7 +22,7 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     lights::LightSet,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::frame_target,
     view::frustum::ViewFrustum,
 };
@@ -53,15 +53,15 @@ gpu_struct! {
 pub(crate) const CULLING_RASTER_GRID: Feature = Feature("culling_raster_grid");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[
         Root::new("light_culling/raster_grid/mask"),
         Root::new("light_culling/raster_grid/outline"),
         Root::new("light_culling/raster_grid/list"),
         Root::new("light_culling/raster_grid/sort"),
     ],
-    structs: &[SharedStruct::of::<RasterCells>()],
-};
+    &[SharedStruct::of::<RasterCells>()],
+);
 
 /// Layers of a tile at most: the bits of its mask, and the shader's workgroup of a tile.
 const MOST_LAYERS: u32 = 32;
@@ -102,10 +102,10 @@ impl RasterGridCulling {
     pub fn new(device: &wgpu::Device, settings: RasterGrid) -> Result<Self, RenderError> {
         let label = |entry: &str| format!("light_culling/raster_grid/{entry}");
         let kernel = |module: &str, entry: &str| {
-            let shader = SHADERS.link(module, &[])?;
+            let shader = DECLARED.link(module, &[])?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label(entry)))
         };
-        let list = SHADERS.link("light_culling/raster_grid/list", &[])?;
+        let list = DECLARED.link("light_culling/raster_grid/list", &[])?;
         Ok(Self {
             settings,
             mask: kernel("light_culling/raster_grid/mask", "mask")?,

@@ -1,3 +1,4 @@
+use super::DECLARED;
 use glam::{UVec2, Vec3};
 use lanternfish_gpu::{
     Bindings, ComputeKernel, Frame, Profiler, read_back, storage_buffer_of, testing, uniform_buffer_of,
@@ -8,7 +9,7 @@ use super::{MOST_LAYERS, RasterCells, RasterGrid, RasterGridCulling};
 use crate::{
     Renderer, Settings,
     settings::{Culling, Shadows, TileSize},
-    shaders::{SHADERS, constant},
+    shaders::constant,
     testing::Random,
     view::View,
 };
@@ -93,7 +94,7 @@ fn gpu_every_list_is_sorted_up_to_what_there_is_room_for() {
     }
     let total = *starts.last().unwrap();
     let lights: Vec<u32> = (0..total).map(|_| random.between(0.0, 1e5) as u32).collect();
-    let shader = SHADERS.link("light_culling/raster_grid/sort", &[]).unwrap();
+    let shader = DECLARED.link("light_culling/raster_grid/sort", &[]).unwrap();
     let sort = ComputeKernel::new(&gpu.device, &shader, "sort", "test/sort");
     let none = wgpu::BufferUsages::empty();
     // Room for all, up to the middle of a list, up to the end of one, and for none.

@@ -84,7 +84,10 @@ fn gpu_lights_beyond_the_devices_count_are_in_no_list() {
                 _ => LightKind::Point,
             };
             let light = Light::point(position, Vec3::ONE);
-            lights::Light::new(&Light { range: Some(range), kind, direction: random.direction(), ..light }, &settings)
+            lights::Light::new(
+                &Light { range: Some(range), kind, direction: random.direction(), ..light },
+                &settings.lights(),
+            )
         })
         .collect();
     let given = Given { scene: &scene, camera: &camera, lights: &lights };

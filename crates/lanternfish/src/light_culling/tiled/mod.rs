@@ -16,7 +16,7 @@ use crate::{
     error::RenderError,
     lights::LightSet,
     prepass::DEPTH_FORMAT,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
     texture::frame_target,
 };
 
@@ -42,10 +42,10 @@ gpu_struct! {
 pub(crate) const CULLING_TILED: Feature = Feature("culling_tiled");
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::new("light_culling/tiled/bounds"), Root::new("light_culling/tiled/assign")],
-    structs: &[SharedStruct::of::<TileGrid>()],
-};
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::new("light_culling/tiled/bounds"), Root::new("light_culling/tiled/assign")],
+    &[SharedStruct::of::<TileGrid>()],
+);
 
 /// Lights a tile that the list has room for at first; it grows.
 const FIRST_LIGHTS_PER_TILE: u32 = 64;
@@ -95,8 +95,8 @@ impl LightCullingPasses for TiledCulling {
 impl TiledCulling {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device, settings: Tiled) -> Result<Self, RenderError> {
-        let bounds = SHADERS.link("light_culling/tiled/bounds", &[])?;
-        let assign = SHADERS.link("light_culling/tiled/assign", &[])?;
+        let bounds = DECLARED.link("light_culling/tiled/bounds", &[])?;
+        let assign = DECLARED.link("light_culling/tiled/assign", &[])?;
         Ok(Self {
             settings,
             bounds: ComputeKernel::new(device, &bounds, "bounds", "light_culling/tiled/bounds"),

@@ -25,7 +25,7 @@ pub(super) fn area_light(i: usize, random: &mut Random) -> Light {
 
 /// What the shader finds for each light, a place, and numbers that choose a point of the light: irradiance and distance, and the point.
 fn sampled(gpu: &Gpu, lights: &[Light], settings: &Settings, queries: &[Vec4]) -> Vec<(Vec4, Vec3)> {
-    let packed: Vec<_> = lights.iter().map(|light| lights::Light::new(light, settings)).collect();
+    let packed: Vec<_> = lights.iter().map(|light| lights::Light::new(light, &settings.lights())).collect();
     let buffer = storage_buffer_of(&gpu.device, "lights", &packed, wgpu::BufferUsages::empty()).expect("they fit");
     let bindings = Bindings::new().buffer("lights", &buffer);
     let found = ask_about(gpu, "area_incidences", &bindings, queries, 2);

@@ -11,7 +11,7 @@ use lanternfish_scene::{
     light_tree::{Bound, Emitter, LightTree},
 };
 
-use crate::settings::Settings;
+use crate::lights::LightSettings;
 
 gpu_struct! {
     /// A node of a tree over emitters; world space, m.
@@ -84,7 +84,7 @@ impl SceneLightTrees {
     pub fn new(
         device: &wgpu::Device,
         scene: &Scene,
-        settings: &Settings,
+        settings: &LightSettings,
         triangles: Vec<EmissiveTriangle>,
     ) -> Result<Self, GpuError> {
         let emitters: Vec<Emitter> = triangles.iter().map(|triangle| triangle.emitter).collect();
@@ -94,7 +94,12 @@ impl SceneLightTrees {
     }
 
     /// Builds anew what depends on the lights: they may have moved, and be more or fewer.
-    pub fn update_lights(&mut self, device: &wgpu::Device, scene: &Scene, settings: &Settings) -> Result<(), GpuError> {
+    pub fn update_lights(
+        &mut self,
+        device: &wgpu::Device,
+        scene: &Scene,
+        settings: &LightSettings,
+    ) -> Result<(), GpuError> {
         (self.nodes, self.trees) = upload(device, &pack(scene, settings, &self.triangles, &self.tree))?;
         Ok(())
     }
@@ -134,7 +139,7 @@ fn upload(device: &wgpu::Device, packed: &PackedTrees) -> Result<(wgpu::Buffer, 
     Ok((nodes, uniform_buffer_of(device, "scene/light_trees", &packed.trees)))
 }
 
-fn pack(scene: &Scene, settings: &Settings, triangles: &[EmissiveTriangle], tree: &LightTree) -> PackedTrees {
+fn pack(scene: &Scene, settings: &LightSettings, triangles: &[EmissiveTriangle], tree: &LightTree) -> PackedTrees {
     let mut nodes = Vec::new();
     append(&mut nodes, tree, |i| triangles[i as usize].triangle);
     let first_light = nodes.len() as u32;

@@ -5,7 +5,10 @@ use lanternfish_gpu::testing;
 use lanternfish_scene::{Light, light_tree::Receiver};
 
 use super::*;
-use crate::testing::{Random, ask_module};
+use crate::{
+    Settings,
+    testing::{Random, ask_module},
+};
 
 /// Points, spots, disks and suns, some of them dark.
 fn scene(random: &mut Random) -> Scene {
@@ -40,7 +43,7 @@ fn gpu_the_device_chooses_as_the_host_does() {
     let mut random = Random::new(12);
     let (scene, triangles) = (scene(&mut random), triangles(&mut random));
     let settings = Settings::default();
-    let trees = SceneLightTrees::new(&gpu.device, &scene, &settings, triangles.clone()).unwrap();
+    let trees = SceneLightTrees::new(&gpu.device, &scene, &settings.lights(), triangles.clone()).unwrap();
     // The host's own trees, and what their emitters are called on the device.
     let shining = |light: &&(usize, &Light)| light.1.intensity != Vec3::ZERO && light.1.kind != LightKind::Directional;
     let placed: Vec<(usize, &Light)> = scene.lights.iter().enumerate().collect();
@@ -87,7 +90,7 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     for light in &mut scene.lights {
         light.range = Some(random.between(0.5, 3.0));
     }
-    let trees = SceneLightTrees::new(&gpu.device, &scene, &Settings::default(), Vec::new()).unwrap();
+    let trees = SceneLightTrees::new(&gpu.device, &scene, &Settings::default().lights(), Vec::new()).unwrap();
     let chances = |queries: &[Vec4]| -> Vec<f32> {
         let answers = ask_module(gpu, "testing/light_tree", "chances", &trees.bindings(), queries, 2);
         answers.iter().map(|answer| answer.x).collect()
@@ -127,9 +130,13 @@ fn gpu_patches_keep_the_chance_of_every_light() {
     // Five millimetres above a floor, and another one far off.
     let lights =
         vec![Light::point(Vec3::new(0.0, 0.005, 0.0), Vec3::ONE), Light::point(4.0 * Vec3::Y, Vec3::splat(4e3))];
-    let trees =
-        SceneLightTrees::new(&gpu.device, &Scene { lights, ..Scene::default() }, &Settings::default(), Vec::new())
-            .unwrap();
+    let trees = SceneLightTrees::new(
+        &gpu.device,
+        &Scene { lights, ..Scene::default() },
+        &Settings::default().lights(),
+        Vec::new(),
+    )
+    .unwrap();
     let spread = |radius: f32| {
         let queries: Vec<Vec4> =
             (0..20).flat_map(|i| [Vec4::new(0.001 * i as f32, 0.0, 0.0, 0.0), Vec3::Y.extend(radius)]).collect();
@@ -148,10 +155,10 @@ fn gpu_patches_keep_the_chance_of_every_light() {
 
 #[test]
 fn constants_are_the_hosts() {
-    let packed = pack(&Scene::default(), &Settings::default(), &[], &LightTree::default());
+    let packed = pack(&Scene::default(), &Settings::default().lights(), &[], &LightTree::default());
     assert_eq!((packed.nodes.len(), packed.trees), (0, LightTrees::default()));
     let lights = vec![Light::directional(Vec3::NEG_Y, Vec3::ONE), Light::point(Vec3::ZERO, Vec3::ONE)];
-    let packed = pack(&Scene { lights, ..Scene::default() }, &Settings::default(), &[], &LightTree::default());
+    let packed = pack(&Scene { lights, ..Scene::default() }, &Settings::default().lights(), &[], &LightTree::default());
     let links: Vec<u32> = packed.nodes.iter().map(|node| node.link).collect();
     assert_eq!((links, packed.trees.first_light, packed.trees.first_sun), (vec![1, 0], 0, 1));
 }

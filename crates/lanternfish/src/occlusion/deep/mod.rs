@@ -18,7 +18,7 @@ use crate::{
     prepass::Surface,
     rooms::{Knob, Room},
     settings::{DeepImageSettings, History, Settings},
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 gpu_struct! {
@@ -40,8 +40,8 @@ gpu_struct! {
 }
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::of(
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::of(
         "occlusion/deep/accumulate",
         &[
             &[&[PAYLOAD]],
@@ -49,8 +49,8 @@ pub(crate) const DECLARED: Shaders = Shaders {
             &[&[], &[ENVIRONMENT]],
         ],
     )],
-    structs: &[SharedStruct::of::<DirectionRun>()],
-};
+    &[SharedStruct::of::<DirectionRun>()],
+);
 
 /// By rays along every direction of deep images [Aalund2015, §3.3].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -121,7 +121,7 @@ struct Kernels {
 
 impl Kernels {
     fn new(device: &wgpu::Device, features: &[Feature]) -> Result<Self, RenderError> {
-        let shader = SHADERS.link("occlusion/deep/accumulate", features)?;
+        let shader = DECLARED.link("occlusion/deep/accumulate", features)?;
         Ok(Self {
             accumulate: ComputeKernel::new(device, &shader, "accumulate", "occlusion/deep/accumulate"),
             resolve: ComputeKernel::new(device, &shader, "resolve", "occlusion/deep/resolve"),

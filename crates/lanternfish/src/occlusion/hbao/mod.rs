@@ -10,7 +10,7 @@ use crate::{
     prepass::Surface,
     rooms::{Knob, Room},
     settings::Settings,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 gpu_struct! {
@@ -22,10 +22,10 @@ gpu_struct! {
 }
 
 /// The shaders of this folder.
-pub(crate) const DECLARED: Shaders = Shaders {
-    roots: &[Root::new("occlusion/hbao/horizon"), Root::new("occlusion/hbao/blur")],
-    structs: &[SharedStruct::of::<HbaoParameters>()],
-};
+pub(crate) const DECLARED: Shaders = Shaders::new(
+    &[Root::new("occlusion/hbao/horizon"), Root::new("occlusion/hbao/blur")],
+    &[SharedStruct::of::<HbaoParameters>()],
+);
 
 /// By horizons in the depth of the view: for comparison [Bavoil2008; Jimenez2016].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,8 +70,8 @@ struct HbaoOcclusion {
 impl HbaoOcclusion {
     /// Compiles the passes.
     fn new(device: &wgpu::Device, radius: f32) -> Result<Self, RenderError> {
-        let horizon = SHADERS.link("occlusion/hbao/horizon", &[])?;
-        let blur = SHADERS.link("occlusion/hbao/blur", &[])?;
+        let horizon = DECLARED.link("occlusion/hbao/horizon", &[])?;
+        let blur = DECLARED.link("occlusion/hbao/blur", &[])?;
         Ok(Self {
             horizons: ComputeKernel::new(device, &horizon, "horizons", "occlusion/hbao/horizons"),
             blur_across: ComputeKernel::new(device, &blur, "blur_across", "occlusion/hbao/blur_across"),

@@ -16,7 +16,7 @@ use crate::{
     prepass::Surface,
     rooms::{Knob, Range, Room},
     settings::Settings,
-    shaders::{Root, SHADERS, Shaders},
+    shaders::{Root, Shaders},
 };
 
 /// Openness by the normal alone.
@@ -43,7 +43,7 @@ impl Room for NewRoom {
         |room| &mut room.ground,
     )];
     const SHADERS: Shaders =
-        Shaders { roots: &[Root::new("occlusion/new_room/find")], structs: &[SharedStruct::of::<NewRoomOpenness>()] };
+        Shaders::new(&[Root::new("occlusion/new_room/find")], &[SharedStruct::of::<NewRoomOpenness>()]);
 }
 
 impl OcclusionRoom for NewRoom {
@@ -52,7 +52,7 @@ impl OcclusionRoom for NewRoom {
     }
 
     fn build(&self, device: &wgpu::Device, _settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError> {
-        let shader = SHADERS.link("occlusion/new_room/find", &[])?;
+        let shader = <NewRoom as Room>::SHADERS.link("occlusion/new_room/find", &[])?;
         let parameters = NewRoomOpenness { ground: self.ground };
         Ok(Box::new(NewRoomPasses {
             find: ComputeKernel::new(device, &shader, "find", "occlusion/new_room/find"),
