@@ -9,7 +9,6 @@ mod compiler;
 mod demo;
 mod driver;
 mod hardware;
-mod new_room;
 mod quality;
 mod release;
 #[cfg(test)]
@@ -28,9 +27,6 @@ cargo xtask test [FILTER] [--quick | --full]
                            sets up what is missing, then runs every test (so does --full), or those whose names contain FILTER;
                            --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints
                            the slowest tests, and keeps every test's time in target/nextest/{default,quick}/junit.xml
-cargo xtask new-room FAMILY NAME
-                           writes another room of a family (indirect): a folder with a room that renders, its shader, twin,
-                           test and page, and two lines that name it
 cargo xtask hardware       builds, and packs a kit into target/hardware for a bare machine with a graphics card, at most 60 MiB;
                            `bash run.sh` there checks adapter, tests and frames within 9 minutes, `run.sh --help` says more
 cargo xtask check          sets up a compiler if there is none; format, lints and documentation
@@ -52,7 +48,6 @@ fn main() -> ExitCode {
         "test" => test::run(&words, may_install),
         "check" => check::run(may_install),
         "hardware" => hardware::run(may_install),
-        "new-room" => new_room::run(&words),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             Ok(())

@@ -4,8 +4,8 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    rooms::Family,
     settings::{Indirect, Occlusion, Settings, Shadows},
+    technique::Kind,
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
@@ -147,7 +147,7 @@ pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str
     add_family(&mut names, &settings.culling);
     add_family(&mut names, &settings.indirect);
     add_family(&mut names, &settings.occlusion);
-    let finds_arriving = matches!(settings.occlusion, Occlusion::Deep(_)) || settings.indirect != Indirect::None;
+    let finds_arriving = matches!(settings.occlusion, Occlusion::from(_)) || settings.indirect != Indirect::NONE;
     if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if tracer.uses_deep_images()) {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());
         names.insert("deep-slices", settings.deep_images.slices.to_string());
@@ -160,10 +160,10 @@ pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str
 }
 
 /// A family's room and its settings, by the names of their flags.
-fn add_family<F: Family>(names: &mut BTreeMap<&'static str, String>, family: &F) {
+fn add_family<F: Kind>(names: &mut BTreeMap<&'static str, String>, family: &F) {
     names.insert(F::FLAG, family.name().to_owned());
     if let Some(room) = family.room() {
-        let knobs = room.knobs().into_iter().map(|(words, _)| words.name);
+        let knobs = room.parameters().into_iter().map(|(words, _)| words.name);
         names.extend(knobs.filter_map(|knob| Some((knob, room.get(knob)?))));
     }
 }

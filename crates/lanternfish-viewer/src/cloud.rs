@@ -9,7 +9,8 @@ use lanternfish::{
         DeepImageBuilder, DeepImages,
         view::{PointCloud, PointSize},
     },
-    settings::{DeepImageSettings, DeepStore, Shadows},
+    settings::{DeepImageSettings, Shadows},
+    techniques::DeepStore,
     view::View,
 };
 use lanternfish_gpu::{Frame, Profiler};

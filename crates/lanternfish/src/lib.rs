@@ -79,12 +79,12 @@ pub mod progressive;
 pub mod rays;
 mod renderer;
 mod request;
-pub mod rooms;
 pub mod settings;
 pub mod shaders;
 pub mod shading;
 pub mod shadows;
 pub mod sky;
+pub mod technique;
 pub mod techniques;
 #[cfg(test)]
 mod testing;

@@ -29,7 +29,7 @@ use crate::{
     error::RenderError,
     frame::{FrameResult, Passes, Shaded},
     gpu_scene::{GpuScene, Needs},
-    light_culling::{clustered::GridContents, tiled::TileContents},
+    light_culling::LightCullingPasses,
     settings::{Exposure, Settings},
     view::View,
 };
@@ -155,16 +155,9 @@ impl Renderer {
         }
     }
 
-    /// What the clusters of the last frame hold, a grid each ([`crate::settings::Grouping`]): read back from the device, for
-    /// measuring. Empty before the first frame and without [`crate::settings::Culling::Clustered`].
-    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
-        self.passes.light_culling.contents(&self.device, &self.queue)
-    }
-
-    /// What the tiles of the last frame list, for each of its views: read back from the device. Empty before the first frame and without
-    /// [`crate::settings::Culling::Tiled`].
-    pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
-        self.passes.light_culling.tiles(&self.device, &self.queue)
+    /// The passes of light culling, if they are of this type.
+    pub(crate) fn culling_passes<P: LightCullingPasses>(&self) -> Option<&P> {
+        self.passes.light_culling.passes()
     }
 
     /// What its frames keep on the device; scenes, deep images, means of frames and histories are not among it.
@@ -185,7 +178,7 @@ impl Renderer {
     }
 
     /// Renders several views of a scene at once: cameras with their pictures' width and height. Views may share the work
-    /// of finding lights ([`crate::settings::Grouping`]); the passes' times, and what is shared, are in the first report.
+    /// of finding lights ([`crate::light_culling::clustered::Grouping`]); the passes' times, and what is shared, are in the first report.
     /// Each picture is the mean of [`Settings::accumulate`] frames.
     pub fn render_views(
         &mut self,
@@ -315,11 +308,7 @@ impl Renderer {
         let mut counters = counters.to_vec();
         counters.push(("light_culling/light_tests".to_owned(), shaded.lights.tests));
         counters.push(("light_culling/listed_lights".to_owned(), shaded.lights.listed));
-        if let Some(clusters) = &shaded.lights.clusters {
-            counters.push(("light_culling/clusters".to_owned(), clusters.clusters));
-            counters.push(("light_culling/visible_clusters".to_owned(), clusters.visible));
-            counters.push(("light_culling/cluster_bytes".to_owned(), clusters.bytes));
-        }
+        counters.extend(shaded.lights.counters.iter().map(|(name, count)| ((*name).to_owned(), *count)));
         if let Some(plan) = &shaded.visibility {
             let (totals, bands) = plan.ray_totals();
             let rays = read_back::<u32>(&self.device, &self.queue, totals, bands)?;

@@ -65,8 +65,8 @@ pub enum Target<'a> {
     Sums {
         /// Of light straight from the listed lights, shadowed.
         direct: &'a wgpu::TextureView,
-        /// Of light from other surfaces and from the surroundings, as far as [`crate::settings::Indirect`] and
-        /// [`crate::settings::Occlusion`] find it.
+        /// Of light from other surfaces and from the surroundings, as far as [`crate::indirect::Indirect`] and
+        /// [`crate::occlusion::Occlusion`] find it.
         indirect: &'a wgpu::TextureView,
     },
 }

@@ -1,12 +1,20 @@
 //! Everything that can be chosen. A setting says what a higher and a lower value do.
 
-mod knobs;
+mod parameters;
+mod presets;
 
 use std::fmt;
 
 pub use lanternfish_scene::shading::{Attenuation, Materials};
 use lanternfish_scene::{named_enum, named_enum_impls};
 
+pub use crate::{
+    deep_images::settings::DeepImageSettings,
+    indirect::{Indirect, Quality},
+    light_culling::Culling,
+    occlusion::Occlusion,
+    rays::{Tracer, TracerChoice},
+};
 use crate::{lights::LightSettings, output::metered_exposure};
 
 /// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
@@ -33,7 +41,7 @@ pub struct Settings {
     /// Which surfaces are shaded.
     pub materials: Materials,
     /// How much of the surroundings surfaces see, and are lit by: the scene's environment, or its constant sky. They light only
-    /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Indirect::Sampled`] it does nothing but its debug
+    /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Sampled`](crate::techniques::Sampled) it does nothing but its debug
     /// view. Blended surfaces have what the nearest one of the pixel sees.
     pub occlusion: Occlusion,
     /// How the scene is kept as deep images, where something asks for them.
@@ -63,21 +71,7 @@ pub struct Settings {
     pub accumulate: u32,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self::of_quality(Quality::default())
-    }
-}
-
 impl Settings {
-    /// What the renderer recommends, with this much spent on indirect light and on edges: `lanternfish render --quality`. `Settings::default()`
-    /// is that of [`Quality::Good`].
-    pub fn of_quality(quality: Quality) -> Self {
-        let deep_images = DeepImageSettings { resolution: quality.deep_resolution(), ..DeepImageSettings::default() };
-        let (indirect, samples) = (Indirect::Sampled(quality.sampled()), quality.samples());
-        Self { indirect, deep_images, samples, ..Self::direct_light() }
-    }
-
     /// Light straight from the listed lights alone, with their shadows: for programs that pay for every millisecond. What no
     /// light shines on is black, emission and surroundings are seen and light nothing.
     pub fn direct_light() -> Self {
@@ -90,14 +84,14 @@ impl Settings {
             attenuation: Attenuation::Gltf,
             range_threshold: 0.02,
             materials: Materials::File,
-            occlusion: Occlusion::None,
+            occlusion: Occlusion::NONE,
             deep_images: DeepImageSettings::default(),
             exposure: Exposure::Auto,
             tone_map: ToneMap::Neutral,
             debug_view: None,
             textures: TextureBinding::Auto,
             anisotropy: Anisotropy::Auto,
-            indirect: Indirect::None,
+            indirect: Indirect::NONE,
             history: History::Off,
             samples: Samples::One,
             accumulate: 1,
@@ -119,36 +113,16 @@ impl Settings {
     /// says, which comes later.
     pub(crate) fn keeps_history(&self) -> bool {
         let has_steady_openness = self.occlusion.is_noisy() && self.finds_openness();
-        let is_noisy = self.indirect != Indirect::None || self.shadows != Shadows::None || has_steady_openness;
+        let is_noisy = self.indirect != Indirect::NONE || self.shadows != Shadows::None || has_steady_openness;
         self.history == History::On && is_noisy
     }
 
     /// Whether openness is looked for: rays of indirect light may see the surroundings themselves.
     pub(crate) fn finds_openness(&self) -> bool {
         let is_used = !self.indirect.sees_surroundings() || self.debug_view == Some(DebugView::Occlusion);
-        self.occlusion != Occlusion::None && is_used
+        self.occlusion != Occlusion::NONE && is_used
     }
 }
-
-pub use crate::{
-    deep_images::{
-        directions::DirectionSet,
-        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
-    },
-    indirect::{
-        History, Indirect, IndirectClamp, IndirectResolution, Quality,
-        radiance_cache::Bounces,
-        sampled::{HitLight, Sampled},
-    },
-    light_culling::{
-        Culling,
-        clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
-        raster_grid::RasterGrid,
-        tiled::{TileSize, Tiled},
-    },
-    occlusion::{Deep, Hbao, Occlusion},
-    rays::{Tracer, TracerChoice},
-};
 
 /// How bright an image is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -241,6 +215,19 @@ named_enum! {
         Improved = "improved": "Normals from depth, five samples an axis: wrong only on tiny triangles",
         /// The surface target's own normal: exact.
         Surface = "surface": "The surface's own normal: exact",
+    }
+}
+
+named_enum! {
+    /// Whether pixels keep what they saw in the frames before.
+    #[derive(Default)]
+    History {
+        /// Each frame is by itself.
+        #[default]
+        Off = "off": "Each frame is by itself",
+        /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since. Frames of a view that
+        /// one renderer makes one after the other depend on each other then, pictures too; the first is as without.
+        On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
     }
 }
 
@@ -374,6 +361,7 @@ impl Anisotropy {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::techniques::TileSize;
 
     #[test]
     fn names_are_read_back_and_others_are_refused_with_the_list() {

@@ -1,32 +1,127 @@
-//! The list of what this crate is made of: the one place that names every technique.
+//! What this crate is made of: the one list that names every technique, and what help says of each kind.
 
-use crate::{indirect::Indirect, light_culling::Culling, occlusion::Occlusion, shaders::Shaders};
+pub use crate::{
+    deep_images::{
+        directions::DirectionSet,
+        settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
+    },
+    indirect::{
+        IndirectClamp, IndirectResolution,
+        photon_splatting::PhotonSplatting,
+        radiance_cache::Bounces,
+        sampled::{HitLight, Sampled},
+        virtual_lights::VirtualLights,
+    },
+    light_culling::{
+        clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
+        raster_grid::RasterGrid,
+        tiled::{TileSize, Tiled},
+    },
+    occlusion::{Deep, Hbao},
+};
+use crate::{
+    indirect::{Indirect, IndirectTechnique},
+    light_culling::{Culling, CullingTechnique},
+    occlusion::{Occlusion, OcclusionTechnique},
+    shaders::Shaders,
+    technique::{AnyTechnique, Kind, Registry},
+};
 
-/// The shaders of every folder, by what declares them.
-pub const FOLDERS: &[&[Shaders]] = &[
-    &[
-        crate::view::DECLARED,
-        crate::gpu_scene::DECLARED,
-        crate::gpu_scene::moving::DECLARED,
-        crate::lights::DECLARED,
-        crate::prepass::DECLARED,
-        crate::light_culling::DECLARED,
-        crate::deep_images::DECLARED,
-        crate::indirect::radiance_cache::DECLARED,
-        crate::rays::DECLARED,
-        crate::environment_light::DECLARED,
-        crate::indirect::light_views::DECLARED,
-        crate::indirect::smoothing::DECLARED,
-        crate::indirect::history::DECLARED,
-        crate::occlusion::DECLARED,
-        crate::shadows::DECLARED,
-        crate::shading::DECLARED,
-        crate::sky::DECLARED,
-        crate::progressive::DECLARED,
-        crate::output::DECLARED,
-        crate::debug_views::DECLARED,
-    ],
-    Culling::SHADERS,
-    Indirect::SHADERS,
-    Occlusion::SHADERS,
+impl Kind for dyn CullingTechnique {
+    const FLAG: &'static str = "culling";
+    const HELP: &'static str = "How the lights of a pixel are found. The picture is the same.";
+    const IS_EVERYDAY: bool = false;
+    const NONE_NAME: &'static str = "all";
+    const NONE_SUMMARY: &'static str = "Every light for every pixel: the yardstick for the others";
+
+    fn registry() -> &'static Registry<Self> {
+        static REGISTRY: Registry<dyn CullingTechnique> =
+            Registry::new(|| vec![Tiled::default().into(), Clustered::default().into(), RasterGrid::default().into()]);
+        &REGISTRY
+    }
+}
+
+impl Kind for dyn IndirectTechnique {
+    const FLAG: &'static str = "indirect";
+    const HELP: &'static str = "Indirect light.\n\nWhere light comes from that is not straight from the lights: other surfaces, \
+                                emission, the surroundings.";
+    const IS_EVERYDAY: bool = true;
+    const NONE_NAME: &'static str = "none";
+    const NONE_SUMMARY: &'static str = "Nowhere: direct light alone";
+
+    fn registry() -> &'static Registry<Self> {
+        static REGISTRY: Registry<dyn IndirectTechnique> = Registry::new(|| {
+            vec![PhotonSplatting::default().into(), VirtualLights::default().into(), Sampled::default().into()]
+        });
+        &REGISTRY
+    }
+}
+
+impl Kind for dyn OcclusionTechnique {
+    const FLAG: &'static str = "occlusion";
+    const HELP: &'static str = "How it is found how much of the surroundings (`sky`, `environment`) surfaces see, which then light \
+                                them; with `indirect none`.";
+    const IS_EVERYDAY: bool = false;
+    const NONE_NAME: &'static str = "none";
+    const NONE_SUMMARY: &'static str = "It is not: the surroundings light nothing";
+
+    fn registry() -> &'static Registry<Self> {
+        static REGISTRY: Registry<dyn OcclusionTechnique> =
+            Registry::new(|| vec![Deep::default().into(), Hbao::default().into()]);
+        &REGISTRY
+    }
+}
+
+impl Default for Culling {
+    fn default() -> Self {
+        Clustered::default().into()
+    }
+}
+
+impl Default for Indirect {
+    fn default() -> Self {
+        Sampled::default().into()
+    }
+}
+
+impl Default for Occlusion {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// The shaders of every folder: those of each technique that is known by name, and all others.
+pub fn shaders() -> Vec<Shaders> {
+    fn of<K: Kind + ?Sized>() -> impl Iterator<Item = Shaders> {
+        crate::technique::Choice::<K>::all()
+            .into_iter()
+            .filter_map(|choice| choice.technique().map(AnyTechnique::shaders))
+    }
+    let techniques =
+        of::<dyn CullingTechnique>().chain(of::<dyn IndirectTechnique>()).chain(of::<dyn OcclusionTechnique>());
+    FOLDERS.iter().copied().chain(techniques).collect()
+}
+
+/// The shaders of every folder that is no technique of a kind.
+const FOLDERS: &[Shaders] = &[
+    crate::view::DECLARED,
+    crate::gpu_scene::DECLARED,
+    crate::gpu_scene::moving::DECLARED,
+    crate::lights::DECLARED,
+    crate::prepass::DECLARED,
+    crate::light_culling::DECLARED,
+    crate::deep_images::DECLARED,
+    crate::indirect::radiance_cache::DECLARED,
+    crate::rays::DECLARED,
+    crate::environment_light::DECLARED,
+    crate::indirect::light_views::DECLARED,
+    crate::indirect::smoothing::DECLARED,
+    crate::indirect::history::DECLARED,
+    crate::occlusion::DECLARED,
+    crate::shadows::DECLARED,
+    crate::shading::DECLARED,
+    crate::sky::DECLARED,
+    crate::progressive::DECLARED,
+    crate::output::DECLARED,
+    crate::debug_views::DECLARED,
 ];

@@ -1,9 +1,12 @@
 //! Flags of light that does not come straight from the listed lights.
 
 use clap::Args;
-use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, Occlusion, Quality, Samples, Settings};
+use lanternfish::{
+    settings::{DeepImageSettings, Indirect, Occlusion, Quality, Samples, Settings},
+    techniques::DirectionSet,
+};
 
-use super::rooms::{KnobFlags, RoomFlag};
+use super::technique::{KnobFlags, RoomFlag};
 use crate::{choices::choice, parse};
 
 /// Frames of a mean from which on its edges are as close to the share of the pixel that they cover with one sample in each as with four, and cost
@@ -52,7 +55,7 @@ impl IndirectArgs {
     pub fn samples(&self, frames: u32) -> Samples {
         match self.indirect.0 {
             _ if frames >= SMOOTH_FRAMES => Samples::One,
-            Indirect::None => Settings::direct_light().samples,
+            Indirect::NONE => Settings::direct_light().samples,
             _ => self.quality.samples(),
         }
     }
@@ -66,7 +69,7 @@ impl IndirectArgs {
     pub fn deep_images(&self) -> DeepImageSettings {
         let usual = DeepImageSettings::default();
         let spent = match self.indirect.0 {
-            Indirect::None => usual.resolution,
+            Indirect::NONE => usual.resolution,
             _ => self.quality.deep_resolution(),
         };
         let resolution = self.deep_resolution.unwrap_or(spent);

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
-use lanternfish::rooms::{Family, KnobWords, Range};
+use lanternfish::technique::{Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};
 
@@ -11,10 +11,10 @@ use crate::{choices::names, flags::as_flags, parse};
 #[derive(Clone, Copy, Debug)]
 pub struct RoomFlag<F>(pub F);
 
-impl<F: Family> Args for RoomFlag<F> {
+impl<F: Kind> Args for RoomFlag<F> {
     fn augment_args(command: Command) -> Command {
         let rooms = F::rooms().into_iter().filter_map(|family| Some((family.name(), family.room()?.words())));
-        let known = names([(F::NONE_NAME, F::NONE_WORDS)].into_iter().chain(rooms));
+        let known = names([(F::NONE_NAME, F::NONE_SUMMARY)].into_iter().chain(rooms));
         let flag = Arg::new(F::FLAG).long(F::FLAG).value_name("NAME").value_parser(known);
         let flag = flag.default_value(F::default().name()).hide_short_help(!F::IS_EVERYDAY);
         command.arg(with_help(flag, F::HELP))
@@ -25,7 +25,7 @@ impl<F: Family> Args for RoomFlag<F> {
     }
 }
 
-impl<F: Family> FromArgMatches for RoomFlag<F> {
+impl<F: Kind> FromArgMatches for RoomFlag<F> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let name = matches.get_one::<String>(F::FLAG).expect("it has a default");
         Ok(Self(F::named(name).expect("clap lets only known names through")))
@@ -44,7 +44,7 @@ pub struct KnobFlags<F> {
     family: PhantomData<F>,
 }
 
-impl<F: Family> KnobFlags<F> {
+impl<F: Kind> KnobFlags<F> {
     /// A room with what was said of its settings. What was said of another room's is left aside.
     pub fn turned(&self, mut family: F) -> F {
         if let Some(room) = family.room_mut() {
@@ -57,13 +57,13 @@ impl<F: Family> KnobFlags<F> {
 }
 
 /// A room, what is said of one of its settings, and the names of the setting's values.
-type KnobOf<F> = (F, KnobWords, Vec<(&'static str, &'static str)>);
+type KnobOf<F> = (F, ParameterInfo, Vec<(&'static str, &'static str)>);
 
 /// Every setting of a family's rooms, once.
-fn knobs<F: Family>() -> Vec<KnobOf<F>> {
+fn knobs<F: Kind>() -> Vec<KnobOf<F>> {
     let mut all: Vec<KnobOf<F>> = Vec::new();
     for family in F::rooms() {
-        for (words, known) in family.room().map(|room| room.knobs()).unwrap_or_default() {
+        for (words, known) in family.room().map(|room| room.parameters()).unwrap_or_default() {
             if all.iter().all(|(_, other, _)| other.name != words.name) {
                 all.push((family, words, known));
             }
@@ -72,7 +72,7 @@ fn knobs<F: Family>() -> Vec<KnobOf<F>> {
     all
 }
 
-impl<F: Family> Args for KnobFlags<F> {
+impl<F: Kind> Args for KnobFlags<F> {
     fn augment_args(command: Command) -> Command {
         command.args(knobs::<F>().into_iter().map(|(family, words, known)| {
             let flag = Arg::new(words.name).long(words.name).value_name(words.value).hide_short_help(true);
@@ -105,7 +105,7 @@ impl<F: Family> Args for KnobFlags<F> {
     }
 }
 
-impl<F: Family> FromArgMatches for KnobFlags<F> {
+impl<F: Kind> FromArgMatches for KnobFlags<F> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let last = |name: &str| Some(matches.get_raw(name)?.next_back()?.to_string_lossy().into_owned());
         let said = knobs::<F>().iter().filter_map(|(_, words, _)| Some((words.name, last(words.name)?))).collect();

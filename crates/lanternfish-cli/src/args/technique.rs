@@ -3,7 +3,7 @@
 use clap::Args;
 use lanternfish::settings::{Culling, History, RayCulling, Samples, Settings, Shadows, TextureBinding};
 
-use super::rooms::{KnobFlags, RoomFlag};
+use super::technique::{KnobFlags, RoomFlag};
 use crate::choices::choice;
 
 #[derive(Debug, Args)]

@@ -1,8 +1,13 @@
 use clap::CommandFactory;
-use lanternfish::settings::{
-    Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, DeepImageSettings,
-    DirectionSet, Exposure, Grouping, History, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion,
-    Quality, RayCulling, Sampled, Samples, Shadows, TextureBinding, TileSize, Tiled, ToneMap, Tracer, TracerChoice,
+use lanternfish::{
+    settings::{
+        Anisotropy, Attenuation, Culling, DebugView, DeepImageSettings, Exposure, History, Indirect, Materials,
+        Occlusion, Quality, RayCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
+    },
+    techniques::{
+        Assignment, ClusterShape, ClusterTest, Clustered, DirectionSet, Grouping, IndirectClamp, IndirectResolution,
+        Sampled, TileSize, Tiled,
+    },
 };
 
 use super::*;
@@ -39,7 +44,7 @@ fn every_flag_reaches_its_setting() {
                  --indirect-tracer bvh --indirect-resolution half --indirect-filter 2 --indirect-clamp off --light-radius 0.2 --shadow-rays 7";
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
     let expected = Settings {
-        culling: Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
+        culling: Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
         shadows: Shadows::BVH,
         ray_culling: RayCulling::Naive,
         attenuation: Attenuation::Physical,
@@ -51,7 +56,7 @@ fn every_flag_reaches_its_setting() {
         textures: TextureBinding::PerMaterial,
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
-        occlusion: Occlusion::deep(Some(2.5)),
+        occlusion: Occlusion::from(Deep { max_distance: Some(2.5) }),
         deep_images: DeepImageSettings {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 32,
@@ -62,7 +67,7 @@ fn every_flag_reaches_its_setting() {
         light_radius: 0.2,
         shadow_rays: 7,
         history: History::On,
-        indirect: Indirect::Sampled(Sampled {
+        indirect: Indirect::from(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,
             tracer: Tracer::Bvh.into(),
@@ -73,10 +78,10 @@ fn every_flag_reaches_its_setting() {
         }),
     };
     let hbao = |words: &[&str]| parsed(words).unwrap().settings().occlusion;
-    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::hbao(1.0));
-    assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::hbao(3.0));
+    assert_eq!(hbao(&["--occlusion", "hbao"]), Occlusion::from(Hbao { radius: 1.0 }));
+    assert_eq!(hbao(&["--occlusion=hbao", "--occlusion-distance=3"]), Occlusion::from(Hbao { radius: 3.0 }));
     assert_eq!(args.settings(), expected);
-    assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::All);
+    assert_eq!(parsed(&["--culling", "all"]).unwrap().settings().culling, Culling::NONE);
     let words = "--culling clustered --clusters displ:64:32 --cluster-views individual --light-assignment brute_force \
                  --cluster-test planes --cluster-depth 100";
     let clustered = Clustered {
@@ -87,7 +92,7 @@ fn every_flag_reaches_its_setting() {
         depth: 100,
     };
     let args = parsed(&words.split_whitespace().collect::<Vec<_>>()).unwrap();
-    assert_eq!(args.settings().culling, Culling::Clustered(clustered));
+    assert_eq!(args.settings().culling, Culling::from(clustered));
 }
 
 #[test]
@@ -152,7 +157,7 @@ fn adapters_are_named_or_cpu() {
 #[test]
 fn quality_says_what_is_not_said_otherwise() {
     let sampled = |words: &[&str]| match parsed(words).unwrap().settings() {
-        Settings { indirect: Indirect::Sampled(sampled), deep_images, .. } => (sampled, deep_images.resolution),
+        Settings { indirect: Indirect::from(sampled), deep_images, .. } => (sampled, deep_images.resolution),
         settings => panic!("{settings:?}"),
     };
     assert_eq!(sampled(&[]), (Sampled::default(), 128));
@@ -165,7 +170,7 @@ fn quality_says_what_is_not_said_otherwise() {
     let (best, fine) = sampled(&["--quality", "best", "--indirect-rays", "3", "--deep-resolution", "32"]);
     assert_eq!((best.diffuse_rays, best.tracer, fine), (3, TracerChoice::Auto, 32));
     let none = parsed(&["--indirect", "none"]).unwrap().settings();
-    assert_eq!((none.indirect, none.deep_images), (Indirect::None, DeepImageSettings::default()));
+    assert_eq!((none.indirect, none.deep_images), (Indirect::NONE, DeepImageSettings::default()));
     // Several samples a pixel where they are a small part of the frame, or where they are asked for.
     let samples = |words: &[&str]| parsed(words).unwrap().settings().samples;
     assert_eq!((samples(&[]), samples(&["--quality", "draft"])), (Samples::Four, Samples::One));

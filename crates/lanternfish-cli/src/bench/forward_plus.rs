@@ -4,7 +4,8 @@ use std::{path::Path, time::Instant};
 
 use lanternfish::{
     GpuScene, Picture, Renderer,
-    settings::{Culling, DebugView, RayCulling, Settings, Shadows, TileSize, Tiled, ToneMap},
+    settings::{Culling, DebugView, RayCulling, Settings, Shadows, ToneMap},
+    techniques::{TileSize, Tiled},
 };
 use lanternfish_gpu::Gpu;
 use lanternfish_metrics::{ColorType, write_png};
@@ -81,7 +82,7 @@ pub struct Results {
 }
 
 fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
-    Culling::Tiled(Tiled { tile_size, aabb_test })
+    Culling::from(Tiled { tile_size, aabb_test })
 }
 
 /// The rows of table 5.1, at tiles of 8 × 8, and ours.
@@ -97,7 +98,7 @@ fn configurations() -> Vec<Configuration> {
     let px8 = |aabb| tiled(TileSize::Px8, aabb);
     use RayCulling::{Improved, Naive, None as NoCulling, Surface};
     vec![
-        row("no optimisations", Culling::All, NoCulling, true, Some("rays-none.png"), Some(16.0)),
+        row("no optimisations", Culling::NONE, NoCulling, true, Some("rays-none.png"), Some(16.0)),
         row("light culling", px8(false), NoCulling, true, Some("rays-culling.png"), Some(11.52)),
         row("light culling + AABB", px8(true), NoCulling, true, Some("rays-culling-aabb.png"), Some(10.93)),
         row("light culling + AABB + naive normals", px8(true), Naive, false, Some("rays-naive.png"), Some(9.59)),
@@ -109,7 +110,7 @@ fn configurations() -> Vec<Configuration> {
             Some("rays-improved.png"),
             Some(9.67),
         ),
-        row("improved normals", Culling::All, Improved, false, None, Some(13.55)),
+        row("improved normals", Culling::NONE, Improved, false, None, Some(13.55)),
         row("light culling + AABB + surface normals", px8(true), Surface, true, Some("rays-surface.png"), None),
     ]
 }

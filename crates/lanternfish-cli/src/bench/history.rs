@@ -3,7 +3,10 @@
 
 use std::fmt::Write;
 
-use lanternfish::settings::{History, HitLight, Indirect, IndirectResolution, Sampled, Settings, Tracer};
+use lanternfish::{
+    settings::{History, Indirect, Settings, Tracer},
+    techniques::{HitLight, IndirectResolution, Sampled},
+};
 use lanternfish_scene::Scene;
 use serde::Serialize;
 
@@ -98,7 +101,7 @@ fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
     let configuration = |(name, rays, history): (&str, Sampled, History)| Configuration {
         name: format!("{name}, history {history}"),
-        settings: Settings { indirect: Indirect::Sampled(rays), history, ..look.clone() },
+        settings: Settings { indirect: Indirect::from(rays), history, ..look.clone() },
         has_steps: false,
     };
     with_history.map(configuration).collect()

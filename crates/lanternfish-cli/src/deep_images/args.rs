@@ -3,10 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use lanternfish::{
-    deep_images::directions::DirectionSet,
-    settings::{DeepBuilder, DeepImageSettings},
-};
+use lanternfish::{deep_images::directions::DirectionSet, settings::DeepImageSettings, techniques::DeepBuilder};
 use lanternfish_gpu::AdapterChoice;
 
 use crate::{

@@ -2,8 +2,9 @@
 
 use lanternfish::{
     Settings,
-    rooms::Family,
-    settings::{Culling, Indirect, Occlusion, Sampled, Shadows, Tracer},
+    settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
+    technique::Kind,
+    techniques::Sampled,
 };
 
 use super::{
@@ -56,7 +57,7 @@ impl Plan {
 
 /// Direct light by the reference implementation of culling, without shadows: what is left is materials and lights.
 fn unshadowed() -> Settings {
-    Settings { culling: Culling::All, shadows: Shadows::None, ..Settings::direct_light() }
+    Settings { culling: Culling::NONE, shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 /// Every check.
@@ -76,7 +77,7 @@ pub fn plans() -> Vec<Plan> {
         true,
         against(Reference::Direct, unshadowed(), Limits::new(0.03, 0.01, 0.01)),
     );
-    for culling in Culling::rooms() {
+    for culling in Culling::all() {
         let both = [Settings { culling, ..unshadowed() }, unshadowed()];
         let is_quick = culling == Culling::default();
         add(Group::LightCulling, culling.name(), Name::Atrium, is_quick, Kind::Same(Box::new(both)));
@@ -101,9 +102,9 @@ pub fn plans() -> Vec<Plan> {
     ] {
         add(Group::DirectLight, name, scene, false, against(Reference::Direct, direct(), limits));
     }
-    for occlusion in Occlusion::rooms() {
+    for occlusion in Occlusion::all() {
         let settings = Settings { occlusion, ..direct() };
-        let is_unbounded = occlusion == Occlusion::deep(None);
+        let is_unbounded = occlusion == Occlusion::from(Deep { max_distance: None });
         let (reference, limits) = match is_unbounded {
             true => (Reference::Visibility, Limits::new(0.09, 0.02, 0.01)),
             false => (Reference::Obscurance, Limits::new(0.13, 0.1, 0.01)),
@@ -122,14 +123,14 @@ pub fn plans() -> Vec<Plan> {
     add(Group::IndirectLight, "default", Name::Cornell, true, full(good()));
     add(Group::IndirectLight, "default", Name::Hall, false, full(good()));
     for tracer in Tracer::ALL.iter().copied() {
-        let sampled = Indirect::Sampled(Sampled { tracer: tracer.into(), ..Sampled::default() });
+        let sampled = Indirect::from(Sampled { tracer: tracer.into(), ..Sampled::default() });
         let name = format!("{}, {tracer}", sampled.name());
         let limits =
             if tracer.uses_deep_images() { Limits::new(0.12, 0.05, 0.02) } else { Limits::new(0.07, 0.015, 0.01) };
         let settings = Settings { indirect: sampled, ..good() };
         add(Group::IndirectLight, &name, Name::Cornell, false, against(Reference::Full, settings, limits));
     }
-    for indirect in Indirect::rooms().into_iter().filter(|indirect| *indirect != Indirect::default()) {
+    for indirect in Indirect::all().into_iter().filter(|indirect| *indirect != Indirect::default()) {
         let settings = Settings { indirect, ..good() };
         let limits = Limits::new(0.08, 0.03, 0.01);
         add(
@@ -157,9 +158,9 @@ mod tests {
             assert!(has(Group::Shadows, tracer.name()), "{tracer}");
             assert!(has(Group::IndirectLight, &format!("sampled, {tracer}")), "{tracer}");
         }
-        assert!(Culling::rooms().iter().all(|culling| has(Group::LightCulling, culling.name())));
-        assert!(Occlusion::rooms().iter().all(|occlusion| has(Group::Occlusion, occlusion.name())));
-        let indirect = Indirect::rooms();
+        assert!(Culling::all().iter().all(|culling| has(Group::LightCulling, culling.name())));
+        assert!(Occlusion::all().iter().all(|occlusion| has(Group::Occlusion, occlusion.name())));
+        let indirect = Indirect::all();
         let others = indirect.iter().filter(|indirect| **indirect != Indirect::default());
         assert!(
             others.clone().count() + 1 == indirect.len() && others.clone().all(|i| has(Group::IndirectLight, i.name()))

@@ -2,8 +2,8 @@
 
 use lanternfish::{
     RenderError, Renderer, Settings,
-    rooms::Family,
     settings::{Culling, DeepImageSettings, Indirect, Occlusion, Shadows, Tracer},
+    technique::Kind,
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
 
@@ -42,19 +42,19 @@ pub fn describe(adapter: &AdapterDescription, info: Option<&wgpu::AdapterInfo>) 
 pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let direct = Settings::direct_light;
     let mut asked: Vec<(String, Settings)> = Vec::new();
-    let culling = Culling::rooms().into_iter();
+    let culling = Culling::all().into_iter();
     asked.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
     asked.extend(
         Tracer::ALL
             .iter()
             .map(|tracer| (format!("shadows {tracer}"), Settings { shadows: Shadows::Traced(*tracer), ..direct() })),
     );
-    let occlusion = Occlusion::rooms().into_iter();
+    let occlusion = Occlusion::all().into_iter();
     asked.extend(
         occlusion.map(|occlusion| (format!("occlusion {}", occlusion.name()), Settings { occlusion, ..direct() })),
     );
     let deep_images = DeepImageSettings::default();
-    let indirect = Indirect::rooms().into_iter();
+    let indirect = Indirect::all().into_iter();
     asked.extend(
         indirect
             .map(|indirect| (format!("indirect {}", indirect.name()), Settings { indirect, deep_images, ..direct() })),

@@ -1,4 +1,4 @@
-use lanternfish::settings::ClusterShape;
+use lanternfish::techniques::ClusterShape;
 use lanternfish_scene::LightKind;
 
 use super::*;

@@ -72,7 +72,7 @@ impl Plan {
         }
         let lights = Lighting {
             is_seen: settings.debug_view.is_none(),
-            reaches_surfaces: settings.indirect != Indirect::None || settings.occlusion != Occlusion::None,
+            reaches_surfaces: settings.indirect != Indirect::NONE || settings.occlusion != Occlusion::NONE,
         };
         light_rig::light(&mut scene, &args.lights, &steps[0].camera, lights, |note| progress.note(note))?;
         let bounds = scene.bounds();

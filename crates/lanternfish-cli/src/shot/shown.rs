@@ -7,8 +7,8 @@ use std::ffi::OsString;
 
 use glam::Vec3;
 use lanternfish::{
-    rooms::{AnyRoom, Family},
     settings::Settings,
+    technique::{AnyTechnique, Kind},
 };
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
@@ -242,7 +242,7 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
         "deep-directions" => Some(parse::direction_set_text(deep.directions)),
         _ => None,
     };
-    let is_own = Settings::KNOBS.iter().any(|knob| knob.words.name == name);
+    let is_own = Settings::PARAMETERS.iter().any(|knob| knob.info.name == name);
     own.map(Some)
         .or_else(|| is_own.then(|| settings.get(name)))
         .or_else(|| of_family(name, &settings.indirect))
@@ -251,11 +251,11 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
 }
 
 /// The same of a room: which it is, and its settings. Settings of the family's other rooms are left at their defaults.
-fn of_family<F: Family>(name: &str, family: &F) -> Option<Option<String>> {
+fn of_family<F: Kind>(name: &str, family: &F) -> Option<Option<String>> {
     if name == F::FLAG {
         return Some(Some(family.name().to_owned()));
     }
-    let has = |room: &dyn AnyRoom| room.knobs().iter().any(|(words, _)| words.name == name);
+    let has = |room: &dyn AnyTechnique| room.parameters().iter().any(|(words, _)| words.name == name);
     let is_known = F::rooms().iter().any(|other| other.room().is_some_and(has));
     is_known.then(|| family.room().filter(|room| has(*room)).and_then(|room| room.get(name)))
 }

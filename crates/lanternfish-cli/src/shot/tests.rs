@@ -1,7 +1,10 @@
 use std::{collections::BTreeSet, fs};
 
 use glam::Vec3;
-use lanternfish::settings::{Culling, DebugView, Exposure, TileSize, Tiled, ToneMap};
+use lanternfish::{
+    settings::{Culling, DebugView, Exposure, ToneMap},
+    techniques::{TileSize, Tiled},
+};
 use lanternfish_scene::{Viewpoint, rig::LightRig};
 
 use super::{keys::keys, *};
@@ -95,7 +98,7 @@ fn every_kind_of_value_reaches_its_flag() {
     let settings = args.settings();
     assert_eq!((settings.tone_map, settings.exposure), (ToneMap::Aces, Exposure::Ev(-1.0)));
     assert_eq!(settings.debug_view, Some(DebugView::Normal));
-    assert_eq!(settings.culling, Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
+    assert_eq!(settings.culling, Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }));
 }
 
 #[test]

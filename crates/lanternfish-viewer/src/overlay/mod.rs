@@ -7,7 +7,10 @@ mod project;
 
 use egui::{Color32, Painter, Rect, Shape, Stroke, Ui};
 use glam::Vec3;
-use lanternfish::settings::{ClusterShape, Culling, Settings};
+use lanternfish::{
+    settings::{Culling, Settings},
+    techniques::ClusterShape,
+};
 use lanternfish_scene::{Camera, Light, LightKind, Scene};
 
 pub use self::birds_eye::BirdsEye;
@@ -135,9 +138,9 @@ impl Wire<'_> {
 /// Points of the window between lines that divide the picture; none where it is not divided so.
 fn spacing(settings: &Settings) -> Option<u32> {
     match settings.culling {
-        Culling::Tiled(tiled) => Some(tiled.tile_size.pixels()),
-        Culling::RasterGrid(grid) => Some(grid.tile_size.pixels()),
-        Culling::Clustered(clustered) => match clustered.shape {
+        Culling::from(tiled) => Some(tiled.tile_size.pixels()),
+        Culling::from(grid) => Some(grid.tile_size.pixels()),
+        Culling::from(clustered) => match clustered.shape {
             ClusterShape::Perspective { pixels } => Some(pixels),
             _ => None,
         },
@@ -304,6 +307,6 @@ mod tests {
     #[test]
     fn only_what_divides_the_picture_has_a_grid() {
         let with = |culling| has_grid(&Settings { culling, ..Settings::default() });
-        assert!(with(Culling::default()) && !with(Culling::All));
+        assert!(with(Culling::default()) && !with(Culling::NONE));
     }
 }

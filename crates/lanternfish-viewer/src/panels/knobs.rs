@@ -3,7 +3,7 @@
 use egui::Ui;
 use lanternfish::{
     Settings,
-    rooms::{Family, KnobWords, Range},
+    technique::{Kind, ParameterInfo, Range},
 };
 
 use super::State;
@@ -21,11 +21,11 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     family(ui, &mut settings.indirect, &usual.indirect, &mut state.message, unfold);
     family(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message, unfold);
     family(ui, &mut settings.culling, &usual.culling, &mut state.message, unfold);
-    for knob in Settings::KNOBS {
-        let name = knob.words.name;
+    for knob in Settings::PARAMETERS {
+        let name = knob.info.name;
         let names = (knob.of)(&mut settings.clone()).names();
         let value = Value { now: settings.get(name), usual: usual.get(name), names };
-        if let Some(text) = widget(ui, &knob.words, &value) {
+        if let Some(text) = widget(ui, &knob.info, &value) {
             tell(&mut state.message, name, settings.set(name, &text));
         }
     }
@@ -43,20 +43,20 @@ fn tell(message: &mut String, name: &str, done: Result<(), String>) {
 }
 
 /// Which room, and its settings, which may be unfolded or folded now.
-fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message: &mut String, unfold: Option<bool>) {
+fn family<F: Kind + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message: &mut String, unfold: Option<bool>) {
     let rooms = F::rooms();
     let words = rooms.iter().filter_map(|room| Some((room.name(), room.room()?.words())));
-    let names: Vec<_> = [(F::NONE_NAME, F::NONE_WORDS)].into_iter().chain(words).collect();
+    let names: Vec<_> = [(F::NONE_NAME, F::NONE_SUMMARY)].into_iter().chain(words).collect();
     let say = |family: &F| Some(family.name().to_owned());
     let first = F::HELP.lines().next().unwrap_or(F::HELP);
-    let choice = KnobWords::new(F::FLAG, "NAME", Range::Names, first);
+    let choice = ParameterInfo::new(F::FLAG, "NAME", Range::Names, first);
     let value = Value { now: say(family), usual: say(usual), names };
     if let Some(text) = widget(ui, &choice, &value) {
         let of_usual = (usual.name() == text).then_some(*usual);
         *family = of_usual.or_else(|| F::named(&text)).unwrap_or(*family);
     }
     let Some(room) = family.room() else { return };
-    let (knobs, name) = (room.knobs(), family.name());
+    let (knobs, name) = (room.parameters(), family.name());
     // As it was where the family is that of before; else as the room is by itself.
     let plain = if usual.name() == name { *usual } else { F::named(name).unwrap_or(*family) };
     egui::CollapsingHeader::new(format!("{} {name}", F::FLAG)).open(unfold).show(ui, |ui| {
@@ -71,7 +71,7 @@ fn family<F: Family + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message
 }
 
 /// A row: the name, the value, and where it is another than before, a click back. What it was changed to.
-fn widget(ui: &mut Ui, words: &KnobWords, value: &Value) -> Option<String> {
+fn widget(ui: &mut Ui, words: &ParameterInfo, value: &Value) -> Option<String> {
     let shown = value.now.clone().unwrap_or_default();
     let mut changed = None;
     ui.horizontal(|ui| {
@@ -118,7 +118,7 @@ fn widget(ui: &mut Ui, words: &KnobWords, value: &Value) -> Option<String> {
     changed
 }
 
-fn choice(ui: &mut Ui, words: &KnobWords, value: &Value, changed: &mut Option<String>) -> egui::Response {
+fn choice(ui: &mut Ui, words: &ParameterInfo, value: &Value, changed: &mut Option<String>) -> egui::Response {
     let now = value.now.as_deref().unwrap_or("none");
     let list = egui::ComboBox::from_id_salt(("knob", words.name)).selected_text(now);
     let shown = list.show_ui(ui, |ui| {
@@ -132,7 +132,7 @@ fn choice(ui: &mut Ui, words: &KnobWords, value: &Value, changed: &mut Option<St
 }
 
 /// What is typed counts when it is done.
-fn text(ui: &mut Ui, words: &KnobWords, shown: &str, changed: &mut Option<String>) -> egui::Response {
+fn text(ui: &mut Ui, words: &ParameterInfo, shown: &str, changed: &mut Option<String>) -> egui::Response {
     let id = ui.scope_id().with(("typed", words.name));
     let mut typed: String = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| shown.to_owned());
     let response = ui.add(egui::TextEdit::singleline(&mut typed).desired_width(80.0));

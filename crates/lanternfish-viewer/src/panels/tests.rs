@@ -6,8 +6,8 @@ use egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
 use lanternfish::{
     Settings,
-    rooms::{Family, Range},
     settings::{Culling, DebugView, Indirect, ToneMap},
+    technique::{Kind, Range},
 };
 use lanternfish_gpu::AdapterDescription;
 use lanternfish_reference::{Settings as Transport, Tracer};
@@ -117,8 +117,8 @@ fn choose(harness: &mut Harness<'_, Shown>, name: &str, entry: &str) {
 #[test]
 fn every_named_setting_is_found_and_reaches_the_settings() {
     let mut harness = shown();
-    for knob in Settings::KNOBS.iter().filter(|knob| matches!(knob.words.range, Range::Names)) {
-        let name = knob.words.name;
+    for knob in Settings::PARAMETERS.iter().filter(|knob| matches!(knob.info.range, Range::Names)) {
+        let name = knob.info.name;
         let now = harness.state().state.settings.get(name).unwrap_or_else(|| "none".to_owned());
         let names = (knob.of)(&mut Settings::default()).names();
         let (other, _) = names.iter().find(|(value, _)| *value != now).unwrap();
@@ -128,7 +128,7 @@ fn every_named_setting_is_found_and_reaches_the_settings() {
     choose(&mut harness, Culling::FLAG, "tiled");
     choose(&mut harness, Indirect::FLAG, "none");
     let settings = &harness.state().state.settings;
-    assert!(settings.culling.name() == "tiled" && settings.indirect == Indirect::None);
+    assert!(settings.culling.name() == "tiled" && settings.indirect == Indirect::NONE);
     assert!(settings.tone_map != ToneMap::Neutral && settings.debug_view == Some(DebugView::Depth));
     harness.get_by_label("All as they were").click();
     harness.run();

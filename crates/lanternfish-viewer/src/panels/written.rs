@@ -22,7 +22,7 @@ pub fn views_of(pass: &str, settings: &Settings) -> &'static [DebugView] {
     let starts = |part: &str| pass == part || pass.strip_prefix(part).is_some_and(|rest| rest.starts_with('/'));
     let after = |room: &str| pass.strip_prefix(room).and_then(|rest| rest.strip_prefix('/')).unwrap_or_default();
     // Of the nearest blended surfaces, which no view shows.
-    if starts("prepass/blended") || settings.culling == Culling::All && starts("light_culling") {
+    if starts("prepass/blended") || settings.culling == Culling::NONE && starts("light_culling") {
         return &[];
     }
     if starts("prepass") {
@@ -76,7 +76,7 @@ mod tests {
         ] {
             assert_eq!(first(pass), view, "{pass}");
         }
-        let all = Settings { culling: Culling::All, ..settings };
+        let all = Settings { culling: Culling::NONE, ..settings };
         assert!(views_of("light_culling/anything", &all).is_empty());
     }
 }

@@ -1,8 +1,8 @@
 //! Settings that change at random, frame after frame, as a hand on the panels changes them.
 
 use lanternfish::{
-    rooms::{Family, KnobWords, Range},
     settings::Shadows,
+    technique::{Kind, ParameterInfo, Range},
 };
 use lanternfish_gpu::testing;
 use lanternfish_reference::Random;
@@ -32,7 +32,7 @@ const SPARE: [usize; 2] = [64, 24];
 const KEPT: u64 = 96 << 20;
 
 /// A value that a setting of these words takes. Counts stay below a hundred or so: what takes long is not the question here.
-fn value(words: &KnobWords, names: &[(&'static str, &'static str)], random: &mut Random) -> String {
+fn value(words: &ParameterInfo, names: &[(&'static str, &'static str)], random: &mut Random) -> String {
     let mut below = |count: usize| (random.unit() * count as f64) as usize;
     match words.range {
         Range::Names | Range::Numbers => names[below(names.len())].0.to_owned(),
@@ -44,14 +44,14 @@ fn value(words: &KnobWords, names: &[(&'static str, &'static str)], random: &mut
 }
 
 /// Changes the choice of a room, or one of its settings.
-fn change_room<F: Family>(family: &mut F, random: &mut Random) {
+fn change_room<F: Kind>(family: &mut F, random: &mut Random) {
     if random.unit() < 0.5 {
         let rooms: Vec<F> = [F::NONE].into_iter().chain(F::rooms()).collect();
         *family = rooms[(random.unit() * rooms.len() as f64) as usize];
         return;
     }
     let Some(room) = family.room_mut() else { return };
-    let knobs = room.knobs();
+    let knobs = room.parameters();
     if knobs.is_empty() {
         return;
     }
@@ -67,9 +67,9 @@ fn change(settings: &mut Settings, random: &mut Random) {
         1 => change_room(&mut settings.occlusion, random),
         2 => change_room(&mut settings.culling, random),
         _ => {
-            let knob = &Settings::KNOBS[(random.unit() * Settings::KNOBS.len() as f64) as usize];
+            let knob = &Settings::PARAMETERS[(random.unit() * Settings::PARAMETERS.len() as f64) as usize];
             let names = (knob.of)(&mut settings.clone()).names();
-            let _ = settings.set(knob.words.name, &value(&knob.words, &names, random));
+            let _ = settings.set(knob.info.name, &value(&knob.info, &names, random));
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Settings that come again and again take no more and more memory.
 
-use lanternfish::settings::{
-    Culling, DebugView, DeepImageSettings, Indirect, Occlusion, Quality, Samples, Shadows, Tiled,
+use lanternfish::{
+    settings::{Culling, DebugView, DeepImageSettings, Indirect, Occlusion, Quality, Samples, Shadows},
+    techniques::Tiled,
 };
 use lanternfish_gpu::{AdapterChoice, KeptCompiled, testing};
 use lanternfish_scene::generate::demo;
@@ -41,12 +42,12 @@ pub fn own(gpu: &Gpu) -> Gpu {
 fn kinds() -> Vec<Settings> {
     let usual = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let sampled = Indirect::Sampled(Quality::Draft.sampled());
+    let sampled = Indirect::from(Quality::Draft.sampled());
     vec![
         usual.clone(),
-        Settings { culling: Culling::Tiled(Tiled::default()), shadows: Shadows::None, ..usual.clone() },
+        Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..usual.clone() },
         Settings { samples: Samples::Four, ..usual.clone() },
-        Settings { occlusion: Occlusion::deep(None), deep_images, ..usual.clone() },
+        Settings { occlusion: Occlusion::from(Deep { max_distance: None }), deep_images, ..usual.clone() },
         Settings { indirect: sampled, ..usual.clone() },
         Settings { debug_view: Some(DebugView::Normal), ..usual },
     ]

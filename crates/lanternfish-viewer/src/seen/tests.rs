@@ -1,5 +1,8 @@
 use glam::{Vec3, Vec3Swizzles};
-use lanternfish::settings::{Clustered, Culling, DebugView, Exposure, Grouping, Indirect, Quality, Shadows, Tiled};
+use lanternfish::{
+    settings::{Culling, DebugView, Exposure, Indirect, Quality, Shadows},
+    techniques::{Clustered, Grouping, Tiled},
+};
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 
@@ -34,7 +37,7 @@ fn cornell(gpu: &Gpu, settings: &Settings) -> Seen {
 fn gpu_lights_by_hand_are_those_of_the_scene() {
     let Some(gpu) = testing::gpu("gpu_lights_by_hand_are_those_of_the_scene") else { return };
     let settings = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::Sampled(Quality::Draft.sampled().one_bounce()), ..settings.clone() };
+    let indirect = Settings { indirect: Indirect::from(Quality::Draft.sampled().one_bounce()), ..settings.clone() };
     for settings in [settings, indirect] {
         let mut seen = cornell(gpu, &settings);
         let camera = seen.scene.default_camera(1.5);
@@ -168,7 +171,7 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
     let Some(gpu) = testing::gpu("gpu_two_eyes_see_what_each_sees_alone") else { return };
     let usual = Settings { shadows: Shadows::BVH, exposure: Exposure::Ev(1.0), ..Settings::direct_light() };
     for grouping in [Grouping::Individual, Grouping::Enclosed] {
-        let culling = Culling::Clustered(Clustered { grouping, ..Clustered::default() });
+        let culling = Culling::from(Clustered { grouping, ..Clustered::default() });
         let mut seen = cornell(gpu, &Settings { culling, ..usual.clone() });
         let camera = seen.scene.default_camera(1.5);
         draw(&mut seen, &camera, 2);
@@ -196,7 +199,7 @@ fn gpu_two_eyes_see_what_each_sees_alone() {
 #[test]
 fn gpu_tiles_list_what_reaches_their_pixels() {
     let Some(gpu) = testing::gpu("gpu_tiles_list_what_reaches_their_pixels") else { return };
-    let culling = Culling::Tiled(Tiled::default());
+    let culling = Culling::from(Tiled::default());
     let mut seen = cornell(gpu, &Settings { culling, shadows: Shadows::BVH, ..Settings::direct_light() });
     let (camera, middle) = (seen.scene.default_camera(1.5), seen.scene.bounds().center());
     assert!(seen.tiles().unwrap().is_empty(), "before the first frame");

@@ -11,12 +11,15 @@ use crate::{
     context::ViewContext,
     error::RenderError,
     frame::Shaded,
+    indirect::Indirect,
     indirect::{INDIRECT, IndirectSums},
+    light_culling::Culling,
     light_culling::LightCulling,
+    occlusion::Occlusion,
     occlusion::{self, Openness},
     output::{DISPLAY_FORMAT, show},
     prepass::MOTION,
-    settings::{Culling, DebugView, Indirect, Occlusion, Settings},
+    settings::{DebugView, Settings},
     shaders::{Root, Shaders},
     shadows::VisibilityPlan,
     texture::frame_target,
@@ -86,22 +89,22 @@ fn hottest(view: DebugView) -> f32 {
 }
 
 /// An error where a view shows clusters and there are none.
-fn check_clusters(view: DebugView, culling: Culling) -> Result<(), RenderError> {
+fn check_clusters(view: DebugView, culling: &Culling) -> Result<(), RenderError> {
     let setting = match view {
         DebugView::ClusterIndex => "`debug-view cluster-index`",
         DebugView::ClusterFragments => "`debug-view cluster-fragments`",
         _ => return Ok(()),
     };
-    match culling {
-        Culling::Clustered(_) => Ok(()),
-        _ => Err(RenderError::Together { setting, needed: "`culling clustered`" }),
+    match culling.technique().is_some_and(|culling| culling.has_clusters()) {
+        true => Ok(()),
+        false => Err(RenderError::Together { setting, needed: "`culling clustered`" }),
     }
 }
 
 /// Features with which the shader of the debug view is linked.
 pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
     let of = |view: DebugView, feature: Feature| (settings.debug_view == Some(view)).then_some(feature);
-    let rooms = [LightCulling::feature(settings.culling)].into_iter().chain(occlusion::feature(settings.occlusion));
+    let rooms = [LightCulling::feature(&settings.culling)].into_iter().chain(occlusion::feature(&settings.occlusion));
     rooms.chain(of(DebugView::Motion, MOTION)).chain(of(DebugView::Indirect, INDIRECT)).collect()
 }
 
@@ -110,14 +113,14 @@ impl DebugViews {
     pub fn new(device: &wgpu::Device, settings: &Settings) -> Result<Option<Self>, RenderError> {
         let Some(view) = settings.debug_view else { return Ok(None) };
         let Some(quantity) = quantity(view) else { return Ok(None) };
-        check_clusters(view, settings.culling)?;
-        if view == DebugView::Occlusion && settings.occlusion == Occlusion::None {
+        check_clusters(view, &settings.culling)?;
+        if view == DebugView::Occlusion && settings.occlusion == Occlusion::NONE {
             return Err(RenderError::Together {
                 setting: "`debug-view occlusion`",
                 needed: "a way to find `occlusion`",
             });
         }
-        if view == DebugView::Indirect && settings.indirect == Indirect::None {
+        if view == DebugView::Indirect && settings.indirect == Indirect::NONE {
             return Err(RenderError::Together {
                 setting: "`debug-view indirect`",
                 needed: "a way to find `indirect` light",

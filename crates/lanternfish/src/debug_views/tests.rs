@@ -12,9 +12,9 @@ use crate::{
     light_culling::{LightLists, Reach},
     output::display_target,
     prepass::Prepass,
-    rooms::Family,
-    settings::{ClusterShape, Clustered, Samples, Shadows},
+    settings::{Samples, Shadows},
     shading::Forward,
+    techniques::{ClusterShape, Clustered},
     testing::{Random, context, probe, quad, scene_of},
     view::View,
 };
@@ -30,11 +30,11 @@ fn quantities_are_the_shaders() {
 
 #[test]
 fn views_of_clusters_need_clusters() {
-    let clustered = Culling::Clustered(Clustered::default());
-    for culling in [Culling::NONE].into_iter().chain(Culling::rooms()) {
+    let clustered = Culling::from(Clustered::default());
+    for culling in [Culling::NONE].into_iter().chain(Culling::all()) {
         for view in DebugView::ALL {
             let shows_clusters = matches!(view, DebugView::ClusterIndex | DebugView::ClusterFragments);
-            match check_clusters(*view, culling) {
+            match check_clusters(*view, &culling) {
                 Ok(()) => assert!(!shows_clusters || culling == clustered, "{view} with {culling:?}"),
                 Err(error) => {
                     assert!(shows_clusters && culling != clustered, "{view} with {culling:?}");
@@ -132,15 +132,16 @@ struct Harness<'g> {
 
 impl<'g> Harness<'g> {
     fn new(gpu: &'g Gpu, shape: ClusterShape) -> Self {
-        let culling = Culling::Clustered(Clustered { shape, ..Clustered::default() });
+        let culling = Culling::from(Clustered { shape, ..Clustered::default() });
         let debug_view = Some(DebugView::ClusterFragments);
-        let settings = Settings { culling, debug_view, shadows: Shadows::None, ..Settings::direct_light() };
+        let settings =
+            Settings { culling: culling.clone(), debug_view, shadows: Shadows::None, ..Settings::direct_light() };
         Self {
             gpu,
             renderer: Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap(),
             profiler: Profiler::new(&gpu.device, &gpu.queue),
             prepass: Prepass::new(true, 1),
-            culling: LightCulling::new(&gpu.device, culling, Samples::One).unwrap(),
+            culling: LightCulling::new(&gpu.device, &culling, Samples::One).unwrap(),
             forward: Forward::new(&settings, None),
             debug_views: DebugViews::new(&gpu.device, &settings).unwrap().unwrap(),
             unmarked: probe(gpu, "testing/unmarked", &[], "unmarked"),

@@ -10,7 +10,7 @@ use super::{
     Chunk, DeepImageBuilder, DeepImages,
     store::{SLOTS, note_again},
 };
-use crate::{error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings};
+use crate::{deep_images::settings::DeepImageSettings, error::RenderError, gpu_scene::GpuScene};
 
 /// Deep images of the scene as it is, asked for every frame.
 #[derive(Debug)]

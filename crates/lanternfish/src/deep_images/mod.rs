@@ -32,7 +32,7 @@ pub use self::{
     validate::{Fragment, ListFault},
 };
 use crate::{
-    settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
+    deep_images::settings::{DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     shaders::{Root, Shaders},
 };
 

@@ -2,8 +2,8 @@
 
 use super::{Chunk, DeepFrame, DeepImages};
 use crate::{
+    deep_images::settings::{DeepDepth, DeepStore},
     error::RenderError,
-    settings::{DeepDepth, DeepStore},
 };
 use lanternfish_gpu::read_back;
 

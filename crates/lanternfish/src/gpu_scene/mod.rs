@@ -38,7 +38,7 @@ pub use hits::{HitMaterial, HitTriangle};
 pub use materials::{Material, TextureSlot};
 pub use moving::Sent;
 pub(crate) use needs::Needs;
-pub(crate) use parts::Parts;
+pub use parts::Parts;
 pub(crate) use previous::GeometryAt;
 pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};
 pub use textures::anisotropy;

@@ -4,7 +4,7 @@ use std::ops::BitOr;
 
 /// Parts of a scene on the device that not every technique reads. They add up: `BVH | HITS`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Parts {
+pub struct Parts {
     /// The BVH and its triangles.
     pub bvh: bool,
     /// The adapter's own acceleration structure.
@@ -18,14 +18,18 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
+    /// None.
     pub const NONE: Self =
         Self { bvh: false, ray_query: false, hits: false, open_surroundings: false, deep_images: false };
+    /// The BVH.
     pub const BVH: Self = Self { bvh: true, ..Self::NONE };
+    /// The adapter's own acceleration structure.
     pub const RAY_QUERY: Self = Self { ray_query: true, ..Self::NONE };
-    /// They are found by the BVH's triangles.
+    /// What hits are shaded with. They are found by the triangles of the BVH.
     pub const HITS: Self = Self { bvh: true, hits: true, ..Self::NONE };
+    /// Light of the environment.
     pub const OPEN_SURROUNDINGS: Self = Self { open_surroundings: true, ..Self::NONE };
-    /// They are made of the BVH's triangles.
+    /// Deep images. They are made of the triangles of the BVH.
     pub const DEEP_IMAGES: Self = Self { bvh: true, deep_images: true, ..Self::NONE };
 
     /// Whether something is traced.

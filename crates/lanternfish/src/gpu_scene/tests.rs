@@ -10,7 +10,8 @@ use super::packed_lights;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     lights::Light as PackedLight,
-    settings::{DeepImageSettings, DirectionSet},
+    settings::DeepImageSettings,
+    techniques::DirectionSet,
     testing::{quad, scene_of},
 };
 

@@ -6,8 +6,6 @@
 mod counters;
 pub(crate) mod history;
 pub(crate) mod light_views;
-#[cfg(test)]
-mod new_room;
 pub mod photon_splatting;
 pub(crate) mod radiance_cache;
 pub mod sampled;
@@ -28,16 +26,13 @@ use crate::{
     gpu_scene::Parts,
     prepass::Surface,
     rays::Tracer,
-    rooms::{AnyRoom, rooms},
     settings::{Samples, Settings},
+    technique::{AnyTechnique, Choice, Technique, clone_of},
     texture::frame_layers,
 };
 
 pub(crate) use self::counters::Counters;
-pub use self::{
-    history::History,
-    smoothing::{IndirectClamp, IndirectResolution},
-};
+pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
 /// Shading adds what arrives from other surfaces.
 pub(crate) const INDIRECT: Feature = Feature("indirect");
@@ -45,22 +40,17 @@ pub(crate) const INDIRECT: Feature = Feature("indirect");
 /// Layers of [`IndirectSums`]: diffuse and glossy, each at normal and at grazing incidence.
 const LAYERS: u32 = 4;
 
-rooms! {
-    /// Where light comes from that is not straight from the listed lights.
-    Indirect: dyn IndirectRoom, flag "indirect", everyday: true,
-    help: "Indirect light.\n\nWhere light comes from that is not straight from the lights: other surfaces, emission, the \
-           surroundings.",
-    none: None = "none", "Nowhere: direct light alone" {
-        PhotonSplatting(photon_splatting::PhotonSplatting),
-        VirtualLights(virtual_lights::VirtualLights),
-        #[cfg(test)]
-        NewRoom(new_room::NewRoom),
-        Sampled(sampled::Sampled),
+/// How indirect light is found, or that it is not.
+pub type Indirect = Choice<dyn IndirectTechnique>;
+
+impl<T: Technique + IndirectTechnique> From<T> for Indirect {
+    fn from(technique: T) -> Self {
+        Self::new(Box::new(technique), |technique| clone_of::<T>(technique))
     }
 }
 
 /// What every room of indirect light is asked.
-pub(crate) trait IndirectRoom: AnyRoom {
+pub trait IndirectTechnique: AnyTechnique {
     /// Takes the settings of a quality, where it has any.
     fn spend(&mut self, _quality: Quality) {}
 
@@ -78,7 +68,7 @@ pub(crate) trait IndirectRoom: AnyRoom {
     fn resolve_tracer(&mut self, _automatic: Tracer) {}
 
     /// Takes the settings of the nearest blended surfaces, which are smooth, and for which there are no deep images.
-    fn look_at_glass(&mut self) {}
+    fn for_transparent(&mut self) {}
 
     /// Compiles its passes. `tracer`: what shadows are traced through, if there are any.
     fn build(
@@ -121,16 +111,10 @@ impl Quality {
     }
 }
 
-impl Default for Indirect {
-    fn default() -> Self {
-        Self::Sampled(sampled::Sampled::default())
-    }
-}
-
 impl Indirect {
-    /// The same room with the settings of a quality.
+    /// The same technique with the parameters of a quality.
     pub fn of_quality(mut self, quality: Quality) -> Self {
-        if let Some(room) = self.chosen_mut() {
+        if let Some(room) = self.technique_mut() {
             room.spend(quality);
         }
         self
@@ -138,24 +122,24 @@ impl Indirect {
 
     /// Whether the chosen room finds the light of the surroundings.
     pub fn sees_surroundings(&self) -> bool {
-        self.chosen().is_some_and(|room| room.sees_surroundings())
+        self.technique().is_some_and(|room| room.sees_surroundings())
     }
 
     /// Replaces a tracer that is left to the adapter by the one that it takes.
     pub(crate) fn resolve_tracer(&mut self, automatic: Tracer) {
-        if let Some(room) = self.chosen_mut() {
+        if let Some(room) = self.technique_mut() {
             room.resolve_tracer(automatic);
         }
     }
 
     /// What the chosen room reads of a scene.
     pub(crate) fn parts(&self) -> Parts {
-        self.chosen().map_or(Parts::NONE, |room| room.parts())
+        self.technique().map_or(Parts::NONE, |room| room.parts())
     }
 }
 
 /// The passes of a room.
-pub(crate) trait IndirectPasses: fmt::Debug {
+pub trait IndirectPasses: fmt::Debug {
     /// Forgets what is kept from frame to frame: the last one was not handed to the device, or the device refused it.
     fn forget(&mut self) {}
 
@@ -195,5 +179,5 @@ pub(crate) fn passes(
     settings: &Settings,
     tracer: Option<Tracer>,
 ) -> Result<Option<Box<dyn IndirectPasses>>, RenderError> {
-    settings.indirect.chosen().map(|room| room.build(device, settings, tracer)).transpose()
+    settings.indirect.technique().map(|room| room.build(device, settings, tracer)).transpose()
 }

@@ -19,10 +19,8 @@ use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Project
 
 use crate::{
     RenderError, Renderer, Settings,
-    settings::{
-        Attenuation, DeepDepth, DeepImageSettings, DeepStore, Indirect, IndirectClamp, IndirectResolution, Sampled,
-        Samples, Shadows, Tracer,
-    },
+    settings::{Attenuation, DeepImageSettings, Indirect, Samples, Shadows, Tracer},
+    techniques::{DeepDepth, DeepStore, IndirectClamp, IndirectResolution, Sampled},
     testing::{Random, apart, ask_module, quad, scene_of},
 };
 
@@ -43,7 +41,7 @@ fn sampled(tracer: Tracer) -> Sampled {
 
 fn settings(sampled: Sampled) -> Settings {
     Settings {
-        indirect: Indirect::Sampled(sampled),
+        indirect: Indirect::from(sampled),
         attenuation: Attenuation::Physical,
         range_threshold: 1e-6,
         ..Settings::direct_light()
@@ -219,7 +217,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     // Edges are drawn with one sample in one picture and many in the other, with or without the bounce: it is what is compared.
     let alone = picture(
         gpu,
-        Settings { indirect: Indirect::None, ..settings(Sampled::default().one_bounce()) },
+        Settings { indirect: Indirect::NONE, ..settings(Sampled::default().one_bounce()) },
         &scene,
         &camera,
     );
@@ -241,7 +239,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
     let of =
         |indirect| picture(gpu, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera);
-    let found = bounce(&of(Indirect::Sampled(sampled(Tracer::Bvh))), &of(Indirect::None));
+    let found = bounce(&of(Indirect::from(sampled(Tracer::Bvh))), &of(Indirect::NONE));
     assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
 }
 
@@ -337,7 +335,7 @@ fn gpu_many_short_lights_are_as_right_as_few() {
         film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect::<Vec<_>>()
     };
     let truth = mean(&traced(3, 256)) - mean(&traced(2, 256));
-    let alone = picture(gpu, Settings { indirect: Indirect::None, ..rays.clone() }, &scene, &camera);
+    let alone = picture(gpu, Settings { indirect: Indirect::NONE, ..rays.clone() }, &scene, &camera);
     let bounce = |settings: Settings| {
         let whole = picture(gpu, settings, &scene, &camera);
         whole.iter().zip(&alone).map(|(a, b)| *a - *b).collect::<Vec<Vec3>>()
@@ -348,7 +346,7 @@ fn gpu_many_short_lights_are_as_right_as_few() {
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
     // Noise of few rays: a quarter above what was measured.
     let few = bounce(Settings {
-        indirect: Indirect::Sampled(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::Bvh) }),
+        indirect: Indirect::from(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::Bvh) }),
         ..rays
     });
     println!("4 rays off by {:.4}", off(&few, &found));

@@ -6,28 +6,25 @@
 
 pub mod all;
 pub mod clustered;
-#[cfg(test)]
-mod new_room;
 pub mod raster_grid;
 #[cfg(test)]
 mod tests;
 pub mod tiled;
 
-use std::fmt;
+use std::{any::Any, fmt};
 
 use glam::Vec4;
 use lanternfish_gpu::{
     Bindings, BufferPart, FAULTY_LOOP_STEPS, Feature, Frame, ListRoom, SharedStruct, faulty_software, gpu_struct,
 };
 
-use self::{clustered::GridContents, tiled::TileContents};
 use crate::{
     context::ViewContext,
     error::RenderError,
     lights::LightSet,
-    rooms::{AnyRoom, Family, rooms},
     settings::Samples,
     shaders::Shaders,
+    technique::{AnyTechnique, Choice, Technique, clone_of},
 };
 
 gpu_struct! {
@@ -46,29 +43,24 @@ gpu_struct! {
     }
 }
 
-rooms! {
-    /// How the lights of a point are found.
-    Culling: dyn LightCullingRoom, flag "culling", everyday: false,
-    help: "How the lights of a pixel are found. The picture is the same.",
-    none: All = "all", "Every light for every pixel: the yardstick for the others" {
-        #[cfg(test)]
-        NewRoom(new_room::NewRoom),
-        Tiled(tiled::Tiled),
-        Clustered(clustered::Clustered),
-        RasterGrid(raster_grid::RasterGrid),
-    }
-}
+/// How the lights of a point are found; none: every light is taken for every point.
+pub type Culling = Choice<dyn CullingTechnique>;
 
-impl Default for Culling {
-    fn default() -> Self {
-        Self::Clustered(clustered::Clustered::default())
+impl<T: Technique + CullingTechnique> From<T> for Culling {
+    fn from(technique: T) -> Self {
+        Self::new(Box::new(technique), |technique| clone_of::<T>(technique))
     }
 }
 
 /// What every room of light culling is asked.
-pub(crate) trait LightCullingRoom: AnyRoom {
+pub trait CullingTechnique: AnyTechnique {
     /// The feature that makes `light_list.wesl` read this room's lists.
     fn feature(&self) -> Feature;
+
+    /// Whether it finds clusters, for debug views of them.
+    fn has_clusters(&self) -> bool {
+        false
+    }
 
     /// Whether one invocation tests all lights.
     fn tests_every_light(&self) -> bool {
@@ -80,7 +72,7 @@ pub(crate) trait LightCullingRoom: AnyRoom {
 }
 
 /// The passes of a room.
-pub(crate) trait LightCullingPasses: fmt::Debug {
+pub trait LightCullingPasses: Any + fmt::Debug {
     /// Fills the lists of views of one scene, in their order, with the lights of a set.
     fn record(
         &mut self,
@@ -89,16 +81,6 @@ pub(crate) trait LightCullingPasses: fmt::Debug {
         reach: Reach,
         lights: &LightSet,
     ) -> Result<Vec<LightLists>, RenderError>;
-
-    /// What the clusters of the last frame hold, a grid each, where there are any.
-    fn contents(&self, _device: &wgpu::Device, _queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
-        Ok(Vec::new())
-    }
-
-    /// What the tiles of the last frame list, for each view, where there are any.
-    fn tiles(&self, _device: &wgpu::Device, _queue: &wgpu::Queue) -> Result<Vec<TileContents>, RenderError> {
-        Ok(Vec::new())
-    }
 
     /// Forgets what is kept from frame to frame: the last one was not handed to the device.
     fn forget(&mut self) {}
@@ -120,8 +102,8 @@ pub struct LightLists {
     pub listed: u64,
     /// Tests of a light, or of a node of a tree over lights, against a cell.
     pub tests: u64,
-    /// What the grid came to, where there are clusters.
-    pub clusters: Option<clustered::ClusterCounts>,
+    /// Exact counts beside these, by name, of what the view does not share with one before it.
+    pub counters: Vec<(&'static str, u64)>,
     /// Visible fragments of every cluster.
     pub fragments: Option<wgpu::Buffer>,
 }
@@ -160,20 +142,19 @@ pub(crate) struct LightCulling {
 
 impl LightCulling {
     /// Compiles the room's passes.
-    pub fn new(device: &wgpu::Device, culling: Culling, samples: Samples) -> Result<Self, RenderError> {
-        let room = culling.chosen().map(|room| room.build(device, samples)).transpose()?;
-        Ok(Self { room, tests_every_light: culling.chosen().is_none_or(|room| room.tests_every_light()) })
+    pub fn new(device: &wgpu::Device, culling: &Culling, samples: Samples) -> Result<Self, RenderError> {
+        let room = culling.technique().map(|room| room.build(device, samples)).transpose()?;
+        Ok(Self { room, tests_every_light: culling.technique().is_none_or(|room| room.tests_every_light()) })
     }
 
     /// The feature that makes `light_list.wesl` use this room.
-    pub fn feature(culling: Culling) -> Feature {
-        culling.chosen().map_or(all::CULLING_ALL, |room| room.feature())
+    pub fn feature(culling: &Culling) -> Feature {
+        culling.technique().map_or(all::CULLING_ALL, |room| room.feature())
     }
 
     /// The features of all schemes.
     pub fn every_feature() -> Vec<Feature> {
-        let rooms = Culling::rooms();
-        [Culling::All].iter().chain(&rooms).map(|culling| Self::feature(*culling)).collect()
+        std::iter::once(Culling::NONE).chain(Culling::all()).map(|culling| Self::feature(&culling)).collect()
     }
 
     /// Fills the lists of views of one scene, in their order, with the lights of a set.
@@ -200,14 +181,10 @@ impl LightCulling {
         }
     }
 
-    /// What the clusters of the last frame hold, a grid each, where there are any.
-    pub fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
-        self.room.as_ref().map_or(Ok(Vec::new()), |room| room.contents(device, queue))
-    }
-
-    /// What the tiles of the last frame list, for each view, where there are any.
-    pub fn tiles(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<TileContents>, RenderError> {
-        self.room.as_ref().map_or(Ok(Vec::new()), |room| room.tiles(device, queue))
+    /// The passes, if they are of this type.
+    pub fn passes<P: LightCullingPasses>(&self) -> Option<&P> {
+        let passes: &dyn Any = &**self.room.as_ref()?;
+        passes.downcast_ref()
     }
 }
 

@@ -3,6 +3,7 @@
 mod cases;
 mod counted;
 
+use super::clustered::{ClusteredCulling, contents::contents_of_grids};
 use std::cell::RefCell;
 
 use glam::{DVec3, UVec2, Vec3};
@@ -20,9 +21,8 @@ use super::{LightCulling, LightLists, Reach};
 use crate::{
     Renderer, Settings,
     prepass::Prepass,
-    settings::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Culling, RasterGrid, Samples, Shadows, TileSize, Tiled,
-    },
+    settings::{Culling, Samples, Shadows},
+    techniques::{Assignment, ClusterShape, ClusterTest, Clustered, RasterGrid, TileSize, Tiled},
     testing::{Random, context, probe},
     view::{View, tightened},
 };
@@ -56,7 +56,7 @@ impl<'g> Bench<'g> {
         let mut rooms = Vec::new();
         for tile_size in TileSize::ALL.iter().copied() {
             for aabb_test in [false, true] {
-                rooms.push(Culling::Tiled(Tiled { tile_size, aabb_test }));
+                rooms.push(Culling::from(Tiled { tile_size, aabb_test }));
             }
         }
         for shape in [
@@ -67,14 +67,15 @@ impl<'g> Bench<'g> {
             for (assignment, test) in
                 [(Assignment::BruteForce, ClusterTest::Planes), (Assignment::Hierarchy, ClusterTest::PlanesAndBox)]
             {
-                rooms.push(Culling::Clustered(Clustered { shape, assignment, test, ..Clustered::default() }));
+                rooms.push(Culling::from(Clustered { shape, assignment, test, ..Clustered::default() }));
             }
         }
         for (tile_size, layers) in [(TileSize::Px8, 32), (TileSize::Px16, 32), (TileSize::Px16, 7), (TileSize::Px32, 1)]
         {
-            rooms.push(Culling::RasterGrid(RasterGrid { tile_size, layers }));
+            rooms.push(Culling::from(RasterGrid { tile_size, layers }));
         }
-        let rooms = rooms.into_iter().map(|c| (c, LightCulling::new(&gpu.device, c, Samples::One).unwrap())).collect();
+        let rooms =
+            rooms.into_iter().map(|c| (c.clone(), LightCulling::new(&gpu.device, &c, Samples::One).unwrap())).collect();
         let settings = Settings { shadows: Shadows::None, ..Settings::direct_light() };
         Self {
             gpu,
@@ -103,9 +104,9 @@ impl<'g> Bench<'g> {
         let pixel_lists = storage_buffer(&gpu.device, "lists", 8 * count as u64).unwrap();
         let mut all = Vec::new();
         for (settings, room) in rooms {
-            let pixels = match settings {
-                Culling::Tiled(_) => &*tiled_pixels,
-                Culling::RasterGrid(_) => &*raster_pixels,
+            let pixels = match &*settings {
+                tiled if tiled.is::<Tiled>() => &*tiled_pixels,
+                grid if grid.is::<RasterGrid>() => &*raster_pixels,
                 // Clusters are made for what is seen, and not for any point of the view.
                 _ if reach == Reach::Anywhere => continue,
                 _ => &*clustered_pixels,
@@ -124,15 +125,15 @@ impl<'g> Bench<'g> {
             let depths: Vec<f32> = read(&depths, count).into_iter().map(f32::from_bits).collect();
             let indices = read(&lights.indices, lights.listed as usize);
             let listed = ranges.chunks_exact(2).map(|range| bits(&indices, range)).collect();
-            check_cells(&lights, gpu, *settings);
-            if let Culling::Clustered(_) = settings {
+            check_cells(&lights, gpu, settings);
+            if let Some(passes) = room.passes::<ClusteredCulling>() {
                 // What is measured is what shading does: nothing is blended here, so the depth buffer has every fragment.
-                let contents = room.contents(&gpu.device, &gpu.queue).unwrap().remove(0);
+                let contents = contents_of_grids(passes, &gpu.device, &gpu.queue).unwrap().remove(0);
                 let seen = || ranges.chunks_exact(2).zip(&depths).filter(|(_, depth): &(_, &f32)| **depth > 0.0);
                 let operations = seen().map(|(range, _)| u64::from(range[1])).sum::<u64>();
                 assert_eq!((contents.fragments(), contents.lighting_operations()), (seen().count() as u64, operations));
             }
-            all.push(Lists { settings: *settings, depths, listed });
+            all.push(Lists { settings: settings.clone(), depths, listed });
         }
         all
     }
@@ -145,19 +146,20 @@ fn bits(indices: &[u32], range: &[u32]) -> u64 {
 }
 
 /// Cells start at zero, do not overlap, and end at the total.
-fn check_cells(lights: &LightLists, gpu: &Gpu, settings: Culling) {
+fn check_cells(lights: &LightLists, gpu: &Gpu, settings: &Culling) {
     let starts = read_back::<u32>(&gpu.device, &gpu.queue, &lights.cells, cell_count(lights, settings) + 1).unwrap();
     let cells = starts.len() - 1;
     assert!(starts[0] == 0 && u64::from(starts[cells]) == lights.listed && starts.is_sorted(), "{starts:?}");
 }
 
-fn cell_count(lights: &LightLists, settings: Culling) -> usize {
+fn cell_count(lights: &LightLists, settings: &Culling) -> usize {
     let tiles = |size: TileSize| (SIZE.x.div_ceil(size.pixels()) * SIZE.y.div_ceil(size.pixels())) as usize;
-    match (settings, &lights.clusters) {
-        (Culling::All, None) => 1,
-        (Culling::Tiled(tiled), None) => tiles(tiled.tile_size),
-        (Culling::RasterGrid(grid), None) => tiles(grid.tile_size) * grid.layers as usize,
-        (Culling::Clustered(_), Some(counts)) => counts.clusters as usize,
+    let counted = lights.counters.iter().find(|(name, _)| *name == "light_culling/clusters");
+    match (settings.get::<Tiled>(), settings.get::<RasterGrid>(), counted) {
+        (None, None, None) => 1,
+        (Some(tiled), None, None) => tiles(tiled.tile_size),
+        (None, Some(grid), None) => tiles(grid.tile_size) * grid.layers as usize,
+        (None, None, Some((_, clusters))) => *clusters as usize,
         other => panic!("{other:?}"),
     }
 }
@@ -266,19 +268,20 @@ fn gpu_culling_loses_no_light() {
                 *pairs.borrow_mut() += total;
             }
             // The box test takes lights away and never adds one.
-            let tiled: Vec<&Lists> = lists.iter().filter(|l| matches!(l.settings, Culling::Tiled(_))).collect();
+            let tiled: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Tiled>()).collect();
             for pair in tiled.chunks_exact(2) {
                 let [without, with] = pair else { unreachable!("two a tile size") };
                 let added = with.listed.iter().zip(&without.listed).any(|(with, without)| with & !without != 0);
                 prop_assert!(!added, "{:?}", with.settings);
             }
             // The tree finds no light that the planes alone do not, and, for boxes, finds the same.
-            let clustered: Vec<&Lists> = lists.iter().filter(|l| matches!(l.settings, Culling::Clustered(_))).collect();
+            let clustered: Vec<&Lists> = lists.iter().filter(|l| l.settings.is::<Clustered>()).collect();
             for pair in clustered.chunks_exact(2) {
                 let [brute, tree] = pair else { unreachable!("two a shape") };
                 let added = tree.listed.iter().zip(&brute.listed).any(|(tree, brute)| tree & !brute != 0);
                 prop_assert!(!added, "{:?}", tree.settings);
-                if matches!(tree.settings, Culling::Clustered(c) if matches!(c.shape, ClusterShape::Orthographic { .. })) {
+                let shape = tree.settings.get::<Clustered>().map(|clustered| clustered.shape);
+                if matches!(shape, Some(ClusterShape::Orthographic { .. })) {
                     prop_assert_eq!(&tree.listed, &brute.listed);
                 }
             }
@@ -342,9 +345,9 @@ fn gpu_smaller_tiles_and_the_box_test_list_less() {
     };
     let totals =
         |of: fn(&Culling) -> bool| -> Vec<u32> { lists.iter().filter(|list| of(&list.settings)).map(total).collect() };
-    let clustered = totals(|culling| matches!(culling, Culling::Clustered(_)));
-    let grid = totals(|culling| matches!(culling, Culling::RasterGrid(_)));
-    let totals = totals(|culling| matches!(culling, Culling::Tiled(_)));
+    let clustered = totals(|culling| culling.is::<Clustered>());
+    let grid = totals(|culling| culling.is::<RasterGrid>());
+    let totals = totals(|culling| culling.is::<Tiled>());
     println!(
         "listed in clusters: {clustered:?}; in a grid of 8 px, 16 px, 16 px and 7 layers, 32 px and one: {grid:?}"
     );

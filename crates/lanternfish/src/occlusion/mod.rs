@@ -9,8 +9,6 @@ pub(crate) mod deep;
 pub(crate) mod hbao;
 mod history;
 #[cfg(test)]
-mod new_room;
-#[cfg(test)]
 mod tests;
 
 use std::fmt;
@@ -29,9 +27,9 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
-    rooms::{AnyRoom, Family, KnobWords, Range, rooms},
     settings::{History, Settings},
     shaders::{Root, Shaders},
+    technique::{AnyTechnique, Choice, ParameterInfo, Range, Technique, clone_of},
     texture::frame_target,
 };
 
@@ -45,54 +43,34 @@ pub(crate) const OCCLUSION: Feature = Feature("occlusion");
 /// Pixels a side of a workgroup: the shaders' `TILE`.
 const TILE: u32 = 8;
 
-rooms! {
-    /// How it is found how much of the surroundings a surface sees.
-    Occlusion: dyn OcclusionRoom, flag "occlusion", everyday: false,
-    help: "How it is found how much of the surroundings (`sky`, `environment`) surfaces see, which then light them; with \
-           `indirect none`.",
-    none: None = "none", "It is not: the surroundings light nothing" {
-        Deep(deep::Deep),
-        Hbao(hbao::Hbao),
-        #[cfg(test)]
-        NewRoom(new_room::NewRoom),
-    }
-}
+/// How it is found how much of the environment a surface sees, or that it is not.
+pub type Occlusion = Choice<dyn OcclusionTechnique>;
 
-impl Default for Occlusion {
-    fn default() -> Self {
-        Self::NONE
+impl<T: Technique + OcclusionTechnique> From<T> for Occlusion {
+    fn from(technique: T) -> Self {
+        Self::new(Box::new(technique), |technique| clone_of::<T>(technique))
     }
 }
 
 impl Occlusion {
-    /// Occlusion by deep images; `max_distance`: distance from which on nothing occludes, m, > 0; none: everything occludes, however far.
-    pub const fn deep(max_distance: Option<f32>) -> Self {
-        Self::Deep(Deep { max_distance })
-    }
-
-    /// Occlusion by horizons; `radius`: distance from which on nothing occludes, m, > 0.
-    pub const fn hbao(radius: f32) -> Self {
-        Self::Hbao(Hbao { radius })
-    }
-
     /// Whether the chosen room looks along deep images.
     pub fn uses_deep_images(&self) -> bool {
-        self.chosen().is_some_and(|room| room.uses_deep_images())
+        self.technique().is_some_and(|room| room.uses_deep_images())
     }
 
     /// Whether what the chosen room finds may be mixed with that of the frames before.
     pub(crate) fn is_noisy(&self) -> bool {
-        self.chosen().is_some_and(|room| room.is_noisy())
+        self.technique().is_some_and(|room| room.is_noisy())
     }
 
     /// What the chosen room reads of a scene.
     pub(crate) fn parts(&self) -> Parts {
-        self.chosen().map_or(Parts::NONE, |room| room.parts() | Parts::OPEN_SURROUNDINGS)
+        self.technique().map_or(Parts::NONE, |room| room.parts() | Parts::OPEN_SURROUNDINGS)
     }
 }
 
 /// The setting that both rooms have.
-const DISTANCE: KnobWords = KnobWords::new(
+const DISTANCE: ParameterInfo = ParameterInfo::new(
     "occlusion-distance",
     "METRES",
     Range::Positive,
@@ -101,7 +79,7 @@ const DISTANCE: KnobWords = KnobWords::new(
 );
 
 /// What every room of occlusion is asked.
-pub(crate) trait OcclusionRoom: AnyRoom {
+pub trait OcclusionTechnique: AnyTechnique {
     /// Distance from which on nothing occludes, m; none: everything occludes, however far.
     fn max_distance(&self) -> Option<f32>;
 
@@ -125,7 +103,7 @@ pub(crate) trait OcclusionRoom: AnyRoom {
 }
 
 /// The passes of a room.
-pub(crate) trait OcclusionPasses: fmt::Debug {
+pub trait OcclusionPasses: fmt::Debug {
     /// Finds the openness of a surface that a view shows, one sample a pixel, with normals.
     fn record(
         &mut self,
@@ -168,7 +146,7 @@ pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,
 ) -> Result<Option<Box<dyn OcclusionPasses>>, RenderError> {
-    let Some(room) = settings.occlusion.chosen() else { return Ok(None) };
+    let Some(room) = settings.occlusion.technique() else { return Ok(None) };
     if let Some(distance) = room.max_distance().filter(|distance| !(*distance > 0.0 && distance.is_finite())) {
         return Err(RenderError::Value {
             setting: "`occlusion-distance`",
@@ -187,8 +165,8 @@ pub(crate) fn passes(
 }
 
 /// The feature of shaders that read [`Openness`].
-pub(crate) fn feature(setting: Occlusion) -> Option<Feature> {
-    (setting != Occlusion::None).then_some(OCCLUSION)
+pub(crate) fn feature(setting: &Occlusion) -> Option<Feature> {
+    setting.is_some().then_some(OCCLUSION)
 }
 
 /// A texture for the openness of each pixel.

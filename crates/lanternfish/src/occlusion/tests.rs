@@ -1,3 +1,5 @@
+use crate::techniques::Deep;
+use crate::techniques::Hbao;
 use glam::{Affine3A, UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_texture, testing};
 use lanternfish_reference::{
@@ -10,8 +12,9 @@ use super::TILE;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
-    settings::{DebugView, DeepImageSettings, DirectionSet, Occlusion, Shadows},
+    settings::{DebugView, DeepImageSettings, Occlusion, Shadows},
     shaders::constant,
+    techniques::DirectionSet,
     testing::{looking, quad, scene_of},
     view::View,
 };
@@ -19,7 +22,9 @@ use crate::{
 /// Not a multiple of a workgroup.
 const SIZE: UVec2 = UVec2::new(61, 45);
 
-const DEEP: Occlusion = Occlusion::deep(None);
+fn deep() -> Occlusion {
+    Occlusion::from(Deep { max_distance: None })
+}
 
 fn settings(occlusion: Occlusion) -> Settings {
     Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
@@ -105,15 +110,15 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     };
     let occlusion = exact(Integrator::Occlusion);
     let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
-    let near = Occlusion::deep(Some(0.6));
+    let near = Occlusion::from(Deep { max_distance: Some(0.6) });
     let mut failures = Vec::new();
     for (setting, truth, resolution, most_off, most_mottled, most_biased) in [
-        (DEEP, &occlusion, 64, 0.034, 0.022, 0.01),
-        (DEEP, &occlusion, 128, 0.034, 0.022, 0.01),
-        (near, &obscurance, 64, 0.016, 0.011, 0.004),
+        (deep(), &occlusion, 64, 0.034, 0.022, 0.01),
+        (deep(), &occlusion, 128, 0.034, 0.022, 0.01),
+        (near.clone(), &obscurance, 64, 0.016, 0.011, 0.004),
         (near, &obscurance, 128, 0.016, 0.011, 0.004),
     ] {
-        let found = found(setting, resolution);
+        let found = found(setting.clone(), resolution);
         let (off, bias) = (off(&found, truth), mean(&found) - mean(truth));
         let mottled = mottling(&found, truth);
         let line = format!("{setting:?} at {resolution}: off by {off:.4}, squares by {mottled:.4}, bias {bias:+.4}");
@@ -124,7 +129,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     }
     assert!(failures.is_empty(), "{failures:#?}");
     // The comparison sees another distance, and that nothing is occluded at all.
-    let farther = found(Occlusion::deep(Some(0.9)), 64);
+    let farther = found(Occlusion::from(Deep { max_distance: Some(0.9) }), 64);
     assert!(
         off(&farther, &obscurance) > 0.05,
         "blind to a distance half as large again: {}",
@@ -142,8 +147,9 @@ fn pixel_count() -> usize {
 fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     let Some(gpu) = testing::gpu("gpu_an_open_plane_is_open_and_a_closed_box_is_closed") else { return };
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.0, -1.0]);
-    for occlusion in [DEEP, Occlusion::deep(Some(3.0)), Occlusion::hbao(3.0)] {
-        let found = openness_of(gpu, settings(occlusion), &floor(), &camera);
+    for occlusion in [deep(), Occlusion::from(Deep { max_distance: Some(3.0) }), Occlusion::from(Hbao { radius: 3.0 })]
+    {
+        let found = openness_of(gpu, settings(occlusion.clone()), &floor(), &camera);
         let least = found.iter().copied().fold(f32::INFINITY, f32::min);
         assert!(least == 1.0, "{occlusion:?}: {least}");
     }
@@ -157,7 +163,7 @@ fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     let camera = looking([1.2, 0.3, 1.4], [-2.0, -1.0, -1.5]);
     let [coarse, fine] = [64, 256].map(|resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        mean(&openness_of(gpu, Settings { deep_images, ..settings(DEEP) }, &closed, &camera))
+        mean(&openness_of(gpu, Settings { deep_images, ..settings(deep()) }, &closed, &camera))
     });
     println!("closed: {coarse:.4}, {fine:.4}");
     assert!(coarse < 0.06 && fine < 0.5 * coarse, "{coarse} {fine}");
@@ -176,8 +182,8 @@ fn gpu_both_ways_darken_a_corner() {
         Projection::Perspective { fov_y: 1.0, near: 0.05 },
     );
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in [Occlusion::deep(Some(1.0)), Occlusion::hbao(1.0)] {
-        let found = openness_of(gpu, Settings { deep_images, ..settings(occlusion) }, &scene, &camera);
+    for occlusion in [Occlusion::from(Deep { max_distance: Some(1.0) }), Occlusion::from(Hbao { radius: 1.0 })] {
+        let found = openness_of(gpu, Settings { deep_images, ..settings(occlusion.clone()) }, &scene, &camera);
         let at = |y: u32| found[(y * SIZE.x + SIZE.x / 2) as usize];
         let column: Vec<f32> = (0..SIZE.y).map(at).collect();
         println!("{occlusion:?}: {column:.2?}");
@@ -202,7 +208,7 @@ fn gpu_creases_do_not_glow() {
         let camera = Camera::look_at(Vec3::new(0.0, 3.0, foot + 1.0), Vec3::new(0.0, 0.0, foot + 1.0), projection);
         for resolution in [64, 128] {
             let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-            let found = openness_of(gpu, Settings { deep_images, ..settings(DEEP) }, &scene, &camera);
+            let found = openness_of(gpu, Settings { deep_images, ..settings(deep()) }, &scene, &camera);
             let rows: Vec<f64> = found.chunks(SIZE.x as usize).map(mean).collect();
             let truth = |row: usize| {
                 let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
@@ -228,8 +234,8 @@ fn gpu_what_moves_occludes_where_it_is_now() {
     moved.instances[1].world_from_object = Affine3A::from_translation(Vec3::new(-1.2, 0.1, -0.4));
     let camera = looking([1.0, 2.5, 4.0], [0.0, 0.0, -0.5]);
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
-    for occlusion in [DEEP, Occlusion::hbao(1.0)] {
-        let settings = Settings { deep_images, ..settings(occlusion) };
+    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
+        let settings = Settings { deep_images, ..settings(occlusion.clone()) };
         let mut renderer = renderer(gpu, settings.clone());
         let mut uploaded = renderer.upload(&scene).unwrap();
         let before = openness(gpu, &mut renderer, &uploaded, &camera);
@@ -260,13 +266,13 @@ fn gpu_the_sky_lights_what_is_open_to_it() {
         let uploaded = renderer.upload(&scene).unwrap();
         renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[pixel_count() / 2]
     };
-    assert_eq!(center(Occlusion::None), [0.0, 0.0, 0.0, 1.0]);
-    for occlusion in [DEEP, Occlusion::hbao(1.0)] {
-        assert_eq!(center(occlusion), [1.0, 1.0, 0.5, 1.0], "{occlusion:?}");
+    assert_eq!(center(Occlusion::NONE), [0.0, 0.0, 0.0, 1.0]);
+    for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
+        assert_eq!(center(occlusion.clone()), [1.0, 1.0, 0.5, 1.0], "{occlusion:?}");
     }
     // Half of what a wall beside it leaves.
     scene.meshes[0].primitives.push(quad(0, Vec3::new(0.0, 5.0, -0.5), 10.0 * Vec3::X, 5.0 * Vec3::Y));
-    let mut renderer = renderer(gpu, settings(DEEP));
+    let mut renderer = renderer(gpu, settings(deep()));
     let uploaded = renderer.upload(&scene).unwrap();
     let radiance = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance[pixel_count() / 2];
     assert!((0.45..0.65).contains(&radiance[0]), "{radiance:?}");
@@ -282,7 +288,7 @@ fn gpu_frames_of_one_mean_look_in_other_directions() {
     let radiance = |count, accumulate| {
         let directions = DirectionSet::ZonalEqualArea { count };
         let deep_images = DeepImageSettings { directions, resolution: 128, ..DeepImageSettings::default() };
-        let mut renderer = renderer(gpu, Settings { deep_images, accumulate, ..settings(DEEP) });
+        let mut renderer = renderer(gpu, Settings { deep_images, accumulate, ..settings(deep()) });
         let uploaded = renderer.upload(&scene).unwrap();
         let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
         picture.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()
@@ -298,11 +304,13 @@ fn gpu_what_cannot_be_is_refused_with_a_remedy() {
     let Some(gpu) = testing::gpu("gpu_what_cannot_be_is_refused_with_a_remedy") else { return };
     let refused = |settings| Renderer::with_engine(&testing::engine(gpu), settings).unwrap_err();
     for distance in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        for occlusion in [Occlusion::deep(Some(distance)), Occlusion::hbao(distance)] {
+        for occlusion in
+            [Occlusion::from(Deep { max_distance: Some(distance) }), Occlusion::from(Hbao { radius: distance })]
+        {
             let error = refused(settings(occlusion));
             assert!(matches!(error, RenderError::Value { .. }), "{error}");
         }
     }
-    let error = refused(Settings { debug_view: Some(DebugView::Occlusion), ..settings(Occlusion::None) });
+    let error = refused(Settings { debug_view: Some(DebugView::Occlusion), ..settings(Occlusion::NONE) });
     assert!(error.to_string().contains("`occlusion`"), "{error}");
 }

@@ -10,7 +10,8 @@ use super::*;
 use crate::{
     Picture, Renderer, Settings,
     context::FrameContext,
-    settings::{DebugView, DeepImageSettings, Indirect, Sampled, Samples, Tracer},
+    settings::{DebugView, DeepImageSettings, Indirect, Samples, Tracer},
+    techniques::Sampled,
     testing::{quad, scene_of},
     view::jitter_of_frame,
 };
@@ -186,7 +187,7 @@ fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
     let views = view(&scene.cameras[0]);
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
     let sampled = Sampled { tracer: Tracer::WithinTexel.into(), ..Sampled::default() };
-    let indirect = Indirect::Sampled(sampled);
+    let indirect = Indirect::from(sampled);
     let settings = Settings { accumulate: 10, deep_images, indirect, ..Settings::default() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();

@@ -6,7 +6,8 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer,
 
 use super::{Tracer, trace_pass::for_each_chunk};
 use crate::{
-    common::workgroups, deep_images::DeepImages, error::RenderError, gpu_scene::GpuScene, settings::DeepImageSettings,
+    common::workgroups, deep_images::DeepImages, deep_images::settings::DeepImageSettings, error::RenderError,
+    gpu_scene::GpuScene,
 };
 
 gpu_struct! {

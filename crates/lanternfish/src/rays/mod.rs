@@ -4,7 +4,7 @@
 //! - `closest_hit`: which triangle does a ray from a surface meet first? Asked by indirect light.
 //! - `first_distance`: how far does a ray go? Asked of lists of rays, by tests and benches ([`RayTracer`]).
 //!
-//! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is (`Room`). The host chooses one when it links
+//! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is (`TracerInfo`). The host chooses one when it links
 //! ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
 
 mod list;
@@ -16,15 +16,15 @@ use lanternfish_scene::named_enum_impls;
 pub use self::list::{RayTracer, TracedRay};
 pub(crate) use self::trace_pass::TracePass;
 use crate::{
+    deep_images::settings::DeepImageSettings,
     error::RenderError,
     gpu_scene::Parts,
-    settings::DeepImageSettings,
     shaders::{Root, Shaders},
 };
 
 /// What a tracer says of itself.
 #[derive(Debug)]
-pub(crate) struct Room {
+pub(crate) struct TracerInfo {
     /// What flags call it.
     pub name: &'static str,
     /// One line of help.
@@ -46,7 +46,7 @@ pub(crate) enum Structure {
     DeepImages,
 }
 
-/// Declares the tracers, one line each: a variant, the folder that has its [`Room`], and the variant's documentation.
+/// Declares the tracers, one line each: a variant, the folder that has its [`TracerInfo`], and the variant's documentation.
 macro_rules! tracers {
     ($(#[$meta:meta])* $name:ident { $($(#[$attribute:meta])* $variant:ident($folder:ident): $doc:literal),+ $(,)? }) => {
         $($(#[$attribute])* mod $folder;)+
@@ -61,8 +61,8 @@ macro_rules! tracers {
             /// Every tracer, in the order in which help lists them.
             pub const ALL: &[Self] = &[$($(#[$attribute])* Self::$variant),+];
 
-            pub(crate) const fn room(self) -> &'static Room {
-                match self { $($(#[$attribute])* Self::$variant => &$folder::ROOM),+ }
+            pub(crate) const fn info(self) -> &'static TracerInfo {
+                match self { $($(#[$attribute])* Self::$variant => &$folder::INFO),+ }
             }
         }
     };
@@ -75,8 +75,6 @@ tracers! {
         RayQuery(ray_query): "The adapter's own acceleration structure: exact, and fast where it is hardware.",
         WithinTexel(within_texel): "The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].",
         AcrossTexels(across_texels): "Every texel of that image that the ray crosses [Niessner2010, §3.2].",
-        #[cfg(test)]
-        NewRoom(new_room): "Every triangle of the scene, one after the other.",
     }
 }
 
@@ -159,25 +157,25 @@ pub(crate) fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
 /// The features of the tracers that need no deep images.
 pub(crate) fn exact_tracers() -> Vec<Vec<Feature>> {
     let exact = Tracer::ALL.iter().filter(|tracer| !tracer.uses_deep_images());
-    exact.map(|tracer| vec![tracer.room().feature]).collect()
+    exact.map(|tracer| vec![tracer.info().feature]).collect()
 }
 
 impl Tracer {
     /// The name that [`FromStr`](std::str::FromStr) reads.
     pub const fn name(self) -> &'static str {
-        self.room().name
+        self.info().name
     }
 
     /// What it is, in a line.
     pub const fn words(self) -> &'static str {
-        self.room().words
+        self.info().words
     }
 
     /// The features that make shaders ask it; `images`: what deep images are read, where it goes through those.
     pub fn features(self, images: &DeepImageSettings) -> Vec<Feature> {
         let mut features = if self.uses_deep_images() { images.fragment_features() } else { Vec::new() };
         features.extend(self.uses_deep_images().then_some(IN_CHUNKS));
-        features.push(self.room().feature);
+        features.push(self.info().feature);
         features
     }
 
@@ -200,7 +198,7 @@ impl Tracer {
 
     /// What it reads of a scene.
     pub(crate) const fn parts(self) -> Parts {
-        match self.room().structure {
+        match self.info().structure {
             Structure::Bvh => Parts::BVH,
             Structure::RayQuery => Parts::RAY_QUERY,
             Structure::DeepImages => Parts::DEEP_IMAGES,
@@ -209,7 +207,7 @@ impl Tracer {
 
     /// Whether it goes through deep images.
     pub fn uses_deep_images(self) -> bool {
-        self.room().structure == Structure::DeepImages
+        self.info().structure == Structure::DeepImages
     }
 
     /// Whether it finds the triangle that a ray hits: through deep images of these settings, where it goes through those.
@@ -229,7 +227,7 @@ impl Tracer {
 
     /// Whether the device has what it needs.
     pub fn is_supported(self, device: &wgpu::Device) -> bool {
-        self.room().structure != Structure::RayQuery
+        self.info().structure != Structure::RayQuery
             || device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY)
     }
 

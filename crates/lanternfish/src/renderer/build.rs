@@ -11,16 +11,15 @@ use crate::{
     frame::Passes,
     gpu_scene::{Needs, Parts, Shading, anisotropy},
     indirect,
+    indirect::Indirect,
     light_culling::LightCulling,
     occlusion,
+    occlusion::Occlusion,
     output::{Output, present::Present},
     prepass::{DEPTH_FORMAT, Prepass, ShownViews},
     progressive::Progressive,
     rays::Tracer,
-    settings::{
-        DebugView, Exposure, Indirect, Materials, Occlusion, Samples, Settings, Shadows as ShadowSetting,
-        TextureBinding, ToneMap,
-    },
+    settings::{DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
     shading::{self, Forward, LightSums, NearestBlended, OpenShares},
     shadows::{self, Shadows},
     sky::Sky,
@@ -70,13 +69,13 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         // A colour is shown as it is, and no light is asked for.
         (settings.exposure, settings.tone_map, settings.shadows) =
             (Exposure::Ev(0.0), ToneMap::None, ShadowSetting::None);
-        settings.occlusion = Occlusion::None;
+        settings.occlusion = Occlusion::NONE;
     }
     if let Some(view) = settings.debug_view.filter(|view| *view != DebugView::Nan) {
         // What is shown is of the surface at each pixel's middle, and is not what arrives, unless that is asked for.
         settings.samples = Samples::One;
         if view != DebugView::Indirect {
-            settings.indirect = Indirect::None;
+            settings.indirect = Indirect::NONE;
         }
     }
     let automatic = Tracer::automatic(device.adapter_info().device_type, device.features());
@@ -91,7 +90,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let openness = if openness_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
     let parts = tracer.map_or(Parts::NONE, Tracer::parts) | settings.indirect.parts() | openness;
     let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
-    let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::None;
+    let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::NONE;
     let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
     let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
     // What is found for a pixel is of the surface at its middle.
@@ -106,7 +105,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
             false => Prepass::new(true, 1),
             true => Prepass::of_moving(),
         }),
-        light_culling: LightCulling::new(device, settings.culling, settings.samples)?,
+        light_culling: LightCulling::new(device, &settings.culling, settings.samples)?,
         occlusion: openness_passes,
         shadows: shadow_passes,
         deep_images,

@@ -6,6 +6,7 @@ mod motion;
 mod slices;
 mod steady;
 
+use crate::techniques::Hbao;
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 
@@ -45,7 +46,11 @@ fn gpu_a_frame_has_few_compute_passes() {
 fn gpu_settings_come_back_as_they_were_given() {
     let Some(gpu) = testing::gpu("gpu_settings_come_back_as_they_were_given") else { return };
     for view in [DebugView::BaseColor, DebugView::Normal] {
-        let given = Settings { debug_view: Some(view), occlusion: Occlusion::hbao(2.0), ..Settings::default() };
+        let given = Settings {
+            debug_view: Some(view),
+            occlusion: Occlusion::from(Hbao { radius: 2.0 }),
+            ..Settings::default()
+        };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), given.clone()).unwrap();
         assert_eq!(*renderer.settings(), given);
         renderer.set_exposure(Exposure::Ev(-1.0)).unwrap();

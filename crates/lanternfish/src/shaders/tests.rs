@@ -1,5 +1,6 @@
 //! Every variant of every shader that settings can ask for links, is valid, and fits WebGPU's least limits.
 
+use crate::techniques::Deep;
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Arc, LazyLock},
@@ -12,16 +13,18 @@ use crate::{
     debug_views,
     gpu_scene::{MASKED, TEXTURES},
     lights::AREA_LIGHTS,
-    rooms::{Family, Room},
     settings::{
-        Attenuation, Culling, DebugView, DeepDepth, DeepSearch, History, Indirect, Occlusion, RayCulling, Sampled,
-        Samples, Settings, Tiled, ToneMap, Tracer,
+        Attenuation, Culling, DebugView, History, Indirect, Occlusion, RayCulling, Samples, Settings, ToneMap, Tracer,
     },
-    shading, shadows, techniques,
+    shading, shadows,
+    technique::Technique,
+    techniques,
+    techniques::{DeepDepth, DeepSearch, Sampled, Tiled},
 };
 
 fn folders() -> impl Iterator<Item = &'static Shaders> {
-    techniques::FOLDERS.iter().copied().flatten()
+    static FOLDERS: LazyLock<Vec<Shaders>> = LazyLock::new(techniques::shaders);
+    FOLDERS.iter()
 }
 
 /// Every file with entry points.
@@ -36,24 +39,24 @@ fn variants(root: &Root) -> Vec<Vec<Feature>> {
 }
 
 /// `settings`, each with each of the values.
-fn with<T: Copy>(settings: &[Settings], values: &[T], set: impl Fn(&mut Settings, T)) -> Vec<Settings> {
-    let changed = |settings: &Settings, value| {
+fn with<T: Clone>(settings: &[Settings], values: &[T], set: impl Fn(&mut Settings, T)) -> Vec<Settings> {
+    let changed = |settings: &Settings, value: &T| {
         let mut settings = settings.clone();
-        set(&mut settings, value);
+        set(&mut settings, value.clone());
         settings
     };
-    settings.iter().flat_map(|settings| values.iter().map(|value| changed(settings, *value))).collect()
+    settings.iter().flat_map(|settings| values.iter().map(|value| changed(settings, value))).collect()
 }
 
 /// All that finding shadows and shading look at, each with each.
 fn all_settings() -> Vec<Settings> {
-    let cullings: Vec<_> = [Culling::NONE].into_iter().chain(Culling::rooms()).collect();
+    let cullings: Vec<_> = [Culling::NONE].into_iter().chain(Culling::all()).collect();
     let all = with(&[Settings::default()], &cullings, |s, v| s.culling = v);
     let all = with(&all, RayCulling::ALL, |s, v| s.ray_culling = v);
     let all = with(&all, &[0.0, 0.1], |s, v| s.light_radius = v);
     let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.samples = v);
-    let all = with(&all, &[Indirect::None, Indirect::Sampled(Sampled::default())], |s, v| s.indirect = v);
-    let all = with(&all, &[Occlusion::None, Occlusion::deep(None)], |s, v| s.occlusion = v);
+    let all = with(&all, &[Indirect::NONE, Indirect::from(Sampled::default())], |s, v| s.indirect = v);
+    let all = with(&all, &[Occlusion::NONE, Occlusion::from(Deep { max_distance: None })], |s, v| s.occlusion = v);
     let all = with(&all, DeepDepth::ALL, |s, v| s.deep_images.depth = v);
     let all = with(&all, DeepSearch::ALL, |s, v| s.deep_images.search = v);
     let all =
@@ -141,7 +144,7 @@ fn check_entry_points(shaders: &[Arc<LinkedShader>]) {
 #[cfg(debug_assertions)]
 #[should_panic(expected = "light_culling/tiled/bounds: its folder does not declare [Feature(\"payload\")]")]
 fn a_variant_that_is_not_declared_is_never_linked() {
-    let _ = <Tiled as Room>::SHADERS.link("light_culling/tiled/bounds", &[crate::deep_images::PAYLOAD]);
+    let _ = <Tiled as Technique>::SHADERS.link("light_culling/tiled/bounds", &[crate::deep_images::PAYLOAD]);
 }
 
 /// Rows of workgroups are as wide wherever `common::workgroups` dispatches them.

@@ -15,11 +15,12 @@ use crate::{
     error::RenderError,
     gpu_scene::{Draw, PassState, SceneRaster, TEXTURES},
     indirect::INDIRECT,
+    indirect::Indirect,
     light_culling::{LightCulling, LightLists},
     occlusion,
     prepass::{DEPTH_FORMAT, MULTISAMPLED},
     rays::Tracer,
-    settings::{History, Indirect, Settings},
+    settings::{History, Settings},
     shaders::{Root, Shaders},
     shadows::{SHADOW_HISTORY, SOFT, Visibility},
     texture::{RADIANCE_FORMAT, Radiance, frame_target},
@@ -200,13 +201,13 @@ impl Forward {
 
 /// Features of the shaders of the opaque and of the blended pass, before those that draws ask for.
 pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feature>; 2] {
-    let culling = LightCulling::feature(settings.culling);
+    let culling = LightCulling::feature(&settings.culling);
     let samples = settings.samples.count();
     let mut opaque = vec![culling];
     let mut blended = vec![culling, TRANSPARENT];
     // Rays of indirect light may see the surroundings themselves.
-    let openness = occlusion::feature(settings.occlusion).filter(|_| !settings.indirect.sees_surroundings());
-    let indirect = (settings.indirect != Indirect::None).then_some(INDIRECT);
+    let openness = occlusion::feature(&settings.occlusion).filter(|_| !settings.indirect.sees_surroundings());
+    let indirect = (settings.indirect != Indirect::NONE).then_some(INDIRECT);
     for features in [&mut opaque, &mut blended] {
         features.extend(indirect.into_iter().chain(openness));
         features.extend((samples > 1).then_some(MULTISAMPLED));

@@ -33,8 +33,8 @@ impl NearestBlended {
     /// Glass is smooth: rays go through the BVH, from every pixel, and there is one about the mirror direction at least.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
         let mut settings = Settings { history: History::Off, ..settings.clone() };
-        if let Some(room) = settings.indirect.chosen_mut() {
-            room.look_at_glass();
+        if let Some(room) = settings.indirect.technique_mut() {
+            room.for_transparent();
         }
         Self { settings, tracer, passes: None }
     }

@@ -45,7 +45,7 @@ impl SteadyShares {
 
 /// Features of the shader that finds shares, in scenes with area lights or without.
 pub(crate) fn open_share_features(settings: &Settings, has_areas: bool) -> Vec<Feature> {
-    let mut features = vec![LightCulling::feature(settings.culling), SHADOW_HISTORY];
+    let mut features = vec![LightCulling::feature(&settings.culling), SHADOW_HISTORY];
     features.extend(settings.casts_soft_shadows().then_some(SOFT));
     features.extend(has_areas.then_some(AREA_LIGHTS));
     features

@@ -18,12 +18,13 @@ use lanternfish_gpu::{
 use self::kernels::Kernels;
 use crate::{
     context::ViewContext,
+    deep_images::settings::{DeepImageSettings, DeepStore},
     error::RenderError,
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
     lights::AREA_LIGHTS,
     rays::Tracer,
-    settings::{DebugView, DeepImageSettings, DeepStore, History, RayCulling, Settings},
+    settings::{DebugView, History, RayCulling, Settings},
     shaders::{Root, Shaders},
     texture::frame_target,
 };
@@ -294,7 +295,7 @@ fn counts_rays(settings: &Settings) -> bool {
 /// Features of the shaders `plan` and `trace`, for scenes with or without area lights; an error where the tracer cannot do what is asked
 /// of it.
 pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> Result<[Vec<Feature>; 2], RenderError> {
-    let mut plan = vec![LightCulling::feature(settings.culling)];
+    let mut plan = vec![LightCulling::feature(&settings.culling)];
     plan.extend(settings.casts_soft_shadows().then_some(SOFT));
     plan.extend(has_areas.then_some(AREA_LIGHTS));
     let mut trace = plan.clone();

@@ -1,10 +1,13 @@
 //! Scenes that move: the pictures of posed scenes against the path tracer's, and what is brought to the device against what is uploaded.
 
 use glam::{Affine3A, Vec3, Vec4};
+use lanternfish::techniques::Deep;
+use lanternfish::techniques::Hbao;
 use lanternfish::{
     GpuScene, Renderer, Settings,
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
-    settings::{Attenuation, DeepImageSettings, Indirect, Occlusion, Sampled, Shadows, Tracer},
+    settings::{Attenuation, DeepImageSettings, Indirect, Occlusion, Shadows, Tracer},
+    techniques::Sampled,
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_metrics::{RelativeError, RgbImage, write_exr};
@@ -222,12 +225,12 @@ fn gpu_what_bends_is_seen_by_everything() {
         Settings { deep_images: images, ..settings }
     };
     let mut asked = vec![
-        ("occlusion deep".to_owned(), Settings { occlusion: Occlusion::deep(Some(2.0)), ..direct() }),
-        ("occlusion hbao".to_owned(), Settings { occlusion: Occlusion::hbao(2.0), ..direct() }),
         (
-            "virtual lights".to_owned(),
-            Settings { indirect: Indirect::VirtualLights(VirtualLights::default()), ..direct() },
+            "occlusion deep".to_owned(),
+            Settings { occlusion: Occlusion::from(Deep { max_distance: Some(2.0) }), ..direct() },
         ),
+        ("occlusion hbao".to_owned(), Settings { occlusion: Occlusion::from(Hbao { radius: 2.0 }), ..direct() }),
+        ("virtual lights".to_owned(), Settings { indirect: Indirect::from(VirtualLights::default()), ..direct() }),
     ];
     for tracer in Tracer::ALL.iter().copied() {
         if tracer == Tracer::RayQuery && !gpu.description.ray_query {
@@ -237,11 +240,8 @@ fn gpu_what_bends_is_seen_by_everything() {
         let sampled = Sampled { diffuse_rays: 4, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
         let photons = PhotonSplatting { count: 1024, tracer: tracer.into(), ..PhotonSplatting::default() };
         asked.push((format!("shadows {tracer}"), deep(Settings { shadows: Shadows::Traced(tracer), ..direct() })));
-        asked.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::Sampled(sampled), ..direct() })));
-        asked.push((
-            format!("photons {tracer}"),
-            deep(Settings { indirect: Indirect::PhotonSplatting(photons), ..direct() }),
-        ));
+        asked.push((format!("sampled {tracer}"), deep(Settings { indirect: Indirect::from(sampled), ..direct() })));
+        asked.push((format!("photons {tracer}"), deep(Settings { indirect: Indirect::from(photons), ..direct() })));
     }
     for (name, settings) in asked {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();

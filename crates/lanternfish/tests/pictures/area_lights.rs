@@ -3,10 +3,8 @@
 use glam::Vec3;
 use lanternfish::{
     Picture, Renderer, Settings,
-    settings::{
-        Assignment, ClusterTest, Clustered, Culling, DebugView, Indirect, RasterGrid, Sampled, Samples, Shadows,
-        TileSize, Tiled,
-    },
+    settings::{Culling, DebugView, Indirect, Samples, Shadows},
+    techniques::{Assignment, ClusterTest, Clustered, RasterGrid, Sampled, TileSize, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_metrics::{RelativeError, RgbImage};
@@ -173,7 +171,7 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
         let lit = Scene { lights: scene.lights.iter().cloned().chain(dim).collect(), ..scene.clone() };
         let settings = Settings {
             accumulate: 16,
-            indirect: Indirect::Sampled(Sampled::default().one_bounce()),
+            indirect: Indirect::from(Sampled::default().one_bounce()),
             ..Settings::default()
         };
         let found = accumulated(gpu, &lit, &camera, settings);
@@ -186,13 +184,13 @@ fn gpu_a_bounce_of_area_lights_is_the_path_tracers() {
 }
 
 fn cullings() -> Vec<Culling> {
-    let clustered = |assignment, test| Culling::Clustered(Clustered { assignment, test, ..Clustered::default() });
+    let clustered = |assignment, test| Culling::from(Clustered { assignment, test, ..Clustered::default() });
     vec![
-        Culling::Tiled(Tiled { tile_size: TileSize::Px8, aabb_test: true }),
-        Culling::Tiled(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
+        Culling::from(Tiled { tile_size: TileSize::Px8, aabb_test: true }),
+        Culling::from(Tiled { tile_size: TileSize::Px32, aabb_test: false }),
         clustered(Assignment::Hierarchy, ClusterTest::PlanesAndBox),
         clustered(Assignment::BruteForce, ClusterTest::Planes),
-        Culling::RasterGrid(RasterGrid::default()),
+        Culling::from(RasterGrid::default()),
     ]
 }
 
@@ -213,10 +211,10 @@ fn gpu_points_and_areas_are_the_same_under_every_culling() {
     }
     let picture =
         |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
-    let all = picture(&scene, Culling::All);
+    let all = picture(&scene, Culling::NONE);
     let rays = |picture: &Picture| counter(picture, "shadows/rays");
     for culling in cullings() {
-        let found = picture(&scene, culling);
+        let found = picture(&scene, culling.clone());
         assert_eq!(differing(&found, &all), 0, "{culling:?}");
         assert_eq!(rays(&found), rays(&all), "{culling:?}");
     }
@@ -230,7 +228,7 @@ fn gpu_points_and_areas_are_the_same_under_every_culling() {
     points.lights.retain(|light| light.area().is_none());
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), Settings::direct_light()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();
-    for (scene, expected) in [(&scene, &all), (&points, &picture(&points, Culling::All)), (&scene, &all)] {
+    for (scene, expected) in [(&scene, &all), (&points, &picture(&points, Culling::NONE)), (&scene, &all)] {
         renderer.update(&mut uploaded, scene).unwrap();
         let found = renderer.render(&uploaded, &camera, SIZE.0, SIZE.1).unwrap();
         assert_eq!(differing(&found, expected), 0, "{} lights", scene.lights.len());

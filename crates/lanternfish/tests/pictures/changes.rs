@@ -1,10 +1,12 @@
 //! Hundreds of frames with changes at random: what comes of them is what a fresh upload shows.
 
 use glam::{Affine3A, Quat, Vec3};
+use lanternfish::techniques::Hbao;
 use lanternfish::{
     Change, GpuScene, Renderer, Settings,
     indirect::virtual_lights::VirtualLights,
-    settings::{Culling, DebugView, Indirect, Occlusion, Sampled, Samples, Shadows, ToneMap, Tracer},
+    settings::{Culling, DebugView, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer},
+    techniques::Sampled,
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Instance, Light, Mesh, Scene, generate};
@@ -89,16 +91,16 @@ fn come_or_go(scene: &mut Scene, random: &mut Random) {
 /// Settings that a scene need not be uploaded again for, where it has hits to shade and a BVH.
 fn settings() -> Vec<Settings> {
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
-    let usual = Settings { shadows: Shadows::BVH, indirect: Indirect::Sampled(sampled), ..Settings::direct_light() };
-    let direct = || Settings { indirect: Indirect::None, ..usual.clone() };
+    let usual = Settings { shadows: Shadows::BVH, indirect: Indirect::from(sampled), ..Settings::direct_light() };
+    let direct = || Settings { indirect: Indirect::NONE, ..usual.clone() };
     vec![
         usual.clone(),
         direct(),
-        Settings { culling: Culling::All, ..direct() },
+        Settings { culling: Culling::NONE, ..direct() },
         Settings { samples: Samples::Four, ..direct() },
         Settings { tone_map: ToneMap::None, ..usual.clone() },
-        Settings { indirect: Indirect::VirtualLights(VirtualLights::default()), ..usual.clone() },
-        Settings { occlusion: Occlusion::hbao(0.5), ..direct() },
+        Settings { indirect: Indirect::from(VirtualLights::default()), ..usual.clone() },
+        Settings { occlusion: Occlusion::from(Hbao { radius: 0.5 }), ..direct() },
         Settings { debug_view: Some(DebugView::LightCount), ..direct() },
     ]
 }

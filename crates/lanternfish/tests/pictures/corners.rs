@@ -1,6 +1,7 @@
 //! Pictures at the ends of what can be asked for.
 
 use glam::Vec3;
+use lanternfish::techniques::Deep;
 use lanternfish::{
     RenderError, Renderer, Settings,
     settings::{Culling, DebugView, Indirect, Occlusion, RayCulling, Samples, Shadows},
@@ -18,10 +19,14 @@ fn gpu_empty_scenes_show_the_sky() {
     let mut shadows = vec![Shadows::None, Shadows::BVH];
     shadows.extend(gpu.description.ray_query.then_some(Shadows::RAY_QUERY));
     for shadows in shadows {
-        for culling in [Culling::All, Culling::default()] {
+        for culling in [Culling::NONE, Culling::default()] {
             for lights in [vec![], vec![light.clone()]] {
                 let scene = Scene { sky, lights, ..Scene::default() };
-                let front = Front::render(gpu, &scene, Settings { shadows, culling, ..Settings::direct_light() });
+                let front = Front::render(
+                    gpu,
+                    &scene,
+                    Settings { shadows, culling: culling.clone(), ..Settings::direct_light() },
+                );
                 assert!(
                     front.0.radiance.iter().all(|texel| *texel == [sky.x, sky.y, sky.z, 0.0]),
                     "{shadows}, {culling:?}"
@@ -38,8 +43,9 @@ fn gpu_a_scene_without_lights_is_dark_but_for_what_glows() {
     let camera = scene.cameras[0].clone();
     let lit = render(gpu, &scene, &camera, (40, 40), Settings::direct_light());
     scene.lights.clear();
-    for culling in [Culling::All, Culling::default()] {
-        let dark = render(gpu, &scene, &camera, (40, 40), Settings { culling, ..Settings::direct_light() });
+    for culling in [Culling::NONE, Culling::default()] {
+        let dark =
+            render(gpu, &scene, &camera, (40, 40), Settings { culling: culling.clone(), ..Settings::direct_light() });
         let bright = |picture: &lanternfish::Picture| picture.radiance.iter().filter(|texel| texel[0] > 0.0).count();
         // The lamp is an emissive quad.
         let glowing = dark.radiance.iter().filter(|texel| texel[..3] == [17.0, 12.0, 4.0]).count();
@@ -63,7 +69,7 @@ fn gpu_any_size_shows_the_same_scene() {
             let sum: f32 = tiled.radiance.iter().map(|texel| texel[1]).sum();
             assert!(sum > 0.0 && sum.is_finite(), "{size:?}: {sum}");
             if view.is_none() {
-                let all = render(gpu, &scene, &camera, size, settings(Culling::All));
+                let all = render(gpu, &scene, &camera, size, settings(Culling::NONE));
                 assert_eq!(bits(&tiled), bits(&all), "{size:?}");
             }
         }
@@ -82,11 +88,11 @@ fn gpu_debug_views_leave_the_radiance_as_it_is() {
     for view in DebugView::ALL.iter().copied() {
         // One shows what is otherwise not asked for; under a black sky it lights nothing.
         let occlusion = match view {
-            DebugView::Occlusion => Occlusion::deep(None),
-            _ => Occlusion::None,
+            DebugView::Occlusion => Occlusion::from(Deep { max_distance: None }),
+            _ => Occlusion::NONE,
         };
         // Another has nothing to show without what it shows.
-        let indirect = if view == DebugView::Indirect { Indirect::default() } else { Indirect::None };
+        let indirect = if view == DebugView::Indirect { Indirect::default() } else { Indirect::NONE };
         let settings = Settings { debug_view: Some(view), occlusion, indirect, ..Settings::direct_light() };
         let picture = render(gpu, &scene, &camera, (40, 30), settings.clone());
         if view == DebugView::BaseColor {

@@ -2,7 +2,8 @@
 
 use lanternfish::{
     Settings,
-    settings::{Indirect, Sampled, Shadows},
+    settings::{Indirect, Shadows},
+    techniques::Sampled,
 };
 use lanternfish_gpu::testing;
 
@@ -26,7 +27,7 @@ fn bvh(settings: Settings) -> Settings {
 fn gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit() {
     let Some(gpu) = testing::gpu("gpu_a_texture_of_the_programs_shows_the_picture_to_the_bit") else { return };
     // Light that is kept from frame to frame makes another picture of a later one.
-    let indirect = Indirect::Sampled(Sampled::default().one_bounce());
+    let indirect = Indirect::from(Sampled::default().one_bounce());
     let settings = bvh(Settings { indirect, ..Settings::default() });
     let found = own_texture::draw(&gpu.device, &gpu.queue, settings.clone()).unwrap();
     let scene = lanternfish_scene::load("demo:cornell").unwrap();

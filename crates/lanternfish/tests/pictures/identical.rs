@@ -3,10 +3,8 @@
 use glam::Vec3;
 use lanternfish::{
     Picture, Renderer, Settings,
-    settings::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Culling, Grouping, RasterGrid, RayCulling, Samples, Shadows,
-        TextureBinding, TileSize, Tiled,
-    },
+    settings::{Culling, RayCulling, Samples, Shadows, TextureBinding},
+    techniques::{Assignment, ClusterShape, ClusterTest, Clustered, Grouping, RasterGrid, TileSize, Tiled},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{AlphaMode, Camera, Light, LightKind, Material, Scene, StereoRig, generate};
@@ -16,10 +14,10 @@ use crate::support::{counter, differing, left_out_on_old_software, linear, quad,
 const SIZE: (u32, u32) = (150, 90);
 
 fn all_cullings() -> Vec<Culling> {
-    let mut cullings = vec![Culling::All];
+    let mut cullings = vec![Culling::NONE];
     for tile_size in TileSize::ALL.iter().copied() {
-        cullings.extend([false, true].map(|aabb_test| Culling::Tiled(Tiled { tile_size, aabb_test })));
-        cullings.extend([1, 7, 32].map(|layers| Culling::RasterGrid(RasterGrid { tile_size, layers })));
+        cullings.extend([false, true].map(|aabb_test| Culling::from(Tiled { tile_size, aabb_test })));
+        cullings.extend([1, 7, 32].map(|layers| Culling::from(RasterGrid { tile_size, layers })));
     }
     for shape in [
         ClusterShape::Perspective { pixels: 16 },
@@ -30,7 +28,7 @@ fn all_cullings() -> Vec<Culling> {
         for assignment in Assignment::ALL.iter().copied() {
             for test in ClusterTest::ALL.iter().copied() {
                 let clustered = Clustered { shape, assignment, test, ..Clustered::default() };
-                cullings.push(Culling::Clustered(clustered));
+                cullings.push(Culling::from(clustered));
             }
         }
     }
@@ -67,10 +65,10 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
     let (scene, camera) = cornell_in_rain(1);
     let picture =
         |scene: &Scene, culling| render(gpu, scene, &camera, SIZE, Settings { culling, ..Settings::direct_light() });
-    let all = picture(&scene, Culling::All);
+    let all = picture(&scene, Culling::NONE);
     let mut listed = Vec::new();
     for culling in all_cullings() {
-        let tiled = picture(&scene, culling);
+        let tiled = picture(&scene, culling.clone());
         assert_eq!(differing(&tiled, &all), 0, "{culling:?}");
         assert_eq!(tiled.display, all.display, "{culling:?}");
         // The same rays, too: a light more in a list is a light out of reach.
@@ -80,7 +78,7 @@ fn gpu_tiles_and_clusters_change_no_pixel() {
     }
     println!("listed lights, all, then 8, 16, 32 px without and with boxes, and in 1, 7, 32 layers: {listed:?}");
     // It can fail: other rain is another picture, and so is a light whose range is a tenth shorter.
-    assert!(differing(&picture(&cornell_in_rain(2).0, Culling::All), &all) > 1000);
+    assert!(differing(&picture(&cornell_in_rain(2).0, Culling::NONE), &all) > 1000);
     let mut shorter = scene.clone();
     shorter.lights.iter_mut().for_each(|light| light.range = light.range.map(|range| 0.9 * range));
     assert!(differing(&picture(&shorter, Culling::default()), &all) > 1000);
@@ -109,10 +107,11 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
         renderer.render_views(&scene, &views)
     };
     for samples in [Samples::One, Samples::Four] {
-        let alone = cameras.iter().map(|c| pictures(std::slice::from_ref(c), Culling::All, samples).unwrap().remove(0));
+        let alone =
+            cameras.iter().map(|c| pictures(std::slice::from_ref(c), Culling::NONE, samples).unwrap().remove(0));
         let alone: Vec<Picture> = alone.collect();
-        for culling in [Culling::Tiled(Tiled::default()), Culling::RasterGrid(RasterGrid::default())] {
-            let tiled = pictures(&cameras, culling, samples).unwrap();
+        for culling in [Culling::from(Tiled::default()), Culling::from(RasterGrid::default())] {
+            let tiled = pictures(&cameras, culling.clone(), samples).unwrap();
             for (i, (tiled, alone)) in tiled.iter().zip(&alone).enumerate() {
                 assert_eq!(differing(tiled, alone), 0, "view {i}, {samples} samples, {culling:?}");
             }
@@ -123,15 +122,15 @@ fn gpu_views_that_share_clusters_show_what_each_shows_alone() {
             ClusterShape::Orthographic { side: 0.3 },
         ] {
             for grouping in Grouping::ALL.iter().copied() {
-                let culling = Culling::Clustered(Clustered { shape, grouping, ..Clustered::default() });
+                let culling = Culling::from(Clustered { shape, grouping, ..Clustered::default() });
                 // No perspective grid holds views that face apart.
                 let through_eye = !matches!(shape, ClusterShape::Orthographic { .. });
                 if through_eye && grouping == Grouping::Enclosed {
-                    let error = pictures(&cameras, culling, samples).unwrap_err().to_string();
+                    let error = pictures(&cameras, culling.clone(), samples).unwrap_err().to_string();
                     assert!(error.contains("ortho:"), "{error}");
                 }
                 let count = if through_eye { 2 } else { 3 };
-                let together = pictures(&cameras[..count], culling, samples).unwrap();
+                let together = pictures(&cameras[..count], culling.clone(), samples).unwrap();
                 for (i, (together, alone)) in together.iter().zip(&alone).enumerate() {
                     assert_eq!(differing(together, alone), 0, "view {i}, {samples} samples, {culling:?}");
                 }
@@ -182,13 +181,13 @@ fn errors_at_edges(gpu: &Gpu, scene: &Scene, camera: &Camera, fine: u32) -> (f64
 fn gpu_pictures_are_the_same_from_run_to_run() {
     let Some(gpu) = testing::gpu("gpu_pictures_are_the_same_from_run_to_run") else { return };
     let (scene, camera) = cornell_in_rain(3);
-    for culling in [Culling::default(), Culling::RasterGrid(RasterGrid::default())] {
+    for culling in [Culling::default(), Culling::from(RasterGrid::default())] {
         check_runs(gpu, &scene, &camera, culling);
     }
 }
 
 fn check_runs(gpu: &Gpu, scene: &Scene, camera: &Camera, culling: Culling) {
-    let settings = || Settings { shadows: Shadows::BVH, culling, ..Settings::direct_light() };
+    let settings = || Settings { shadows: Shadows::BVH, culling: culling.clone(), ..Settings::direct_light() };
     let first = render(gpu, scene, camera, SIZE, settings());
     assert_eq!(differing(&render(gpu, scene, camera, SIZE, settings()), &first), 0, "a new renderer");
 
@@ -244,7 +243,7 @@ fn gpu_a_thousand_lights_over_one_tile() {
         let scene = Scene { lights: scene.lights[..count].to_vec(), ..scene.clone() };
         render(gpu, &scene, &camera, (16, 16), Settings { culling, ..Settings::direct_light() })
     };
-    let all = picture(Culling::All, 1000);
+    let all = picture(Culling::NONE, 1000);
     let tiled = picture(Culling::default(), 1000);
     // One tile of 16 pixels is the whole picture.
     let listed = counter(&tiled, "light_culling/listed_lights");

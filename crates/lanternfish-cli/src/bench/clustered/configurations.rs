@@ -1,6 +1,9 @@
 //! What is measured [VanGelderen2020, §6.1.3, §6.1.4, §6.2].
 
-use lanternfish::settings::{Assignment, ClusterShape, Clustered, Culling, Grouping, Settings, Shadows};
+use lanternfish::{
+    settings::{Culling, Settings, Shadows},
+    techniques::{Assignment, ClusterShape, Clustered, Grouping},
+};
 use serde::Serialize;
 
 /// [VanGelderen2020, §6.1.4].
@@ -67,7 +70,7 @@ pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
 /// No shadows: it is lists that are measured.
 pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment, depth: u32) -> Settings {
     let clustered = Clustered { shape, grouping, assignment, depth, ..Clustered::default() };
-    Settings { culling: Culling::Clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
+    Settings { culling: Culling::from(clustered), shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 #[test]

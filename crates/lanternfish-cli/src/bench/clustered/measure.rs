@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lanternfish::{
     GpuScene, Picture, Renderer,
     light_culling::clustered::GridContents,
-    settings::{Assignment, ClusterShape},
+    techniques::{Assignment, ClusterShape},
 };
 use lanternfish_gpu::Engine;
 use lanternfish_scene::{Camera, Scene};

@@ -2,8 +2,9 @@
 
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
-    rooms::Family,
-    settings::{Clustered, Culling, RasterGrid, Settings, Shadows, TileSize, Tiled},
+    settings::{Culling, Settings, Shadows},
+    technique::Kind,
+    techniques::{Clustered, RasterGrid, TileSize, Tiled},
 };
 use lanternfish_gpu::{Engine, PassTime};
 use lanternfish_scene::{Camera, Scene};
@@ -45,12 +46,12 @@ pub struct SchemeLeftOut {
 
 /// What is compared: each room as it is where nobody says otherwise, and other sizes of tiles and numbers of layers.
 fn cullings(quick: bool) -> Vec<Culling> {
-    let tiled = |tile_size| Culling::Tiled(Tiled { tile_size, ..Tiled::default() });
-    let grid = |tile_size, layers| Culling::RasterGrid(RasterGrid { tile_size, layers });
+    let tiled = |tile_size| Culling::from(Tiled { tile_size, ..Tiled::default() });
+    let grid = |tile_size, layers| Culling::from(RasterGrid { tile_size, layers });
     let mut all = vec![
-        Culling::Tiled(Tiled::default()),
-        Culling::Clustered(Clustered::default()),
-        Culling::RasterGrid(RasterGrid::default()),
+        Culling::from(Tiled::default()),
+        Culling::from(Clustered::default()),
+        Culling::from(RasterGrid::default()),
     ];
     if !quick {
         let more = [
@@ -61,7 +62,7 @@ fn cullings(quick: bool) -> Vec<Culling> {
             grid(TileSize::Px32, 32),
         ];
         all.extend(more);
-        all.sort_by_key(|culling| Culling::rooms().iter().position(|room| room.name() == culling.name()));
+        all.sort_by_key(|culling| Culling::all().iter().position(|room| room.name() == culling.name()));
     }
     all
 }
@@ -69,9 +70,9 @@ fn cullings(quick: bool) -> Vec<Culling> {
 /// By the flags of the command line.
 fn name(culling: &Culling) -> String {
     match culling {
-        Culling::Tiled(tiled) => format!("tiled {}", tiled.tile_size),
-        Culling::Clustered(clustered) => format!("clustered {}", clustered.shape),
-        Culling::RasterGrid(grid) => format!("raster-grid {}, {} layers", grid.tile_size, grid.layers),
+        Culling::from(tiled) => format!("tiled {}", tiled.tile_size),
+        Culling::from(clustered) => format!("clustered {}", clustered.shape),
+        Culling::from(grid) => format!("raster-grid {}, {} layers", grid.tile_size, grid.layers),
         other => other.name().to_owned(),
     }
 }
@@ -100,7 +101,7 @@ pub fn measure(
         for (scene, first) in scenes.iter().zip(&mut firsts) {
             let lights = scene.lights.len();
             let mut leave_out = |reason| left_out.push(SchemeLeftOut { scheme: scheme.clone(), lights, reason });
-            if let Culling::Tiled(tiled) = culling {
+            if let Culling::from(tiled) = culling {
                 let tests = tiles(tiled.tile_size, width, height) * lights as u64;
                 if tests > BRUTE_FORCE_TESTS {
                     leave_out(format!("{} tests of a light against a tile", grouped(tests)));
@@ -163,9 +164,9 @@ fn bytes(culling: Culling, lights: u64, row: &SchemeRow, width: u32, height: u32
     4 * row.lights_listed
         + match culling {
             // A start and a volume a tile.
-            Culling::Tiled(tiled) => 36 * tiles(tiled.tile_size),
+            Culling::from(tiled) => 36 * tiles(tiled.tile_size),
             // A start and the next place a cell, a mask a tile, an outline a light.
-            Culling::RasterGrid(grid) => tiles(grid.tile_size) * (8 * u64::from(grid.layers) + 4) + 8 * lights,
+            Culling::from(grid) => tiles(grid.tile_size) * (8 * u64::from(grid.layers) + 4) + 8 * lights,
             // Lists are among them.
             _ => return row.bytes,
         }
@@ -179,7 +180,7 @@ fn every_scheme_but_the_yardstick_is_compared() {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), compared.len(), "a scheme twice");
-        assert!(Culling::rooms().iter().all(|room| compared.contains(room)), "{names:?}");
+        assert!(Culling::all().iter().all(|room| compared.contains(room)), "{names:?}");
     }
     assert_eq!(tiles(TileSize::Px16, 480, 270), 510);
 }

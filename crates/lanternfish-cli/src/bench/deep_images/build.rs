@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use lanternfish::{
     GpuScene,
     deep_images::{DeepImageBuilder, DeepImages, Holes},
-    settings::{DeepBuilder, DeepImageSettings},
+    settings::DeepImageSettings,
+    techniques::DeepBuilder,
 };
 use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
 use serde::Serialize;

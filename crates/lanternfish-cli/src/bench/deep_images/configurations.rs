@@ -1,6 +1,9 @@
 //! The list of configurations that are measured.
 
-use lanternfish::settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore, DirectionSet};
+use lanternfish::{
+    settings::DeepImageSettings,
+    techniques::{DeepBuilder, DeepDepth, DeepSearch, DeepStore, DirectionSet},
+};
 
 use super::build::Built;
 

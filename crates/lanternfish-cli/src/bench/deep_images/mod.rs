@@ -13,7 +13,8 @@ use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
     deep_images::{DeepImages, Holes},
-    settings::{DeepBuilder, DeepImageSettings, Settings, Shadows},
+    settings::{DeepImageSettings, Settings, Shadows},
+    techniques::DeepBuilder,
 };
 use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
 use lanternfish_reference::Tracer;

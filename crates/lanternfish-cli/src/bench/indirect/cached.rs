@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use lanternfish::{
     Picture, Renderer,
-    settings::{Bounces, HitLight, Indirect, Sampled, Settings, Tracer},
+    settings::{Indirect, Settings, Tracer},
+    techniques::{Bounces, HitLight, Sampled},
 };
 use lanternfish_gpu::PassTime;
 use serde::Serialize;
@@ -58,7 +59,7 @@ impl Bench<'_> {
         let ways =
             [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
         let direct =
-            Settings { indirect: Indirect::None, ..Configuration::plain(Brdf::Diffuse).settings(self.look, None) };
+            Settings { indirect: Indirect::NONE, ..Configuration::plain(Brdf::Diffuse).settings(self.look, None) };
         let direct = energy(&self.picture(direct)?);
         let mut rows = Vec::new();
         for images in [None].into_iter().chain(through_images.map(Some)) {
@@ -66,7 +67,7 @@ impl Bench<'_> {
                 let configuration = Configuration { images, ..Configuration::plain(Brdf::Diffuse) };
                 let settings = |cache_samples| {
                     let mut settings = configuration.settings(self.look, None);
-                    if let Indirect::Sampled(sampled) = &mut settings.indirect {
+                    if let Indirect::from(sampled) = &mut settings.indirect {
                         *sampled = Sampled { hit_light, bounces, cache_samples, ..*sampled };
                     }
                     settings

@@ -1,6 +1,9 @@
 //! What is measured: one list.
 
-use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, Materials, Sampled, Samples, Settings, Tracer};
+use lanternfish::{
+    settings::{DeepImageSettings, Indirect, Materials, Samples, Settings, Tracer},
+    techniques::{DirectionSet, Sampled},
+};
 use lanternfish_scene::Scene;
 use serde::Serialize;
 
@@ -155,7 +158,7 @@ impl Configuration {
         };
         Settings {
             materials: self.brdf.materials(),
-            indirect: Indirect::Sampled(sampled),
+            indirect: Indirect::from(sampled),
             deep_images,
             samples: self.samples,
             accumulate: self.accumulate,

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
-    settings::{DeepImageSettings, Indirect, Sampled, Settings},
+    settings::{DeepImageSettings, Indirect, Settings},
+    techniques::Sampled,
 };
 use lanternfish_gpu::{Gpu, PassTime, Profiler};
 use lanternfish_metrics::{ColorType, write_png};
@@ -230,7 +231,7 @@ impl Bench<'_> {
 
     fn reference(&self, configuration: Configuration) -> Result<(Reference, Times), RenderError> {
         let (bvh, times) = self.render(configuration, None)?;
-        let direct = Settings { indirect: Indirect::None, ..configuration.settings(self.look, None) };
+        let direct = Settings { indirect: Indirect::NONE, ..configuration.settings(self.look, None) };
         let Size { width, height } = self.size;
         let direct = self.renderer(direct)?.render(self.scene(configuration.brdf), self.camera, width, height)?;
         Ok((Reference { configuration, bvh, direct_energy: energy(&direct) }, times))

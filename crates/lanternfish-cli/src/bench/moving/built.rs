@@ -53,7 +53,7 @@ pub fn built(gpu: &Gpu, scene: &Scene, runs: u32) -> Result<Built, CliError> {
 fn images(gpu: &Gpu, scene: &Scene, runs: u32, built: &mut Built) -> Result<(), CliError> {
     let mut sampled = Quality::Good.sampled().one_bounce();
     sampled.tracer = Tracer::WithinTexel.into();
-    let settings = Settings { indirect: Indirect::Sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
+    let settings = Settings { indirect: Indirect::from(sampled), shadows: Shadows::BVH, ..Settings::default() };
     built.directions = Directions::new(settings.deep_images.directions).map_or(0, |all| all.len());
     built.resolution = settings.deep_images.resolution;
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings)?;

@@ -211,7 +211,7 @@ impl Bench {
 
     /// Settings without indirect light.
     fn without(&self) -> Settings {
-        Settings { indirect: Indirect::None, ..self.look.clone() }
+        Settings { indirect: Indirect::NONE, ..self.look.clone() }
     }
 
     fn camera(&self) -> &Camera {

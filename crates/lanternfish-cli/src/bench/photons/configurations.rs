@@ -5,9 +5,8 @@ use lanternfish::{
         photon_splatting::{PhotonSplatting, Splat},
         virtual_lights::VirtualLights,
     },
-    settings::{
-        Culling, DeepImageSettings, DirectionSet, Indirect, IndirectResolution, Quality, Sampled, Settings, Tracer,
-    },
+    settings::{Culling, DeepImageSettings, Indirect, Quality, Settings, Tracer},
+    techniques::{DirectionSet, IndirectResolution, Sampled},
 };
 
 use crate::bench::one_bounce::Configuration;
@@ -19,16 +18,16 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         all.push(Configuration { name: name.to_owned(), settings, has_steps: false });
     };
     let of = |indirect| Settings { indirect, ..look.clone() };
-    let with = |room: PhotonSplatting| of(Indirect::PhotonSplatting(room));
+    let with = |room: PhotonSplatting| of(Indirect::from(room));
     let usual = PhotonSplatting::default();
     let good = Quality::Good.sampled().one_bounce();
-    add("none", of(Indirect::None));
-    add("sampled", of(Indirect::Sampled(good)));
+    add("none", of(Indirect::NONE));
+    add("sampled", of(Indirect::from(good)));
     let half = Sampled { resolution: IndirectResolution::Half, ..good };
-    add("sampled, indirect-resolution half", of(Indirect::Sampled(half)));
-    add("virtual-lights", of(Indirect::VirtualLights(VirtualLights::default())));
+    add("sampled, indirect-resolution half", of(Indirect::from(half)));
+    add("virtual-lights", of(Indirect::from(VirtualLights::default())));
     let half = VirtualLights { resolution: IndirectResolution::Half, ..VirtualLights::default() };
-    add("virtual-lights, indirect-resolution half", of(Indirect::VirtualLights(half)));
+    add("virtual-lights, indirect-resolution half", of(Indirect::from(half)));
     add("photon-splatting", with(usual));
     add(
         "photon-splatting, indirect-resolution half",
@@ -58,8 +57,8 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     for (name, room) in rooms {
         add(&format!("photon-splatting, {name}"), with(room));
     }
-    for culling in [Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
-        let name = lanternfish::rooms::Family::name(&culling);
+    for culling in [Culling::from(Default::default()), Culling::from(Default::default())] {
+        let name = lanternfish::technique::Kind::name(&culling);
         add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
     }
     let paper = Settings { deep_images: papers_images(200), ..with(papers_photons()) };
@@ -91,13 +90,13 @@ pub fn papers_photons() -> PhotonSplatting {
 pub fn converging(look: &Settings, quick: bool) -> Vec<Configuration> {
     let usual = PhotonSplatting::default();
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
-        ("photon-splatting", Indirect::PhotonSplatting(usual)),
-        ("photon-splatting, photon-count 16384", Indirect::PhotonSplatting(PhotonSplatting { count: 16384, ..usual })),
+        ("sampled", Indirect::from(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", Indirect::from(VirtualLights::default())),
+        ("photon-splatting", Indirect::from(usual)),
+        ("photon-splatting, photon-count 16384", Indirect::from(PhotonSplatting { count: 16384, ..usual })),
         (
             "photon-splatting, photon-tracer within-texel",
-            Indirect::PhotonSplatting(PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
+            Indirect::from(PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
         ),
     ];
     let mut all = named(look, &rooms);
@@ -108,9 +107,9 @@ pub fn converging(look: &Settings, quick: bool) -> Vec<Configuration> {
 /// What is walked along a track.
 pub fn walked(look: &Settings) -> Vec<Configuration> {
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
-        ("photon-splatting", Indirect::PhotonSplatting(PhotonSplatting::default())),
+        ("sampled", Indirect::from(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", Indirect::from(VirtualLights::default())),
+        ("photon-splatting", Indirect::from(PhotonSplatting::default())),
     ];
     named(look, &rooms)
 }

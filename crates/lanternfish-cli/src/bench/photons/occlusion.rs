@@ -1,6 +1,9 @@
 //! Ambient occlusion by 512 deep images [Aalund2015, figs 8 and 9].
 
-use lanternfish::settings::{DeepImageSettings, Hbao, Occlusion, Settings};
+use lanternfish::{
+    settings::{DeepImageSettings, Occlusion, Settings},
+    techniques::Hbao,
+};
 use lanternfish_gpu::PassTime;
 use serde::Serialize;
 
@@ -35,10 +38,10 @@ pub fn rows(bench: &Bench) -> Result<Vec<OcclusionRow>, CliError> {
     let far = 0.28 * scene.bounds().size().length();
     let usual = DeepImageSettings::default();
     let ways = [
-        ("deep, 512 x 200²", Occlusion::deep(None), papers_images(200)),
-        ("deep, 512 x 50²", Occlusion::deep(None), papers_images(50)),
-        ("deep, as usual", Occlusion::deep(None), usual),
-        ("hbao, 28 % of the diagonal", Occlusion::Hbao(Hbao { radius: far }), usual),
+        ("deep, 512 x 200²", Occlusion::from(Deep { max_distance: None }), papers_images(200)),
+        ("deep, 512 x 50²", Occlusion::from(Deep { max_distance: None }), papers_images(50)),
+        ("deep, as usual", Occlusion::from(Deep { max_distance: None }), usual),
+        ("hbao, 28 % of the diagonal", Occlusion::from(Hbao { radius: far }), usual),
     ];
     let row = |(name, occlusion, images): &(&str, Occlusion, DeepImageSettings)| {
         let deep_images = DeepImageSettings { payload: false, ..*images };

@@ -2,15 +2,15 @@
 //! each of its settings that has names.
 
 use lanternfish::{
-    rooms::Family,
     settings::{DeepImageSettings, Indirect, Materials, Settings},
+    technique::Kind,
 };
 
 use super::{techniques::Technique, truths::Truth};
 
 /// Their rows, on base colours as diffuse albedos, and on the file's materials.
 pub fn bounces(default: &Settings) -> Vec<Technique> {
-    let rooms = Indirect::rooms().into_iter().filter(|room| !matches!(room, Indirect::Sampled(_)));
+    let rooms = Indirect::all().into_iter().filter(|room| !matches!(room, Indirect::from(_)));
     rooms.flat_map(|room| of_room(room, default)).collect()
 }
 
@@ -23,7 +23,7 @@ fn of_room(room: Indirect, default: &Settings) -> Vec<Technique> {
     };
     let name = room.name().to_owned();
     let mut rows = vec![row(name.clone(), Truth::OneBounce, room), row(name.clone(), Truth::OneBounceFile, room)];
-    for (knob, values) in room.room().expect("it is one").knobs() {
+    for (knob, values) in room.room().expect("it is one").parameters() {
         for (value, _) in values {
             let mut other = room;
             other.room_mut().expect("it is one").set(knob.name, value).expect("it is one of its values");

@@ -5,11 +5,14 @@
 //! pass, without a row.
 
 use lanternfish::{
-    rooms::Family,
     settings::{
-        Anisotropy, Assignment, ClusterShape, ClusterTest, Clustered, Culling, DeepImageSettings, DirectionSet,
-        HitLight, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion, Quality, RasterGrid, RayCulling,
-        Sampled, Samples, Settings, Shadows, TextureBinding, TileSize, Tiled, Tracer,
+        Anisotropy, Culling, DeepImageSettings, Indirect, Materials, Occlusion, Quality, RayCulling, Samples, Settings,
+        Shadows, TextureBinding, Tracer,
+    },
+    technique::Kind,
+    techniques::{
+        Assignment, ClusterShape, ClusterTest, Clustered, DirectionSet, HitLight, IndirectClamp, IndirectResolution,
+        RasterGrid, Sampled, TileSize, Tiled,
     },
 };
 
@@ -104,15 +107,15 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), Truth::DirectSoft, settings));
     }
     // What is missing from all the light there is, and what one bounce adds.
-    let without = |accumulate| Settings { indirect: Indirect::None, accumulate, ..default.clone() };
+    let without = |accumulate| Settings { indirect: Indirect::NONE, accumulate, ..default.clone() };
     rows.push(row("indirect none".to_owned(), Truth::Full, without(1)));
     rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), Truth::Full, without(MEAN_FRAMES)));
-    for indirect in Indirect::rooms() {
+    for indirect in Indirect::all() {
         let settings = Settings { indirect, deep_images: Settings::default().deep_images, ..default.clone() };
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
     let sampled = |name: &str, sampled, accumulate| {
-        let settings = Settings { indirect: Indirect::Sampled(sampled), accumulate, ..default.clone() };
+        let settings = Settings { indirect: Indirect::from(sampled), accumulate, ..default.clone() };
         row(format!("indirect sampled, {name}"), Truth::Full, settings)
     };
     rows.push(sampled("one bounce", GOOD, 1));
@@ -142,9 +145,9 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
         Technique { name: format!("one-bounce {name}"), settings, truth }
     };
-    let mut rows = vec![of("none", Indirect::None, usual)];
+    let mut rows = vec![of("none", Indirect::NONE, usual)];
     for tracer in Tracer::ALL.iter().copied() {
-        let plain = Indirect::Sampled(Sampled { tracer: tracer.into(), ..GOOD });
+        let plain = Indirect::from(Sampled { tracer: tracer.into(), ..GOOD });
         if tracer.uses_deep_images() {
             rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain, resolution)));
         } else {
@@ -170,7 +173,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         ("within-texel 128, cached", cached(Tracer::WithinTexel), 128),
         ("within-texel 128, every fourth pixel, cached", half_cached(Tracer::WithinTexel), 128),
     ];
-    rows.extend(more.map(|(name, sampled, resolution)| of(name, Indirect::Sampled(sampled), resolution)));
+    rows.extend(more.map(|(name, sampled, resolution)| of(name, Indirect::from(sampled), resolution)));
     rows
 }
 
@@ -181,9 +184,9 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, ..default.clone() };
         Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
     };
-    let sampled = |tracer: Tracer| Indirect::Sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
+    let sampled = |tracer: Tracer| Indirect::from(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
     let traced = Tracer::ALL.iter().map(|tracer| of(tracer.name(), sampled(*tracer)));
-    std::iter::once(of("none", Indirect::None)).chain(traced).collect()
+    std::iter::once(of("none", Indirect::NONE)).chain(traced).collect()
 }
 
 /// Directions of a row beside those of the default: four times as many.
@@ -199,7 +202,7 @@ fn occlusion_rooms(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
         }
         occlusion
     };
-    Occlusion::rooms().into_iter().map(ended).collect()
+    Occlusion::all().into_iter().map(ended).collect()
 }
 
 /// A room's name, and the deep images that it is judged with: of three resolutions, where it looks along them.
@@ -221,7 +224,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
             let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
             rows.push(Technique { name, settings, truth });
         };
-        row(format!("{kind} none"), Occlusion::None, default.deep_images);
+        row(format!("{kind} none"), Occlusion::NONE, default.deep_images);
         for occlusion in occlusion_rooms(max_distance, diagonal) {
             for (name, images) in with_images(occlusion, &default.deep_images) {
                 row(format!("{kind} {name}"), occlusion, images);
@@ -231,7 +234,11 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
             // What is left at this resolution is directions.
             let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
             let images = DeepImageSettings { resolution: 128, directions, ..default.deep_images };
-            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), Occlusion::deep(None), images);
+            row(
+                format!("{kind} deep 128, {MANY_DIRECTIONS} directions"),
+                Occlusion::from(Deep { max_distance: None }),
+                images,
+            );
         }
     }
     rows
@@ -242,13 +249,13 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let of =
         |name: String, settings| Technique { name: format!("environment {name}"), settings, truth: Truth::Environment };
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
-    let mut rows = vec![of("none".to_owned(), occluded(Occlusion::None))];
+    let mut rows = vec![of("none".to_owned(), occluded(Occlusion::NONE))];
     for occlusion in occlusion_rooms(None, diagonal) {
         for (name, deep_images) in with_images(occlusion, &default.deep_images) {
             rows.push(of(name, Settings { deep_images, ..occluded(occlusion) }));
         }
     }
-    let sampled = |tracer: Tracer| Indirect::Sampled(Sampled { tracer: tracer.into(), ..GOOD });
+    let sampled = |tracer: Tracer| Indirect::from(Sampled { tracer: tracer.into(), ..GOOD });
     for tracer in Tracer::ALL {
         let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
         rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
@@ -258,13 +265,13 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
 
 /// Every scheme of light culling.
 fn cullings() -> Vec<Culling> {
-    let tiled = TileSize::ALL.iter().flat_map(|tile_size| {
-        [true, false].map(|aabb_test| Culling::Tiled(Tiled { tile_size: *tile_size, aabb_test }))
-    });
+    let tiled = TileSize::ALL
+        .iter()
+        .flat_map(|tile_size| [true, false].map(|aabb_test| Culling::from(Tiled { tile_size: *tile_size, aabb_test })));
     let clustered = |change: fn(&mut Clustered)| {
         let mut clustered = Clustered::default();
         change(&mut clustered);
-        Culling::Clustered(clustered)
+        Culling::from(clustered)
     };
     // One view shares its grid with no other, and clusters beyond the scene are not visible: grouping and depth have no row.
     let clusters = [
@@ -274,22 +281,22 @@ fn cullings() -> Vec<Culling> {
         clustered(|c| c.assignment = Assignment::BruteForce),
         clustered(|c| c.test = ClusterTest::Planes),
     ];
-    let mut all: Vec<_> = std::iter::once(Culling::All).chain(tiled).chain(clusters).collect();
+    let mut all: Vec<_> = std::iter::once(Culling::NONE).chain(tiled).chain(clusters).collect();
     let grid = |tile_size: &TileSize| RasterGrid { tile_size: *tile_size, ..RasterGrid::default() };
     let few_layers = RasterGrid { layers: 8, ..RasterGrid::default() };
-    all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(Culling::RasterGrid));
+    all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(Culling::from));
     // A room that nothing is said of here, as it is where nobody says otherwise.
-    let is_said = |room: &Culling| matches!(room, Culling::Tiled(_) | Culling::Clustered(_) | Culling::RasterGrid(_));
-    all.extend(Culling::rooms().into_iter().filter(|room| !is_said(room)));
+    let is_said = |room: &Culling| matches!(room, Culling::from(_) | Culling::from(_) | Culling::from(_));
+    all.extend(Culling::all().into_iter().filter(|room| !is_said(room)));
     all
 }
 
 /// By the flags of the command line.
 fn culling_name(culling: Culling) -> String {
     match culling {
-        Culling::Tiled(Tiled { tile_size, aabb_test: true }) => format!("culling tiled {tile_size}"),
-        Culling::Tiled(Tiled { tile_size, aabb_test: false }) => format!("culling tiled {tile_size}, aabb off"),
-        Culling::Clustered(Clustered { shape, assignment, test, grouping: _, depth: _ }) => {
+        Culling::from(Tiled { tile_size, aabb_test: true }) => format!("culling tiled {tile_size}"),
+        Culling::from(Tiled { tile_size, aabb_test: false }) => format!("culling tiled {tile_size}, aabb off"),
+        Culling::from(Clustered { shape, assignment, test, grouping: _, depth: _ }) => {
             let mut name = format!("culling clustered {shape}");
             if assignment != Clustered::default().assignment {
                 name += &format!(", {assignment}");
@@ -299,7 +306,7 @@ fn culling_name(culling: Culling) -> String {
             }
             name
         }
-        Culling::RasterGrid(RasterGrid { tile_size, layers }) => {
+        Culling::from(RasterGrid { tile_size, layers }) => {
             format!("culling raster-grid {tile_size}, {layers} layers")
         }
         other => format!("culling {}", other.name()),

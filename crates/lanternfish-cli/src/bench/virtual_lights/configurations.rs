@@ -2,10 +2,8 @@
 
 use lanternfish::{
     indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
-    settings::{
-        Attenuation, Culling, DeepImageSettings, DirectionSet, Indirect, IndirectResolution, Quality, Sampled,
-        Settings, Shadows, Tracer,
-    },
+    settings::{Attenuation, Culling, DeepImageSettings, Indirect, Quality, Settings, Shadows, Tracer},
+    techniques::{DirectionSet, IndirectResolution, Sampled},
 };
 
 use crate::bench::one_bounce::Configuration;
@@ -55,22 +53,22 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         all.push(Configuration { name: name.to_owned(), settings, has_steps });
     };
     let of = |indirect| Settings { indirect, ..look.clone() };
-    let with = |room: VirtualLights| of(Indirect::VirtualLights(room));
+    let with = |room: VirtualLights| of(Indirect::from(room));
     let usual = VirtualLights::default();
-    let grid = Culling::RasterGrid(Default::default());
+    let grid = Culling::from(Default::default());
     let paper = || Settings { deep_images: papers_images(), culling: grid, ..with(papers_lights()) };
-    add("none", of(Indirect::None), false);
+    add("none", of(Indirect::NONE), false);
     let good = Quality::Good.sampled().one_bounce();
-    add("sampled", of(Indirect::Sampled(good)), false);
+    add("sampled", of(Indirect::from(good)), false);
     let half = Sampled { resolution: IndirectResolution::Half, ..good };
-    add("sampled, indirect-resolution half", of(Indirect::Sampled(half)), false);
+    add("sampled, indirect-resolution half", of(Indirect::from(half)), false);
     add("virtual-lights", with(usual), true);
     add("as in the paper", paper(), true);
     if quick {
         return all;
     }
     let fewer = Sampled { diffuse_rays: 4, glossy_rays: 2, ..good };
-    add("sampled, half the rays", of(Indirect::Sampled(fewer)), false);
+    add("sampled, half the rays", of(Indirect::from(fewer)), false);
     let rooms = [
         ("indirect-resolution half", VirtualLights { resolution: IndirectResolution::Half, ..usual }),
         ("vpl-shadow-rays 1", VirtualLights { shadow_rays: 1, ..usual }),
@@ -108,8 +106,8 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     }
     add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() }, false);
     add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() }, false);
-    for culling in [Culling::All, Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
-        let name = lanternfish::rooms::Family::name(&culling);
+    for culling in [Culling::NONE, Culling::from(Default::default()), Culling::from(Default::default())] {
+        let name = lanternfish::technique::Kind::name(&culling);
         add(&format!("virtual-lights, culling {name}"), Settings { culling, ..with(usual) }, false);
         if culling != grid {
             add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() }, false);
@@ -123,11 +121,11 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
 }
 
 fn weighed() -> Indirect {
-    Indirect::VirtualLights(VirtualLights { weight_count: 32, ..papers_lights() })
+    Indirect::from(VirtualLights { weight_count: 32, ..papers_lights() })
 }
 
 fn shadowed() -> Indirect {
-    Indirect::VirtualLights(VirtualLights { shadows: Shadows::BVH, ..papers_lights() })
+    Indirect::from(VirtualLights { shadows: Shadows::BVH, ..papers_lights() })
 }
 
 /// What is walked along a track: rays from every pixel, virtual lights, and those with one light a texel.
@@ -136,10 +134,10 @@ pub fn walked(look: &Settings) -> Vec<Configuration> {
     let plain = VirtualLights { unique: false, ..usual };
     let unshadowed = VirtualLights { shadows: Shadows::None, ..usual };
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", Indirect::VirtualLights(usual)),
-        ("virtual-lights, vpl-unique off", Indirect::VirtualLights(plain)),
-        ("virtual-lights, vpl-shadows none", Indirect::VirtualLights(unshadowed)),
+        ("sampled", Indirect::from(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", Indirect::from(usual)),
+        ("virtual-lights, vpl-unique off", Indirect::from(plain)),
+        ("virtual-lights, vpl-shadows none", Indirect::from(unshadowed)),
     ];
     let of = |(name, indirect): (&str, Indirect)| Configuration {
         name: name.to_owned(),
@@ -163,7 +161,7 @@ pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Trace
         shadows: Shadows::None,
         ..VirtualLights::default()
     };
-    Settings { indirect: Indirect::VirtualLights(room), deep_images: papers_images(), ..look.clone() }
+    Settings { indirect: Indirect::from(room), deep_images: papers_images(), ..look.clone() }
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@ use std::fs;
 
 use clap::Parser as _;
 use glam::{Mat3A, Vec3A};
-use lanternfish::settings::{
-    Clustered, Culling, DebugView, DirectionSet, Exposure, Hbao, Indirect, Occlusion, Quality, RasterGrid, Samples,
-    Shadows, TextureBinding, TileSize, Tiled, ToneMap,
+use lanternfish::{
+    settings::{Culling, DebugView, Exposure, Indirect, Occlusion, Quality, Samples, Shadows, TextureBinding, ToneMap},
+    techniques::{Clustered, DirectionSet, Hbao, RasterGrid, TileSize, Tiled},
 };
 use lanternfish_scene::generate::demo;
 
@@ -48,10 +48,10 @@ fn many_settings() -> Vec<Settings> {
         Settings::direct_light(),
         Settings { accumulate: 64, exposure: Exposure::Ev(-1.3), tone_map: ToneMap::Aces, ..Settings::default() },
         Settings { accumulate: 64, samples: Samples::One, ..Settings::default() },
-        Settings { culling: Culling::Tiled(tiled), shadows: Shadows::None, shadow_rays: 3, ..Settings::direct_light() },
-        Settings { culling: Culling::RasterGrid(RasterGrid::default()), ..Settings::direct_light() },
-        Settings { culling: Culling::Clustered(Clustered::default()), light_radius: 0.123, ..Settings::default() },
-        Settings { occlusion: Occlusion::Hbao(Hbao::default()), samples: Samples::Four, ..Settings::direct_light() },
+        Settings { culling: Culling::from(tiled), shadows: Shadows::None, shadow_rays: 3, ..Settings::direct_light() },
+        Settings { culling: Culling::from(RasterGrid::default()), ..Settings::direct_light() },
+        Settings { culling: Culling::from(Clustered::default()), light_radius: 0.123, ..Settings::default() },
+        Settings { occlusion: Occlusion::from(Hbao::default()), samples: Samples::Four, ..Settings::direct_light() },
         Settings {
             debug_view: Some(DebugView::LightCount),
             textures: TextureBinding::PerMaterial,
@@ -59,8 +59,8 @@ fn many_settings() -> Vec<Settings> {
         },
     ];
     all.extend(Quality::ALL.iter().map(|quality| Settings::of_quality(*quality)));
-    all.extend(Indirect::rooms().into_iter().map(|indirect| Settings { indirect, ..Settings::default() }));
-    all.extend(Occlusion::rooms().into_iter().map(|occlusion| Settings { occlusion, ..Settings::direct_light() }));
+    all.extend(Indirect::all().into_iter().map(|indirect| Settings { indirect, ..Settings::default() }));
+    all.extend(Occlusion::all().into_iter().map(|occlusion| Settings { occlusion, ..Settings::direct_light() }));
     let mut deep = Settings { range_threshold: 0.0031, ..Settings::direct_light() };
     (deep.deep_images.resolution, deep.deep_images.directions) = (96, DirectionSet::Cube { k: 5 });
     all.push(deep);
@@ -196,7 +196,7 @@ fn cameras_and_settings_that_no_flag_says_are_refused() {
         let shown = Shown { settings, scene: &scene, camera, eyes: None, size: [300, 200], moment: None };
         opened.shown(&shown).unwrap_err().to_string()
     };
-    settings.deep_images.store = lanternfish::settings::DeepStore::ALL[1];
+    settings.deep_images.store = lanternfish::techniques::DeepStore::ALL[1];
     assert!(refused(&settings, &camera).contains("flags cannot say these settings"));
     let settings = Settings::default();
     camera.world_from_camera.matrix3 *= Mat3A::from_rotation_z(0.3);

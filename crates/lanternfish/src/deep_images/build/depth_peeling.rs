@@ -7,9 +7,9 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, RasterStat
 
 use crate::{
     common::workgroups,
+    deep_images::settings::DeepImageSettings,
     deep_images::{DeepGrid, store::put_features},
     error::RenderError,
-    settings::DeepImageSettings,
     texture::target,
 };
 

@@ -26,9 +26,9 @@ use super::{
     store::{Source, Store},
 };
 use crate::{
+    deep_images::settings::{DeepBuilder, DeepImageSettings, DeepStore},
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
-    settings::{DeepBuilder, DeepImageSettings, DeepStore},
     texture::frame_target,
 };
 

@@ -5,9 +5,9 @@ use lanternfish_gpu::{Bindings, Frame, RasterPipeline};
 
 use super::{draw, raster};
 use crate::{
+    deep_images::settings::DeepImageSettings,
     deep_images::{DeepGrid, store::put_features},
     error::RenderError,
-    settings::DeepImageSettings,
 };
 
 #[derive(Debug)]

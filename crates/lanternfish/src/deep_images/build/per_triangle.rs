@@ -5,9 +5,9 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
 use crate::{
     common::workgroups,
+    deep_images::settings::DeepImageSettings,
     deep_images::{DeepGrid, store::put_features},
     error::RenderError,
-    settings::DeepImageSettings,
 };
 
 /// Images that a workgroup looks at; `SLICE` in `per_triangle.wesl`.

@@ -7,10 +7,10 @@ use lanternfish_gpu::{Bindings, ComputeKernel, Frame, RasterPipeline, storage_bu
 use super::{draw, raster};
 use crate::{
     common::workgroups,
+    deep_images::settings::DeepImageSettings,
     deep_images::{DeepGrid, store::put_features},
     error::RenderError,
     gpu_scene::GpuScene,
-    settings::DeepImageSettings,
 };
 
 #[derive(Debug)]

@@ -8,9 +8,9 @@ use lanternfish_gpu::{
 use super::{SLOTS, Slots, Source, check_room, counted_slots, first_guess, most_fragments, with_capacity};
 use crate::{
     common::workgroups,
+    deep_images::settings::{DeepDepth, DeepImageSettings},
     deep_images::{Chunk, DeepGrid, PAYLOAD},
     error::RenderError,
-    settings::{DeepDepth, DeepImageSettings},
 };
 
 #[derive(Debug)]

@@ -8,9 +8,9 @@ use lanternfish_gpu::{ComputeKernel, Feature, Frame, storage_buffer};
 use super::{Slots, Source, check_room, first_guess, most_fragments, with_capacity};
 use crate::{
     common::workgroups,
+    deep_images::settings::{DeepImageSettings, DeepStore},
     deep_images::{Chunk, DeepGrid, PAYLOAD},
     error::RenderError,
-    settings::{DeepImageSettings, DeepStore},
 };
 
 #[derive(Debug)]

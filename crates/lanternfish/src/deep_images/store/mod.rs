@@ -8,8 +8,8 @@ use lanternfish_gpu::{Bindings, Counted, Feature, Frame, storage_buffer, uniform
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
 use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
 use crate::{
+    deep_images::settings::{DeepImageSettings, DeepStore},
     error::RenderError,
-    settings::{DeepImageSettings, DeepStore},
 };
 
 /// Features of `store/put_fragment.wesl`, in which every builder's pass ends.

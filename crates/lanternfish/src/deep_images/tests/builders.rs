@@ -11,8 +11,9 @@ use crate::{
         directions::DirectionSet,
     },
     gpu_scene::GpuScene,
-    settings::{DeepBuilder, DeepImageSettings},
+    settings::DeepImageSettings,
     shaders::constant,
+    techniques::DeepBuilder,
     testing::{quad, scene_of},
 };
 

@@ -9,7 +9,8 @@ use crate::{
     deep_images::{DeepImages, Fragment, directions::DirectionSet, twin},
     gpu_scene::GpuScene,
     rays::{RayTracer, TracedRay},
-    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, Tracer},
+    settings::{DeepImageSettings, Tracer},
+    techniques::{DeepBuilder, DeepDepth, DeepStore},
     testing::{Random, probe},
 };
 

@@ -15,8 +15,9 @@ use crate::{
         twin,
     },
     error::RenderError,
-    settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepStore},
+    settings::DeepImageSettings,
     shaders::constant,
+    techniques::{DeepBuilder, DeepDepth, DeepStore},
     testing::{Random, probe},
 };
 

@@ -19,7 +19,8 @@ use crate::{
     Renderer, Settings,
     gpu_scene::GpuScene,
     rays::{RayTracer, TracedRay},
-    settings::{DeepBuilder, DeepImageSettings, Shadows, Tracer},
+    settings::{DeepImageSettings, Shadows, Tracer},
+    techniques::DeepBuilder,
 };
 
 /// Uploads for the BVH, whose triangles the builders draw.

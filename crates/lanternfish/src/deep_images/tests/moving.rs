@@ -10,7 +10,8 @@ use crate::{
         DeepImageBuilder, DeepImages, KeptDeepImages,
         directions::{DirectionSet, rotation_of_turn},
     },
-    settings::{DeepBuilder, DeepImageSettings, Shadows},
+    settings::{DeepImageSettings, Shadows},
+    techniques::DeepBuilder,
     testing::{Random, apart, moved, probe},
 };
 

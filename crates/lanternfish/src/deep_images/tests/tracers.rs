@@ -6,7 +6,8 @@ use super::{build, distances, settings, upload};
 use crate::{
     deep_images::directions::DirectionSet,
     rays::{RayTracer, TracedRay},
-    settings::{DeepBuilder, DeepImageSettings, Tracer},
+    settings::{DeepImageSettings, Tracer},
+    techniques::DeepBuilder,
     testing::Random,
 };
 

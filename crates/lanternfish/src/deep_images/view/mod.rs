@@ -13,8 +13,8 @@ pub use self::{
 };
 use super::{Chunk, DeepImages};
 use crate::{
+    deep_images::settings::{DeepImageSettings, DeepStore},
     error::RenderError,
-    settings::{DeepImageSettings, DeepStore},
 };
 
 /// An error unless fragments can be read by number.

@@ -5,11 +5,11 @@ use lanternfish_gpu::{Bindings, Frame, RasterPipeline, RasterState, gpu_struct, 
 
 use super::{super::DeepImages, check_store, place_of};
 use crate::{
+    deep_images::settings::{DeepImageSettings, DeepSearch},
     error::RenderError,
     gpu_scene::{GpuScene, Parts},
     output::DISPLAY_FORMAT,
     prepass::DEPTH_FORMAT,
-    settings::{DeepImageSettings, DeepSearch},
     texture::target,
     view::View,
 };

@@ -9,12 +9,7 @@ use super::{
     },
     *,
 };
-use crate::{
-    gpu_scene::GpuScene,
-    settings::{DeepBuilder, DeepImageSettings},
-    shaders::constant,
-    view::View,
-};
+use crate::{gpu_scene::GpuScene, settings::DeepImageSettings, shaders::constant, techniques::DeepBuilder, view::View};
 
 const SIZE: UVec2 = UVec2::new(200, 150);
 

@@ -8,9 +8,9 @@ use lanternfish_gpu::{
 
 use super::{super::DeepImages, check_store, place_of};
 use crate::{
+    deep_images::settings::DeepImageSettings,
     error::RenderError,
     output::{DISPLAY_FORMAT, fullscreen},
-    settings::DeepImageSettings,
 };
 
 gpu_struct! {

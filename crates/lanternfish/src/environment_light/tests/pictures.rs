@@ -1,3 +1,5 @@
+use crate::techniques::Deep;
+use crate::techniques::Hbao;
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_reference::{
@@ -17,8 +19,13 @@ use crate::{
 /// Not a multiple of a workgroup.
 const SIZE: UVec2 = UVec2::new(61, 45);
 
-const DEEP: Occlusion = Occlusion::deep(None);
-const HBAO: Occlusion = Occlusion::hbao(1.0);
+fn by_deep_images() -> Occlusion {
+    Occlusion::from(Deep { max_distance: None })
+}
+
+fn by_horizons() -> Occlusion {
+    Occlusion::from(Hbao { radius: 1.0 })
+}
 
 fn settings(occlusion: Occlusion) -> Settings {
     Settings { occlusion, shadows: Shadows::None, ..Settings::direct_light() }
@@ -80,8 +87,8 @@ fn gpu_an_even_image_is_a_constant_sky() {
     let constant = Scene { sky, ..corner([matt(), metal(0.3), dielectric]) };
     let imaged = Scene { environment: Some(even(sky)), ..constant.clone() };
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.3, 0.0]);
-    for occlusion in [DEEP, HBAO] {
-        let [a, b] = [&constant, &imaged].map(|scene| picture(gpu, &settings(occlusion), scene, &camera));
+    for occlusion in [by_deep_images(), by_horizons()] {
+        let [a, b] = [&constant, &imaged].map(|scene| picture(gpu, &settings(occlusion.clone()), scene, &camera));
         let apart = a.iter().zip(&b).map(|(a, b)| ((*a - *b) / sky).abs().max_element()).fold(0.0, f32::max);
         // Half floats of the sums, of a few levels, and of the picture.
         assert!(apart < 4e-3, "{occlusion:?}: {apart}");
@@ -94,13 +101,13 @@ fn gpu_white_surfaces_under_white_surroundings_are_white() {
     let Some(gpu) = testing::gpu("gpu_white_surfaces_under_white_surroundings_are_white") else { return };
     let camera = looking([0.0, 3.0, 0.1], [0.0, 0.0, 0.0]);
     let white = |material| Scene { environment: Some(even(Vec3::ONE)), ..floor(material) };
-    for occlusion in [DEEP, HBAO] {
-        for pixel in picture(gpu, &settings(occlusion), &white(matt()), &camera) {
+    for occlusion in [by_deep_images(), by_horizons()] {
+        for pixel in picture(gpu, &settings(occlusion.clone()), &white(matt()), &camera) {
             // Means of pieces and cells are off by some 2⁻²³.
             assert!((pixel - 1.0).abs().max_element() < 1e-3, "{occlusion:?}: {pixel}");
         }
         for roughness in [0.0f32, 0.3, 0.6, 1.0] {
-            let found = center(&picture(gpu, &settings(occlusion), &white(metal(roughness)), &camera)).x;
+            let found = center(&picture(gpu, &settings(occlusion.clone()), &white(metal(roughness)), &camera)).x;
             let [near, grazing] = shares(1.0, roughness.into());
             // One reflection between facets and no more: what meets another facet is lost, 0.69 of it at roughness 1.
             println!("{occlusion:?}, roughness {roughness}: {found}");
@@ -128,8 +135,8 @@ fn gpu_tilted_planes_get_what_they_face() {
         let camera = Camera::look_at(eye, Vec3::ZERO, looking([0.0; 3], [1.0; 3]).projection);
         let expected = 0.5 * (1.0 + cos);
         // Cells that the horizon cuts are white or black as a whole for the cosine, but for the mean of frames.
-        for (occlusion, most) in [(DEEP, 0.025), (HBAO, 3e-3)] {
-            let found = center(&picture(gpu, &settings(occlusion), &scene, &camera)).x;
+        for (occlusion, most) in [(by_deep_images(), 0.025), (by_horizons(), 3e-3)] {
+            let found = center(&picture(gpu, &settings(occlusion.clone()), &scene, &camera)).x;
             println!("{degrees}°, {occlusion:?}: {found:.4}, not {expected:.4}");
             assert!((found - expected).abs() < most, "{degrees}°, {occlusion:?}: {found}, not {expected}");
         }
@@ -142,14 +149,14 @@ fn gpu_turned_surroundings_turn_their_light() {
     // White from +x.
     let wall = scene_of(vec![quad(0, Vec3::ZERO, -Vec3::Z, Vec3::Y)], vec![matt()]);
     let camera = looking([3.0, 0.0, 0.0], [0.0; 3]);
-    for occlusion in [DEEP, HBAO] {
+    for occlusion in [by_deep_images(), by_horizons()] {
         for material in [matt(), metal(0.2)] {
             let lit = |rotation| {
                 let environment = image(256, 128, rotation, |d| Vec3::splat(f32::from(d.x > 0.0)));
                 let scene = Scene { environment: Some(environment), materials: vec![material.clone()], ..wall.clone() };
-                center(&picture(gpu, &settings(occlusion), &scene, &camera)).x
+                center(&picture(gpu, &settings(occlusion.clone()), &scene, &camera)).x
             };
-            let [facing, aside, behind] = [0.0, 90.0f32, 180.0].map(|degrees| lit(degrees.to_radians()));
+            let [facing, aside, behind] = [0.0, 90.0f32, 180.0].map(|degrees| lit.clone()(degrees.to_radians()));
             println!("{occlusion:?}, metallic {}: {facing} {aside} {behind}", material.metallic);
             assert!(facing > 0.9 && behind < 0.05, "{occlusion:?}: {facing} {behind}");
             assert!((aside - 0.5 * facing).abs() < 0.06, "{occlusion:?}: {aside} of {facing}");
@@ -164,8 +171,8 @@ fn gpu_what_moves_stands_in_the_light_where_it_is_now() {
     let mut scene = apart(&corner([glossy, matt(), matt()]));
     scene.environment = Some(image(64, 32, 0.0, |d| Vec3::new(1.0, 0.5, 0.2) * (1.0 + d.x) + d.y.max(0.0)));
     let camera = looking([1.0, 1.5, 4.0], [0.0, 0.3, 0.0]);
-    for occlusion in [DEEP, HBAO] {
-        let settings = settings(occlusion);
+    for occlusion in [by_deep_images(), by_horizons()] {
+        let settings = settings(occlusion.clone());
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut render = |uploaded: &_| pixels(&renderer.render(uploaded, &camera, SIZE.x, SIZE.y).unwrap().radiance);
@@ -207,13 +214,14 @@ fn gpu_light_is_the_path_tracers() {
         println!("off by {:.4}, energy {:.4}", off(&found, &truth), mean(&found) / mean(&truth));
         (off(&found, &truth), mean(&found) / mean(&truth))
     };
-    let [deep, frames, hbao] = [(DEEP, 1), (DEEP, 4), (HBAO, 1)].map(|(o, count)| found(o, count, &scene));
+    let [deep, frames, hbao] =
+        [(by_deep_images(), 1), (by_deep_images(), 4), (by_horizons(), 1)].map(|(o, count)| found(o, count, &scene));
     assert!(deep.0 < 0.09 && (deep.1 - 1.0).abs() < 0.03, "{deep:?}");
     assert!(frames.0 < deep.0 && (frames.1 - 1.0).abs() < 0.03, "{frames:?}");
     assert!(hbao.0 < 0.25 && hbao.0 > 1.5 * deep.0, "{hbao:?}");
     // It can fail: surroundings that are turned are others.
     scene.environment.as_mut().unwrap().rotation = 0.5;
-    let turned = found(DEEP, 1, &scene);
+    let turned = found(by_deep_images(), 1, &scene);
     assert!(turned.0 > 1.25 * deep.0, "{turned:?}");
 }
 
@@ -224,6 +232,6 @@ fn gpu_several_samples_are_lit_as_one() {
     let scene = Scene { environment: Some(half_white()), ..floor(metal(0.5)) };
     let camera = looking([0.0, 1.5, 2.0], [0.0, 0.0, 0.0]);
     let [one, four] = [Samples::One, Samples::Four]
-        .map(|samples| picture(gpu, &Settings { samples, ..settings(DEEP) }, &scene, &camera));
+        .map(|samples| picture(gpu, &Settings { samples, ..settings(by_deep_images()) }, &scene, &camera));
     assert!(off(&four, &one) < 5e-3, "{}", off(&four, &one));
 }

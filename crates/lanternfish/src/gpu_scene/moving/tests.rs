@@ -19,7 +19,8 @@ use super::{
 };
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
-    settings::{DebugView, Indirect, Sampled, Shadows, Tracer},
+    settings::{DebugView, Indirect, Shadows, Tracer},
+    techniques::Sampled,
     testing::{quad, scene_of},
 };
 
@@ -280,7 +281,7 @@ fn gpu_what_cannot_be_animated_is_named() {
     let Some(gpu) = testing::gpu("gpu_what_cannot_be_animated_is_named") else { return };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
-    let lit = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
+    let lit = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
     let mut dark = scene();
     dark.motion.lights.clear();
     let mut shining = dark.clone();

@@ -1,5 +1,6 @@
 //! Whoever renders a scene that another renderer uploaded gets the picture of an upload of its own, or is told.
 
+use crate::techniques::Hbao;
 use glam::Vec3;
 use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, testing};
 use lanternfish_scene::{Camera, Environment, Image, Light, Material, Projection, Scene, TextureRef};
@@ -9,9 +10,9 @@ use crate::{
     deep_images::DeepImageBuilder,
     rays::{RayTracer, TracedRay},
     settings::{
-        Attenuation, DebugView, DeepImageSettings, DirectionSet, Indirect, Materials, Occlusion, Sampled, Shadows,
-        TextureBinding, Tracer,
+        Attenuation, DebugView, DeepImageSettings, Indirect, Materials, Occlusion, Shadows, TextureBinding, Tracer,
     },
+    techniques::{DirectionSet, Sampled},
     testing::{quad, scene_of},
 };
 
@@ -52,7 +53,7 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
     let direct = || Settings { shadows: Shadows::BVH, deep_images: coarse(), ..Settings::direct_light() };
     let indirect = |tracer: Tracer| {
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
-        Settings { indirect: Indirect::Sampled(sampled), ..direct() }
+        Settings { indirect: Indirect::from(sampled), ..direct() }
     };
     let mut choices = vec![
         ("no shadows", Settings { shadows: Shadows::None, ..direct() }),
@@ -62,7 +63,7 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
         ("physical", Settings { attenuation: Attenuation::Physical, ..direct() }),
         ("soft", Settings { light_radius: 0.1, ..direct() }),
         ("textures one by one", Settings { textures: TextureBinding::PerMaterial, ..direct() }),
-        ("hbao", Settings { occlusion: Occlusion::hbao(1.0), shadows: Shadows::None, ..direct() }),
+        ("hbao", Settings { occlusion: Occlusion::from(Hbao { radius: 1.0 }), shadows: Shadows::None, ..direct() }),
         ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(Tracer::Bvh) }),
         ("indirect, deep images", indirect(Tracer::WithinTexel)),
     ];

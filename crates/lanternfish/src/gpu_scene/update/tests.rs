@@ -15,7 +15,8 @@ use super::{
 use crate::{
     GpuScene, Picture, Renderer, Settings,
     rays::{RayTracer, TracedRay},
-    settings::{Indirect, Sampled, Shadows, Tracer},
+    settings::{Indirect, Shadows, Tracer},
+    techniques::Sampled,
     testing::{Random, apart, moved},
 };
 
@@ -106,8 +107,8 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
     let asked = [
         ("bvh", direct(Shadows::BVH)),
         ("ray query", direct(Shadows::RAY_QUERY)),
-        ("sampled", Settings { indirect: Indirect::Sampled(sampled), ..direct(Shadows::BVH) }),
-        ("sampled, and ray query", Settings { indirect: Indirect::Sampled(sampled), ..direct(Shadows::RAY_QUERY) }),
+        ("sampled", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::BVH) }),
+        ("sampled, and ray query", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::RAY_QUERY) }),
         ("nothing traced", direct(Shadows::None)),
     ];
     for (name, settings) in asked {
@@ -224,7 +225,7 @@ fn gpu_factors_of_materials_follow() {
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     // And where hits are shaded.
     let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
-    let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
+    let indirect = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let mut uploaded = renderer.upload(&before).unwrap();

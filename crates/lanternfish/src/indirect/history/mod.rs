@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use glam::UVec2;
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, SharedStruct, gpu_struct, texture_of};
-use lanternfish_scene::named_enum;
 
 use super::LAYERS;
 use crate::{
@@ -48,19 +47,6 @@ gpu_struct! {
         asked_frames: f32,
         /// Unused.
         _pad: u32,
-    }
-}
-
-named_enum! {
-    /// Whether pixels keep what they saw in the frames before.
-    #[derive(Default)]
-    History {
-        /// Each frame is by itself.
-        #[default]
-        Off = "off": "Each frame is by itself",
-        /// What a pixel's surface got in the frames before is mixed with what it gets now, wherever the view has gone since. Frames of a view that
-        /// one renderer makes one after the other depend on each other then, pictures too; the first is as without.
-        On = "on": "Mixed with what each pixel's surface got in the frames before, wherever the view has gone",
     }
 }
 

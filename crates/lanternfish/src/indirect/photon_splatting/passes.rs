@@ -12,6 +12,7 @@ use crate::{
     common::workgroups,
     context::ViewContext,
     deep_images::directions::rotation_of_turn,
+    deep_images::settings::DeepImageSettings,
     error::RenderError,
     indirect::{
         Counters, IndirectPasses, IndirectSums,
@@ -22,7 +23,7 @@ use crate::{
     lights::Light,
     prepass::Surface,
     rays::{TracePass, Tracer},
-    settings::{DeepImageSettings, Materials, Samples, Settings},
+    settings::{Materials, Samples, Settings},
 };
 
 /// Name of the lists of photons' indices.
@@ -125,8 +126,8 @@ impl PhotonPasses {
             splatting: match room.splat {
                 Splat::Raster => Splatting::Raster(SplatRaster::new(device, settings.materials == Materials::File)?),
                 Splat::Gather => Splatting::Gather {
-                    culling: LightCulling::new(device, settings.culling, Samples::One)?,
-                    gather: kernel("gather", &[LightCulling::feature(settings.culling)], "gather")?,
+                    culling: LightCulling::new(device, &settings.culling, Samples::One)?,
+                    gather: kernel("gather", &[LightCulling::feature(&settings.culling)], "gather")?,
                 },
             },
             smoothing: Smoothing::new(device, settings.history)?,

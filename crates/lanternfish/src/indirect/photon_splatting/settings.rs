@@ -7,13 +7,13 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     indirect::{
-        IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectTechnique, Quality,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
     rays::{Tracer, TracerChoice},
-    rooms::{Knob, Range, Room},
     settings::Settings,
     shaders::Shaders,
+    technique::{Parameter, Range, Technique},
 };
 
 named_enum! {
@@ -72,12 +72,12 @@ impl Default for PhotonSplatting {
     }
 }
 
-impl Room for PhotonSplatting {
+impl Technique for PhotonSplatting {
     const NAME: &'static str = "photon-splatting";
-    const WORDS: &'static str =
+    const SUMMARY: &'static str =
         "Photons from the lights, split at the first surface, splatted at the next: any number of bounces";
-    const KNOBS: &'static [Knob<Self>] = &[
-        Knob::new(
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
             "photon-count",
             "N",
             Range::Count(16, 262_144),
@@ -85,11 +85,15 @@ impl Room for PhotonSplatting {
             |room: &mut Self| &mut room.count,
         )
         .with_default(),
-        Knob::new("photon-tracer", "NAME", Range::Names, "What split photons are traced through", |room: &mut Self| {
-            &mut room.tracer
-        })
+        Parameter::new(
+            "photon-tracer",
+            "NAME",
+            Range::Names,
+            "What split photons are traced through",
+            |room: &mut Self| &mut room.tracer,
+        )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "photon-bounces",
             "N",
             Range::Count(1, 16),
@@ -97,7 +101,7 @@ impl Room for PhotonSplatting {
             |room: &mut Self| &mut room.bounces,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "photon-radius",
             "FACTOR",
             Range::Positive,
@@ -105,7 +109,7 @@ impl Room for PhotonSplatting {
             |room: &mut Self| &mut room.radius,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "photon-widened",
             "on|off",
             Range::Switch("By the cell of the direction, too", "As in the paper: by the light's differentials alone"),
@@ -113,7 +117,7 @@ impl Room for PhotonSplatting {
             |room: &mut Self| &mut room.widened,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "photon-conserve",
             "on|off",
             Range::Switch("No light is lost at edges", "As in the paper: it is"),
@@ -121,11 +125,11 @@ impl Room for PhotonSplatting {
             |room: &mut Self| &mut room.conserved,
         )
         .with_default(),
-        Knob::new("photon-splat", "NAME", Range::Names, "How photons come to pixels", |room: &mut Self| {
+        Parameter::new("photon-splat", "NAME", Range::Names, "How photons come to pixels", |room: &mut Self| {
             &mut room.splat
         })
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "photon-chunk",
             "N",
             Range::Count(1024, 4_194_304),
@@ -133,14 +137,14 @@ impl Room for PhotonSplatting {
             |room: &mut Self| &mut room.chunk,
         )
         .with_default(),
-        Knob { words: RESOLUTION, of: |room| &mut room.resolution },
-        Knob { words: FILTER, of: |room| &mut room.filter_radius },
-        Knob { words: CLAMP, of: |room| &mut room.clamp },
+        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
+        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
+        Parameter { info: CLAMP, of: |room| &mut room.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }
 
-impl IndirectRoom for PhotonSplatting {
+impl IndirectTechnique for PhotonSplatting {
     fn spend(&mut self, quality: Quality) {
         (self.count, self.resolution) = match quality {
             Quality::Draft => (2048, IndirectResolution::Half),
@@ -161,7 +165,7 @@ impl IndirectRoom for PhotonSplatting {
         self.tracer.resolve(automatic);
     }
 
-    fn look_at_glass(&mut self) {
+    fn for_transparent(&mut self) {
         self.tracer = self.tracer.fixed().exact().into();
         self.resolution = IndirectResolution::Full;
     }

@@ -9,8 +9,8 @@ use lanternfish_scene::{Camera, Light, LightKind, Material, Primitive, Projectio
 use super::{PhotonSplatting, Splat, passes};
 use crate::{
     Picture, Renderer, Settings,
-    rooms::Family,
-    settings::{Attenuation, Culling, Indirect, IndirectClamp, Materials, Sampled, Tracer},
+    settings::{Attenuation, Culling, Indirect, Materials, Tracer},
+    techniques::{IndirectClamp, Sampled},
     testing::{quad, scene_of},
 };
 
@@ -39,7 +39,7 @@ fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera, size: U
 }
 
 fn render_room(gpu: &Gpu, room: PhotonSplatting, scene: &Scene, camera: &Camera) -> Picture {
-    render(gpu, settings(Indirect::PhotonSplatting(room)), scene, camera, SIZE)
+    render(gpu, settings(Indirect::from(room)), scene, camera, SIZE)
 }
 
 fn energy(picture: &Picture) -> f64 {
@@ -139,8 +139,8 @@ fn gpu_all_of_the_light_that_lands_is_seen() {
             let mut camera = Camera::look_at(Vec3::ZERO, way, projection);
             let axes = glam::Mat3::from_cols(way.cross(up), up, -way);
             camera.world_from_camera = glam::Affine3A::from_mat3(axes);
-            let direct = energy(&render(gpu, settings(Indirect::None), &scene, &camera, size));
-            let picture = render(gpu, settings(Indirect::PhotonSplatting(room)), &scene, &camera, size);
+            let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &camera, size));
+            let picture = render(gpu, settings(Indirect::from(room)), &scene, &camera, size);
             // Each pixel shows as much of a wall: 4 m² in all.
             flux += (energy(&picture) - direct) / 3.0 * f64::from(PI / albedo) * 4.0 / f64::from(size.x * size.y);
             reflected = counter(&picture, "flux_reflected") / f64::from(passes::FLUX_UNITS);
@@ -173,19 +173,17 @@ fn gpu_photons_are_the_same_however_they_come_to_pixels() {
     let Some(gpu) = testing::gpu("gpu_photons_are_the_same_however_they_come_to_pixels") else { return };
     let (scene, camera) = cornell();
     let room = PhotonSplatting { count: 200, radius: 0.5, bounces: 2, ..room() };
-    let of = |room, culling| {
-        render(gpu, Settings { culling, ..settings(Indirect::PhotonSplatting(room)) }, &scene, &camera, SIZE)
-    };
-    let all = of(room, Culling::All);
+    let of = |room, culling| render(gpu, Settings { culling, ..settings(Indirect::from(room)) }, &scene, &camera, SIZE);
+    let all = of(room, Culling::NONE);
     assert!(counter(&all, "splatted") > 10_000.0);
-    for culling in Culling::rooms() {
-        assert!(of(room, culling).radiance == all.radiance, "{}", culling.name());
+    for culling in Culling::all() {
+        assert!(of(room, culling.clone()).radiance == all.radiance, "{}", culling.name());
     }
-    let chunks = of(PhotonSplatting { chunk: 1024, ..room }, Culling::All);
+    let chunks = of(PhotonSplatting { chunk: 1024, ..room }, Culling::NONE);
     assert!(chunks.radiance == all.radiance, "chunks");
-    assert!(of(PhotonSplatting { radius: 0.4, ..room }, Culling::All).radiance != all.radiance, "blind");
-    let drawn = of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::All);
-    let again = of(PhotonSplatting { splat: Splat::Raster, chunk: 4096, ..room }, Culling::All);
+    assert!(of(PhotonSplatting { radius: 0.4, ..room }, Culling::NONE).radiance != all.radiance, "blind");
+    let drawn = of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::NONE);
+    let again = of(PhotonSplatting { splat: Splat::Raster, chunk: 4096, ..room }, Culling::NONE);
     for picture in [&drawn, &again] {
         let far = picture.radiance.iter().zip(&all.radiance).filter(|(a, b)| {
             let (a, b) = (Vec4::from(**a).truncate(), Vec4::from(**b).truncate());
@@ -194,7 +192,7 @@ fn gpu_photons_are_the_same_however_they_come_to_pixels() {
         assert_eq!(far.count(), 0);
     }
     assert!(
-        of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::All).radiance == drawn.radiance,
+        of(PhotonSplatting { splat: Splat::Raster, ..room }, Culling::NONE).radiance == drawn.radiance,
         "runs differ"
     );
 }
@@ -214,12 +212,12 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
             clamp: IndirectClamp::Off,
             ..Sampled::default().one_bounce()
         };
-        (picture(Indirect::None, frames), picture(Indirect::Sampled(rays), frames))
+        (picture(Indirect::NONE, frames), picture(Indirect::from(rays), frames))
     };
     let references = [(1, of_frames(1)), (16, of_frames(16))];
     let of = |room: PhotonSplatting| {
         references.each_ref().map(|(frames, (direct, truth))| {
-            let photons = picture(Indirect::PhotonSplatting(room), *frames);
+            let photons = picture(Indirect::from(room), *frames);
             let one_bounce = energy(truth) - energy(direct);
             let off = |(a, b): (&[f32; 4], &[f32; 4])| f64::from((Vec4::from(*a) - Vec4::from(*b)).abs().max_element());
             let distance = photons.radiance.iter().zip(&truth.radiance).map(off).sum::<f64>() / one_bounce;
@@ -258,7 +256,7 @@ fn gpu_a_mirror_throws_light_onto_a_wall() {
     scene.lights.push(Light { kind: spot, direction: Vec3::new(1.0, -1.0, 0.0).normalize(), ..light });
     let camera = looking([-0.9, 0.0, 0.0], [1.0, 0.0, 0.0]);
     let of = |room| {
-        let settings = Settings { materials: Materials::File, ..settings(Indirect::PhotonSplatting(room)) };
+        let settings = Settings { materials: Materials::File, ..settings(Indirect::from(room)) };
         render(gpu, settings, &scene, &camera, SIZE)
     };
     let picture = of(PhotonSplatting { radius: 1.0, ..room() });
@@ -313,7 +311,7 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
         Vec3::NEG_Z,
         Projection::Perspective { fov_y: 2.0 * (3.0 * 0.45f32.tan()).atan(), near: 0.02 },
     );
-    let settings = settings(Indirect::PhotonSplatting(room));
+    let settings = settings(Indirect::from(room));
     let whole = render(gpu, settings, &scene, &wide, 3 * SIZE);
     let at =
         |picture: &Picture, p: UVec2| Vec4::from(picture.radiance[(p.y * picture.width + p.x) as usize]).truncate();

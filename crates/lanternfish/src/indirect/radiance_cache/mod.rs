@@ -35,10 +35,10 @@ use super::{Counters, history::DOUBTED, sampled::Sampled};
 use crate::{
     common::workgroups,
     context::ViewContext,
+    deep_images::settings::DeepImageSettings,
     environment_light::ENVIRONMENT,
     error::RenderError,
     rays::{self, TracePass, Tracer},
-    settings::DeepImageSettings,
     shaders::{Root, Shaders},
 };
 

@@ -14,13 +14,13 @@ use super::{
 use crate::{
     common::workgroups,
     context::ViewContext,
+    deep_images::settings::DeepImageSettings,
     error::RenderError,
     indirect::{
         Counters,
         radiance_cache::{CacheOfFrame, RadianceCache},
     },
     rays::Tracer,
-    settings::DeepImageSettings,
 };
 
 /// Bytes of a list of rays' cells at most: rounds whose rays are more are gone through in parts.

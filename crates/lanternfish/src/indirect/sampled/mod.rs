@@ -28,11 +28,12 @@ use super::{
 };
 use crate::{
     context::ViewContext,
+    deep_images::settings::DeepImageSettings,
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
     rays::{self, TracePass, Tracer},
-    settings::{DeepImageSettings, Settings},
+    settings::Settings,
     shaders::{Root, Shaders},
 };
 

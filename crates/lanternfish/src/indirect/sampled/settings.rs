@@ -7,14 +7,14 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     indirect::{
-        IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectTechnique, Quality,
         radiance_cache::Bounces,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
     rays::{Tracer, TracerChoice},
-    rooms::{Knob, Range, Room},
     settings::{Materials, Settings},
     shaders::Shaders,
+    technique::{Parameter, Range, Technique},
 };
 
 /// Cells that the radiance cache may have room for, and samples of each in a picture's first frame.
@@ -109,45 +109,45 @@ impl Quality {
     }
 }
 
-impl Room for Sampled {
+impl Technique for Sampled {
     const NAME: &'static str = "sampled";
-    const WORDS: &'static str = "Rays from every pixel, whose ends are lit by the scene's lights";
-    const KNOBS: &'static [Knob<Self>] = &[
-        Knob::new(
+    const SUMMARY: &'static str = "Rays from every pixel, whose ends are lit by the scene's lights";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
             "indirect-rays",
             "N",
             Range::Count(1, 4096),
             "Diffuse rays a pixel; in a picture's first frame `first-rays` times as many. More: less noise, slower",
             |sampled| &mut sampled.diffuse_rays,
         ),
-        Knob::new(
+        Parameter::new(
             "first-rays",
             "N",
             Range::Count(1, MOST_FIRST_RAYS),
             "How many times as many diffuse rays a picture's first frame has, with `hit-light cached`. More: less noise, slower",
             |sampled| &mut sampled.first_rays,
         ),
-        Knob::new(
+        Parameter::new(
             "glossy-rays",
             "N",
             Range::Count(0, 4096),
             "Glossy rays a pixel. More: less noise on what shines, slower",
             |sampled| &mut sampled.glossy_rays,
         ),
-        Knob::new("indirect-tracer", "NAME", Range::Names, "What these rays are traced through", |sampled| {
+        Parameter::new("indirect-tracer", "NAME", Range::Names, "What these rays are traced through", |sampled| {
             &mut sampled.tracer
         }),
-        Knob { words: RESOLUTION, of: |sampled| &mut sampled.resolution },
-        Knob { words: FILTER, of: |sampled| &mut sampled.filter_radius },
-        Knob { words: CLAMP, of: |sampled| &mut sampled.clamp },
-        Knob::new(
+        Parameter { info: RESOLUTION, of: |sampled| &mut sampled.resolution },
+        Parameter { info: FILTER, of: |sampled| &mut sampled.filter_radius },
+        Parameter { info: CLAMP, of: |sampled| &mut sampled.clamp },
+        Parameter::new(
             "hit-light",
             "NAME",
             Range::Names,
             "Where the light comes from that the ends of these rays send",
             |sampled| &mut sampled.hit_light,
         ),
-        Knob::new(
+        Parameter::new(
             "bounces",
             "N|all",
             Range::Names,
@@ -155,14 +155,14 @@ impl Room for Sampled {
              2 to 8: with `hit-light cached`",
             |sampled| &mut sampled.bounces,
         ),
-        Knob::new(
+        Parameter::new(
             "cache-cells",
             "N",
             Range::Count(LEAST_CELLS, MOST_CELLS),
             "Cells that the radiance cache has room for at most. More: fewer ends of rays are shaded for want of room",
             |sampled| &mut sampled.cache_cells,
         ),
-        Knob::new(
+        Parameter::new(
             "cache-samples",
             "N",
             Range::Count(1, MOST_SAMPLES),
@@ -173,7 +173,7 @@ impl Room for Sampled {
     const SHADERS: Shaders = DECLARED;
 }
 
-impl IndirectRoom for Sampled {
+impl IndirectTechnique for Sampled {
     fn spend(&mut self, quality: Quality) {
         *self = quality.sampled();
     }
@@ -186,7 +186,7 @@ impl IndirectRoom for Sampled {
         self.tracer.resolve(automatic);
     }
 
-    fn look_at_glass(&mut self) {
+    fn for_transparent(&mut self) {
         self.tracer = self.tracer.fixed().exact().into();
         self.resolution = IndirectResolution::Full;
         self.glossy_rays = self.glossy_rays.max(1);

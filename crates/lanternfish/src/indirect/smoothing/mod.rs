@@ -11,15 +11,16 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, 
 use lanternfish_scene::named_enum;
 
 use super::{
-    history::{self, DOUBTED, Doubt, Histories, History},
+    history::{self, DOUBTED, Doubt, Histories},
     layers_target,
 };
+use crate::settings::History;
 use crate::{
     context::ViewContext,
     error::RenderError,
     prepass::Surface,
-    rooms::{KnobWords, Range},
     shaders::{Root, Shaders},
+    technique::{ParameterInfo, Range},
 };
 
 /// The shaders of this folder.
@@ -107,16 +108,16 @@ named_enum! {
 }
 
 /// The settings that rooms whose sums are smoothed have in common.
-pub(super) const RESOLUTION: KnobWords =
-    KnobWords::new("indirect-resolution", "NAME", Range::Names, "Where these rays start");
-pub(super) const FILTER: KnobWords = KnobWords::new(
+pub(super) const RESOLUTION: ParameterInfo =
+    ParameterInfo::new("indirect-resolution", "NAME", Range::Names, "Where these rays start");
+pub(super) const FILTER: ParameterInfo = ParameterInfo::new(
     "indirect-filter",
     "PIXELS",
     Range::Count(0, 64),
     "Pixels to each side over which what they bring is averaged, short of edges; 0: none. More: less \
                        noise, less detail",
 );
-pub(super) const CLAMP: KnobWords = KnobWords::new(
+pub(super) const CLAMP: ParameterInfo = ParameterInfo::new(
     "indirect-clamp",
     "ON|OFF",
     Range::Names,

@@ -2,7 +2,8 @@
 
 use crate::{
     indirect::radiance_cache::FIRST_CELLS_IN_TESTS,
-    settings::{Bounces, History, HitLight},
+    settings::History,
+    techniques::{Bounces, HitLight},
     testing::walks,
 };
 
@@ -24,7 +25,7 @@ fn gpu_cells_send_what_the_surfaces_in_them_send() {
     let Some(gpu) = testing::gpu("gpu_cells_send_what_the_surfaces_in_them_send") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct =
-        picture(gpu, Settings { indirect: Indirect::None, ..over_frames(sampled(Tracer::Bvh), 8) }, &scene, &camera);
+        picture(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 8) }, &scene, &camera);
     let indirect = |rays| mean(&picture(gpu, over_frames(rays, 8), &scene, &camera)) - mean(&direct);
     let shaded = Sampled { hit_light: HitLight::Shaded, ..cached(Tracer::Bvh, Bounces::ONE) };
     let expected = indirect(shaded);
@@ -82,7 +83,7 @@ fn gpu_every_bounce_is_the_path_tracers() {
     for (name, scene, camera, samples) in
         [("cornell", cornell(), looking(CAMERA.0, CAMERA.1), 256), ("hall", hall, inside, 128)]
     {
-        let direct = Settings { indirect: Indirect::None, ..over_frames(sampled(Tracer::Bvh), 16) };
+        let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 16) };
         let cells = Sampled { glossy_rays: 8, ..cached(Tracer::Bvh, Bounces::All) };
         let indirect =
             mean(&picture(gpu, over_frames(cells, 16), &scene, &camera)) - mean(&picture(gpu, direct, &scene, &camera));
@@ -100,7 +101,7 @@ fn gpu_every_bounce_is_the_path_tracers() {
 fn gpu_counted_bounces_are_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_counted_bounces_are_the_path_tracers") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let direct = Settings { indirect: Indirect::None, ..over_frames(sampled(Tracer::Bvh), 16) };
+    let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 16) };
     let direct = mean(&picture(gpu, direct, &scene, &camera));
     let of = |depth| mean(&traced(&scene, &camera, depth, 256));
     let traced: Vec<f64> = (2..=6).map(of).collect();
@@ -157,7 +158,7 @@ fn gpu_cached_light_is_the_same_again() {
 fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_a_full_cache_loses_no_light_of_one_bounce") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let none = Settings { indirect: Indirect::None, ..over_frames(sampled(Tracer::Bvh), 8) };
+    let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 8) };
     let direct = mean(&picture(gpu, none, &scene, &camera));
     let rendered_over = |frames, rays| {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, frames)).unwrap();

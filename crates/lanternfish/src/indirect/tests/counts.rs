@@ -1,6 +1,6 @@
 //! How many rays are traced.
 
-use crate::settings::{Bounces, HitLight};
+use crate::techniques::{Bounces, HitLight};
 
 use super::{cached::over_frames, *};
 

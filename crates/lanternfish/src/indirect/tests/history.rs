@@ -4,7 +4,8 @@ use glam::Affine3A;
 
 use crate::{
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
-    settings::{Bounces, History, HitLight},
+    settings::History,
+    techniques::{Bounces, HitLight},
 };
 
 use super::*;
@@ -31,16 +32,16 @@ fn gpu_a_first_frame_and_its_mean_know_of_nothing_before() {
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let usual = Sampled { filter_radius: 4, clamp: IndirectClamp::On, ..few() };
     let rooms = [
-        Indirect::Sampled(usual),
-        Indirect::Sampled(Sampled { hit_light: HitLight::Cached, ..usual }),
-        Indirect::Sampled(Sampled { resolution: IndirectResolution::Half, ..usual }),
-        Indirect::VirtualLights(VirtualLights { count: 256, ..VirtualLights::default() }),
-        Indirect::PhotonSplatting(PhotonSplatting { count: 1024, ..PhotonSplatting::default() }),
+        Indirect::from(usual),
+        Indirect::from(Sampled { hit_light: HitLight::Cached, ..usual }),
+        Indirect::from(Sampled { resolution: IndirectResolution::Half, ..usual }),
+        Indirect::from(VirtualLights { count: 256, ..VirtualLights::default() }),
+        Indirect::from(PhotonSplatting { count: 1024, ..PhotonSplatting::default() }),
     ];
     for (accumulate, samples) in [(1, Samples::One), (5, Samples::One), (5, Samples::Four)] {
-        for room in rooms {
+        for room in &rooms {
             let of = |history| {
-                let settings = Settings { accumulate, samples, history, indirect: room, ..settings(usual) };
+                let settings = Settings { accumulate, samples, history, indirect: room.clone(), ..settings(usual) };
                 picture(gpu, settings, &scene, &camera)
             };
             assert!(of(History::Off) == of(History::On), "{accumulate} frames, {samples:?}, {room:?}");
@@ -58,7 +59,7 @@ fn gpu_a_camera_that_moves_takes_its_noise_away() {
     let last = 12;
     let many = Sampled { diffuse_rays: 512, glossy_rays: 256, ..few() };
     let truth = picture(gpu, settings(many), &scene, &at(last));
-    let direct = picture(gpu, Settings { indirect: Indirect::None, ..settings(many) }, &scene, &at(last));
+    let direct = picture(gpu, Settings { indirect: Indirect::NONE, ..settings(many) }, &scene, &at(last));
     let light = mean(&truth) - mean(&direct);
     let walked = |history| {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), keeping(history, few())).unwrap();
@@ -160,7 +161,7 @@ fn gpu_a_bright_lamp_that_goes_out_leaves_no_glow() {
         });
         let mut after = |scene: &Scene| {
             let again = Settings { accumulate: 16, ..settings(rays) };
-            let direct = mean(&picture(gpu, Settings { indirect: Indirect::None, ..settings(rays) }, scene, &camera));
+            let direct = mean(&picture(gpu, Settings { indirect: Indirect::NONE, ..settings(rays) }, scene, &camera));
             let expected = mean(&picture(gpu, again, scene, &camera)) - direct;
             renderer.update(&mut uploaded, scene).unwrap();
             let found: Vec<f64> = (0..16).map(|_| (render(&mut renderer, &uploaded) - direct) / expected).collect();

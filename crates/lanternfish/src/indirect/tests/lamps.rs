@@ -3,7 +3,7 @@
 use lanternfish_scene::LightKind;
 
 use super::{cached::over_frames, *};
-use crate::settings::HitLight;
+use crate::techniques::HitLight;
 
 /// A lamp above the matt floor of a scene whose ceiling is a mirror, which shows what the floor's cells send.
 fn under_a_mirror(lamp: Light) -> Scene {
@@ -28,7 +28,7 @@ fn gpu_cells_close_to_a_lamp_send_what_it_does() {
         let x = -0.05 + 0.1 * (i as f32 + 0.5) / 24.0;
         let scene = under_a_mirror(Light::point(Vec3::new(x, 0.005, -0.7 * x), Vec3::ONE));
         let rays = into_a_mirror(HitLight::Cached, 16);
-        let none = Settings { indirect: Indirect::None, ..over_frames(rays, 1) };
+        let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, 1) };
         let [all, direct] = [over_frames(rays, 1), none].map(|settings| mean(&picture(gpu, settings, &scene, &camera)));
         let [one, truly_direct] = [3, 2].map(|depth| mean(&traced(&scene, &camera, depth, 128)));
         let found = (all - direct) / (one - truly_direct);
@@ -85,7 +85,7 @@ fn gpu_few_samples_know_many_lamps() {
     let of = |hit_light, cache_samples, accumulate| {
         let rays = into_a_mirror(hit_light, cache_samples);
         let all = over_frames(rays, accumulate);
-        let none = Settings { indirect: Indirect::None, ..over_frames(rays, accumulate) };
+        let none = Settings { indirect: Indirect::NONE, ..over_frames(rays, accumulate) };
         let [all, direct] = [all, none].map(|settings| picture(gpu, settings, &scene, &camera));
         let pixels: Vec<Vec3> = all.iter().zip(&direct).map(|(all, direct)| *all - *direct).collect();
         let block = |x: u32, y: u32| {

@@ -4,7 +4,8 @@ use lanternfish_scene::Instance;
 
 use crate::{
     GpuScene, Target, ViewRequest,
-    settings::{Bounces, History, HitLight},
+    settings::History,
+    techniques::{Bounces, HitLight},
 };
 
 use super::*;
@@ -78,7 +79,7 @@ fn settled(gpu: &Gpu, indirect: Indirect, shares: [f32; 2]) -> f64 {
 /// Mean radiance of frames in the second box after twelve in the first one, over that of pictures.
 fn seen(gpu: &Gpu, bounces: Bounces, shares: [f32; 2], frames: usize, changes: bool) -> Vec<f64> {
     let rays = cached(bounces);
-    let settled = settled(gpu, Indirect::Sampled(rays), shares);
+    let settled = settled(gpu, Indirect::from(rays), shares);
     let mut walk = Frames::of(gpu, rays, shares, changes);
     (0..12).for_each(|_| {
         walk.next(&within(0.0));
@@ -120,10 +121,10 @@ fn gpu_cells_have_every_bounce_while_the_scene_changes() {
 fn gpu_every_bounce_follows_a_lamp_while_the_scene_changes() {
     let Some(gpu) = testing::gpu("gpu_every_bounce_follows_a_lamp_while_the_scene_changes") else { return };
     let shares = [0.8, 0.8];
-    let direct = settled(gpu, Indirect::None, shares);
+    let direct = settled(gpu, Indirect::NONE, shares);
     for (bounces, most_late) in [(Bounces::ONE, 0), (Bounces::All, 2)] {
         let rays = cached(bounces);
-        let indirect = settled(gpu, Indirect::Sampled(rays), shares) - direct;
+        let indirect = settled(gpu, Indirect::from(rays), shares) - direct;
         let mut frames = Frames::of(gpu, rays, shares, true);
         (0..16).for_each(|_| {
             frames.next(&within(4.0));

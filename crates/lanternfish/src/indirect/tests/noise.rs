@@ -3,7 +3,7 @@
 use lanternfish_scene::rig;
 
 use super::*;
-use crate::settings::HitLight;
+use crate::techniques::HitLight;
 
 /// Errors of pixels that are 32 apart, where the squares of pixels that share a net of shifts would repeat, are not alike; nor are those of smaller
 /// squares of it.

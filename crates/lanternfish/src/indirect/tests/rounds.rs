@@ -8,7 +8,7 @@ use lanternfish_gpu::{Bindings, uniform_buffer_of};
 use super::*;
 use crate::{
     indirect::sampled::{MOST_ROUNDS_IN_TESTS, SampledParameters, sample_order},
-    settings::HitLight,
+    techniques::HitLight,
     testing::{Random, ask_about, ask_module},
     view::View,
 };

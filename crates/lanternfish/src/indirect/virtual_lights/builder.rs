@@ -11,6 +11,7 @@ use super::{
 use crate::{
     common::workgroups,
     context::ViewContext,
+    deep_images::settings::DeepImageSettings,
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{
@@ -19,7 +20,7 @@ use crate::{
     },
     lights::{Light, LightSet},
     rays::{TracePass, Tracer},
-    settings::{DeepImageSettings, Materials, Settings},
+    settings::{Materials, Settings},
 };
 
 /// Name of the list of virtual lights, and of the lists of their indices.

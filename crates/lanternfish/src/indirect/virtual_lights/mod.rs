@@ -32,12 +32,13 @@ use super::{
 };
 use crate::{
     context::ViewContext,
+    deep_images::settings::DeepImageSettings,
     error::RenderError,
     gpu_scene::{MASKED, TEXTURES},
     light_culling::{LightCulling, Reach},
     prepass::Surface,
     rays::{self, TracePass, Tracer},
-    settings::{DeepImageSettings, Samples, Settings, Shadows},
+    settings::{Samples, Settings, Shadows},
     shaders::{Root, Shaders},
 };
 
@@ -100,7 +101,7 @@ impl VirtualLightPasses {
             Shadows::Auto => Some(exact),
             Shadows::Traced(tracer) => Some(tracer.check(device, "`vpl-shadows ray-query`", "`vpl-shadows bvh`")?),
         };
-        let mut gather = vec![LightCulling::feature(settings.culling)];
+        let mut gather = vec![LightCulling::feature(&settings.culling)];
         gather.extend(shadows.map(|_| SHADOWED));
         let shadow =
             |tracer: Tracer| Ok::<_, RenderError>(TracePass::new(tracer, kernel("shadow", &tracer.features(&images))?));
@@ -108,7 +109,7 @@ impl VirtualLightPasses {
             settings: room,
             frames: settings.accumulate,
             builder: LightBuilder::new(device, room, settings, &images, exact)?,
-            culling: LightCulling::new(device, settings.culling, Samples::One)?,
+            culling: LightCulling::new(device, &settings.culling, Samples::One)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,
             smoothing: Smoothing::new(device, settings.history)?,

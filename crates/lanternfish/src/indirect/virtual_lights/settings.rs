@@ -5,13 +5,13 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     indirect::{
-        IndirectClamp, IndirectPasses, IndirectResolution, IndirectRoom, Quality,
+        IndirectClamp, IndirectPasses, IndirectResolution, IndirectTechnique, Quality,
         smoothing::{CLAMP, FILTER, RESOLUTION},
     },
     rays::Tracer,
-    rooms::{Knob, Range, Room},
     settings::{Attenuation, Settings, Shadows},
     shaders::Shaders,
+    technique::{Parameter, Range, Technique},
 };
 
 /// Virtual point lights on what the scene's lights light, each with a range [Archer2019, §3.2].
@@ -99,11 +99,11 @@ impl Default for VirtualLights {
     }
 }
 
-impl Room for VirtualLights {
+impl Technique for VirtualLights {
     const NAME: &'static str = "virtual-lights";
-    const WORDS: &'static str = "Point lights on what the scene's lights light, each with a range: one bounce";
-    const KNOBS: &'static [Knob<Self>] = &[
-        Knob::new(
+    const SUMMARY: &'static str = "Point lights on what the scene's lights light, each with a range: one bounce";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
             "vpl-map",
             "TEXELS",
             Range::Numbers,
@@ -111,9 +111,9 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.map,
         )
         .with_default(),
-        Knob::new("vpl-source", "NAME", Range::Names, "How the map of what lights see is made", |room: &mut Self| &mut room.source)
+        Parameter::new("vpl-source", "NAME", Range::Names, "How the map of what lights see is made", |room: &mut Self| &mut room.source)
             .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-unique",
             "on|off",
             Range::Switch("Fewer lights, evenly spread over surfaces", "A light a texel"),
@@ -121,7 +121,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.unique,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-spacing",
             "SHARE",
             Range::Positive,
@@ -130,7 +130,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.spacing,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-count",
             "N",
             Range::Count(0, 4_194_304),
@@ -139,7 +139,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.count,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-stride",
             "N",
             Range::Count(1, 64),
@@ -147,11 +147,11 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.stride,
         )
         .with_default(),
-        Knob::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
+        Parameter::new("vpl-ranges", "NAME", Range::Names, "Where a virtual light's range comes from", |room: &mut Self| {
             &mut room.ranges
         })
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-axis",
             "NAME",
             Range::Names,
@@ -159,11 +159,11 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.axis,
         )
         .with_default(),
-        Knob::new("vpl-range-tracer", "NAME", Range::Names, "What these rays are traced through", |room: &mut Self| {
+        Parameter::new("vpl-range-tracer", "NAME", Range::Names, "What these rays are traced through", |room: &mut Self| {
             &mut room.range_tracer
         })
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-least-range",
             "SHARE",
             Range::Positive,
@@ -171,7 +171,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.least_range,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-most-range",
             "SHARE",
             Range::Positive,
@@ -180,7 +180,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.most_range,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-large-kept",
             "PERCENT",
             Range::Count(0, 100),
@@ -188,11 +188,11 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.large_kept,
         )
         .with_default(),
-        Knob::new("vpl-falloff", "NAME", Range::Names, "How virtual lights end at their range", |room: &mut Self| {
+        Parameter::new("vpl-falloff", "NAME", Range::Names, "How virtual lights end at their range", |room: &mut Self| {
             &mut room.falloff
         })
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-emission",
             "NAME",
             Range::Names,
@@ -200,7 +200,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.emission,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-least-distance",
             "METRES",
             Range::Positive,
@@ -208,7 +208,7 @@ impl Room for VirtualLights {
              disk of the area that it stands for",
             |room: &mut Self| &mut room.least_distance,
         ),
-        Knob::new(
+        Parameter::new(
             "vpl-residual",
             "NAME",
             Range::Names,
@@ -216,7 +216,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.residual,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-far-lights",
             "N",
             Range::Count(1, 4096),
@@ -224,7 +224,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.far_lights,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-weight",
             "N",
             Range::Count(0, 65536),
@@ -232,7 +232,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.weight_count,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-shadows",
             "NAME",
             Range::Names,
@@ -240,7 +240,7 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.shadows,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "vpl-shadow-rays",
             "N",
             Range::Count(1, 256),
@@ -248,14 +248,14 @@ impl Room for VirtualLights {
             |room: &mut Self| &mut room.shadow_rays,
         )
         .with_default(),
-        Knob { words: RESOLUTION, of: |room| &mut room.resolution },
-        Knob { words: FILTER, of: |room| &mut room.filter_radius },
-        Knob { words: CLAMP, of: |room| &mut room.clamp },
+        Parameter { info: RESOLUTION, of: |room| &mut room.resolution },
+        Parameter { info: FILTER, of: |room| &mut room.filter_radius },
+        Parameter { info: CLAMP, of: |room| &mut room.clamp },
     ];
     const SHADERS: Shaders = DECLARED;
 }
 
-impl IndirectRoom for VirtualLights {
+impl IndirectTechnique for VirtualLights {
     fn spend(&mut self, quality: Quality) {
         let (count, shadow_rays, resolution) = match quality {
             Quality::Draft => (4096, 4, IndirectResolution::Half),
@@ -279,7 +279,7 @@ impl IndirectRoom for VirtualLights {
         false
     }
 
-    fn look_at_glass(&mut self) {
+    fn for_transparent(&mut self) {
         self.range_tracer = self.range_tracer.exact();
         if let Shadows::Traced(tracer) = &mut self.shadows {
             *tracer = tracer.exact();

@@ -5,10 +5,8 @@ use lanternfish_scene::{Camera, Light, Material, Projection, Scene, generate::de
 use super::{MapSize, MapSource, Ranges, Residual, VirtualLights};
 use crate::{
     Picture, Renderer, Settings,
-    rooms::Family,
-    settings::{
-        Attenuation, Culling, Indirect, IndirectClamp, IndirectResolution, Materials, Sampled, Samples, Shadows, Tracer,
-    },
+    settings::{Attenuation, Culling, Indirect, Materials, Samples, Shadows, Tracer},
+    techniques::{IndirectClamp, IndirectResolution, Sampled},
     testing::{quad, scene_of},
 };
 
@@ -37,7 +35,7 @@ fn render(gpu: &Gpu, settings: Settings, scene: &Scene, camera: &Camera) -> Pict
 }
 
 fn render_room(gpu: &Gpu, room: VirtualLights, scene: &Scene, camera: &Camera) -> Picture {
-    render(gpu, settings(Indirect::VirtualLights(room)), scene, camera)
+    render(gpu, settings(Indirect::from(room)), scene, camera)
 }
 
 fn energy(picture: &Picture) -> f64 {
@@ -94,16 +92,16 @@ fn gpu_virtual_lights_are_the_same_by_every_scheme_of_culling() {
     let (scene, camera) = cornell();
     // Short ranges, so that lists differ from pixel to pixel; far lights, which are in none.
     let room = VirtualLights { ranges: Ranges::Random, most_range: 0.3, count: 300, far_lights: 16, ..room() };
-    let of = |culling| Settings { culling, ..settings(Indirect::VirtualLights(room)) };
-    let all = render(gpu, of(Culling::All), &scene, &camera);
+    let of = |culling| Settings { culling, ..settings(Indirect::from(room)) };
+    let all = render(gpu, of(Culling::NONE), &scene, &camera);
     assert!(counter(&all, "listed") > 200.0);
-    for culling in Culling::rooms() {
+    for culling in Culling::all() {
         for run in 0..2 {
-            let found = render(gpu, of(culling), &scene, &camera);
+            let found = render(gpu, of(culling.clone()), &scene, &camera);
             assert!(found.radiance == all.radiance, "{}, run {run}", culling.name());
         }
     }
-    let other = render(gpu, of(Culling::All), &scene, &looking([0.0, 1.0, 4.1], [0.0, 1.0, 0.0]));
+    let other = render(gpu, of(Culling::NONE), &scene, &looking([0.0, 1.0, 4.1], [0.0, 1.0, 0.0]));
     assert!(other.radiance != all.radiance, "blind to another view");
 }
 
@@ -173,8 +171,8 @@ fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
             clamp: IndirectClamp::Off,
             ..Sampled::default().one_bounce()
         };
-        let direct = of(Indirect::None);
-        let (found, rays) = (of(Indirect::VirtualLights(room)) - direct, of(Indirect::Sampled(sampled)) - direct);
+        let direct = of(Indirect::NONE);
+        let (found, rays) = (of(Indirect::from(room)) - direct, of(Indirect::from(sampled)) - direct);
         assert!((found / rays - 1.0).abs() < 0.08, "{what}: {found} of {rays}");
     }
 }
@@ -185,10 +183,10 @@ fn gpu_virtual_lights_have_the_flux_of_what_has_an_area() {
 fn gpu_the_energy_of_virtual_lights_is_that_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_the_energy_of_virtual_lights_is_that_of_one_bounce") else { return };
     let (scene, camera) = cornell();
-    let direct = energy(&render(gpu, settings(Indirect::None), &scene, &camera));
+    let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &camera));
     let sampled =
         Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
-    let truth = energy(&render(gpu, settings(Indirect::Sampled(sampled)), &scene, &camera)) - direct;
+    let truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &camera)) - direct;
     let of = |room| (energy(&render_room(gpu, room, &scene, &camera)) - direct) / truth;
     let exact = VirtualLights { count: 2048, shadow_rays: 64, ..room() };
     let unlimited = of(VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..exact });
@@ -270,7 +268,7 @@ fn gpu_no_lights_are_no_virtual_lights() {
             [Samples::One, Samples::Four].iter().flat_map(|samples| Residual::ALL.iter().map(move |r| (*samples, *r)))
         {
             let room = VirtualLights { count: 64, residual, ..VirtualLights::default() };
-            let settings = Settings { samples, ..settings(Indirect::VirtualLights(room)) };
+            let settings = Settings { samples, ..settings(Indirect::from(room)) };
             let picture = render(gpu, settings, &scene, &lit_view());
             assert_eq!((energy(&picture), counter(&picture, "listed")), (0.0, 0.0));
         }
@@ -283,12 +281,12 @@ fn gpu_a_mean_of_frames_has_the_light_of_every_light() {
     let Some(gpu) = testing::gpu("gpu_a_mean_of_frames_has_the_light_of_every_light") else { return };
     let light = |i: i32| Light::point(Vec3::new(-1.9 + 0.0009 * i as f32, 0.8, 0.3), Vec3::splat(0.003));
     let scene = Scene { lights: (0..2000).map(light).collect(), ..two_rooms() };
-    let direct = energy(&render(gpu, settings(Indirect::None), &scene, &lit_view()));
+    let direct = energy(&render(gpu, settings(Indirect::NONE), &scene, &lit_view()));
     let sampled =
         Sampled { diffuse_rays: 64, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
-    let truth = energy(&render(gpu, settings(Indirect::Sampled(sampled)), &scene, &lit_view())) - direct;
+    let truth = energy(&render(gpu, settings(Indirect::from(sampled)), &scene, &lit_view())) - direct;
     let room = VirtualLights { map: MapSize::Texels64, count: 512, ..room() };
-    let settings = Settings { accumulate: 8, ..settings(Indirect::VirtualLights(room)) };
+    let settings = Settings { accumulate: 8, ..settings(Indirect::from(room)) };
     let found = (energy(&render(gpu, settings, &scene, &lit_view())) - direct) / truth;
     // 4,096 lights in all, near to what they light: 3 %.
     assert!((found - 1.0).abs() < 0.08, "{found}");
@@ -301,7 +299,7 @@ fn gpu_views_share_virtual_lights_and_an_update_moves_them() {
     let (mut scene, camera) = cornell();
     let other = looking([0.3, 1.0, 4.0], [0.0, 1.0, 0.0]);
     let room = VirtualLights { count: 200, ..VirtualLights::default() };
-    let settings = settings(Indirect::VirtualLights(room));
+    let settings = settings(Indirect::from(room));
     let alone = [&camera, &other].map(|camera| render(gpu, settings.clone(), &scene, camera).radiance);
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
     let mut uploaded = renderer.upload(&scene).unwrap();

@@ -21,7 +21,7 @@ pub fn record(frame: &mut Frame<'_>, set: &LightSet) -> Result<LightLists, Rende
         grid: None,
         listed: u64::from(set.capacity),
         tests: 0,
-        clusters: None,
+        counters: Vec::new(),
         fragments: None,
     })
 }

@@ -3,7 +3,7 @@
 use lanternfish_gpu::read_back;
 
 use super::{ClusteredCulling, grid::GridGeometry};
-use crate::error::RenderError;
+use crate::{error::RenderError, renderer::Renderer};
 
 /// A grid of the last frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,30 +40,36 @@ impl GridContents {
     }
 }
 
-impl ClusteredCulling {
-    /// The grids of the last frame, in the order of their first views.
-    pub(super) fn contents_of_grids(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<Vec<GridContents>, RenderError> {
-        let mut grids = Vec::new();
-        let mut geometries = self.geometries.iter();
-        for lists in &self.lists {
-            // What views share is the first one's.
-            let (Some(counts), Some(fragments)) = (&lists.clusters, &lists.fragments) else { continue };
-            let geometry = geometries.next().copied().unwrap_or_default();
-            let count = counts.clusters as usize;
-            let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;
-            let fragments = read_back::<u32>(device, queue, fragments, count)?;
-            let cluster = |(index, fragments): (usize, u32)| VisibleCluster {
-                index: index as u32,
-                fragments,
-                lights: starts[index + 1].wrapping_sub(starts[index]),
-            };
-            let visible = fragments.into_iter().enumerate().filter(|(_, fragments)| *fragments > 0);
-            grids.push(GridContents { geometry, clusters: count as u32, visible: visible.map(cluster).collect() });
-        }
-        Ok(grids)
+impl Renderer {
+    /// What the clusters of the last frame hold, a grid each ([`Grouping`](super::Grouping)): read back from the device, for
+    /// measuring. Empty before the first frame, and without [`Clustered`](super::Clustered).
+    pub fn cluster_contents(&self) -> Result<Vec<GridContents>, RenderError> {
+        self.culling_passes()
+            .map_or(Ok(Vec::new()), |passes| contents_of_grids(passes, &self.engine().device, &self.engine().queue))
     }
+}
+
+/// The grids of the last frame, in the order of their first views.
+pub(in crate::light_culling) fn contents_of_grids(
+    passes: &ClusteredCulling,
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+) -> Result<Vec<GridContents>, RenderError> {
+    let mut grids = Vec::new();
+    // What views share is the first one's.
+    let first = passes.lists.iter().filter(|lists| !lists.counters.is_empty());
+    for (lists, geometry) in first.zip(passes.geometries.iter().copied()) {
+        let Some(fragments) = &lists.fragments else { continue };
+        let count = geometry.cluster_count() as usize;
+        let starts = read_back::<u32>(device, queue, &lists.cells, count + 1)?;
+        let fragments = read_back::<u32>(device, queue, fragments, count)?;
+        let cluster = |(index, fragments): (usize, u32)| VisibleCluster {
+            index: index as u32,
+            fragments,
+            lights: starts[index + 1].wrapping_sub(starts[index]),
+        };
+        let visible = fragments.into_iter().enumerate().filter(|(_, fragments)| *fragments > 0);
+        grids.push(GridContents { geometry, clusters: count as u32, visible: visible.map(cluster).collect() });
+    }
+    Ok(grids)
 }

@@ -5,7 +5,7 @@
 //! 3. Compact: the list of visible clusters.
 //! 4. Assign: lights of every visible cluster are counted, the counts scanned, the lights written ([`tree`]).
 
-mod contents;
+pub(super) mod contents;
 pub mod grid;
 mod settings;
 #[cfg(test)]
@@ -80,17 +80,6 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 
 /// Workgroups along x of the passes over all clusters: the shader's `WIDTH`.
 const WIDTH: u32 = 1024;
-
-/// What the grid of clusters of a frame came to; counts are exact.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ClusterCounts {
-    /// Clusters of all grids.
-    pub clusters: u64,
-    /// Those with visible fragments.
-    pub visible: u64,
-    /// Bytes of marks, lists and trees.
-    pub bytes: u64,
-}
 
 /// The passes.
 #[derive(Debug)]
@@ -175,10 +164,6 @@ impl LightCullingPasses for ClusteredCulling {
         self.geometries = geometries;
         self.lists.clone_from(&lists);
         Ok(lists)
-    }
-
-    fn contents(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<GridContents>, RenderError> {
-        self.contents_of_grids(device, queue)
     }
 
     fn forget(&mut self) {
@@ -268,11 +253,11 @@ impl ClusteredCulling {
         let bindings = shared.part("cluster_grid", &uploaded[0]).buffer("listed_lights", &indices);
         frame.dispatch_indirect(&self.write, &bindings, &workgroups);
 
-        let counts = ClusterCounts {
-            clusters: clusters.into(),
-            visible: visible_count.into(),
-            bytes: 16 * u64::from(clusters) + 4 * room.capacity + lights.bytes,
-        };
+        let counts = vec![
+            ("light_culling/clusters", clusters.into()),
+            ("light_culling/visible_clusters", visible_count.into()),
+            ("light_culling/cluster_bytes", 16 * u64::from(clusters) + 4 * room.capacity + lights.bytes),
+        ];
         let tests = u64::from(tests[0]) | u64::from(tests[1]) << 32;
         let lists = |(i, grid): (usize, BufferPart)| LightLists {
             cells: cells.clone(),
@@ -281,7 +266,7 @@ impl ClusteredCulling {
             // What views share is counted once.
             listed: if i == 0 { room.elements } else { 0 },
             tests: if i == 0 { tests } else { 0 },
-            clusters: (i == 0).then(|| counts.clone()),
+            counters: if i == 0 { counts.clone() } else { Vec::new() },
             fragments: Some(fragments.clone()),
         };
         Ok((geometry, uploaded.into_iter().enumerate().map(lists).collect()))

@@ -6,10 +6,10 @@ use lanternfish_scene::named_enum;
 use super::{CULLING_CLUSTERED, ClusteredCulling, DECLARED, grid::ClusterShape};
 use crate::{
     error::RenderError,
-    light_culling::{LightCullingPasses, LightCullingRoom},
-    rooms::{Knob, Range, Room},
+    light_culling::{CullingTechnique, LightCullingPasses},
     settings::Samples,
     shaders::Shaders,
+    technique::{Parameter, Range, Technique},
 };
 
 /// Lists per cluster [VanGelderen2020, ch. 3].
@@ -70,11 +70,11 @@ named_enum! {
     }
 }
 
-impl Room for Clustered {
+impl Technique for Clustered {
     const NAME: &'static str = "clustered";
-    const WORDS: &'static str = "A list of lights for every cluster of what is visible";
-    const KNOBS: &'static [Knob<Self>] = &[
-        Knob::new(
+    const SUMMARY: &'static str = "A list of lights for every cluster of what is visible";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
             "clusters",
             "SHAPE",
             Range::Text,
@@ -83,7 +83,7 @@ impl Room for Clustered {
             |clustered: &mut Self| &mut clustered.shape,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "cluster-views",
             "NAME",
             Range::Names,
@@ -91,7 +91,7 @@ impl Room for Clustered {
             |clustered: &mut Self| &mut clustered.grouping,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "light-assignment",
             "NAME",
             Range::Names,
@@ -99,7 +99,7 @@ impl Room for Clustered {
             |clustered: &mut Self| &mut clustered.assignment,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "cluster-test",
             "NAME",
             Range::Names,
@@ -107,7 +107,7 @@ impl Room for Clustered {
             |clustered: &mut Self| &mut clustered.test,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "cluster-depth",
             "METRES",
             Range::Count(0, 1_000_000),
@@ -119,7 +119,11 @@ impl Room for Clustered {
     const SHADERS: Shaders = DECLARED;
 }
 
-impl LightCullingRoom for Clustered {
+impl CullingTechnique for Clustered {
+    fn has_clusters(&self) -> bool {
+        true
+    }
+
     fn feature(&self) -> Feature {
         CULLING_CLUSTERED
     }

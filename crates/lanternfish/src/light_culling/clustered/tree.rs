@@ -5,7 +5,7 @@ use glam::{UVec4, Vec3};
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, gpu_struct, primitives::RadixSort};
 use lanternfish_scene::Bounds;
 
-use crate::{error::RenderError, lights::LightSet, settings::Assignment};
+use crate::{error::RenderError, light_culling::clustered::Assignment, lights::LightSet};
 
 /// Children of a node, and levels at most: constants of `light_tree.wesl`.
 const FANOUT: u32 = 8;

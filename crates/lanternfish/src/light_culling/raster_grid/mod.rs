@@ -187,7 +187,7 @@ impl RasterGridCulling {
             grid: Some(("raster_cells", grid_buffer)),
             listed: room.elements,
             tests: tests(&room.words),
-            clusters: None,
+            counters: Vec::new(),
             fragments: None,
         })
     }

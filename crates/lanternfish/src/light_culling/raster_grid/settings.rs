@@ -5,10 +5,10 @@ use lanternfish_gpu::Feature;
 use super::{CULLING_RASTER_GRID, DECLARED, RasterGridCulling};
 use crate::{
     error::RenderError,
-    light_culling::{LightCullingPasses, LightCullingRoom, tiled::TileSize},
-    rooms::{Knob, Range, Room},
+    light_culling::{CullingTechnique, LightCullingPasses, tiled::TileSize},
     settings::Samples,
     shaders::Shaders,
+    technique::{Parameter, Range, Technique},
 };
 
 /// Lists per screen tile and layer of distance, found by drawing the lights [Archer2019, §3.2].
@@ -26,12 +26,12 @@ impl Default for RasterGrid {
     }
 }
 
-impl Room for RasterGrid {
+impl Technique for RasterGrid {
     const NAME: &'static str = "raster-grid";
-    const WORDS: &'static str =
+    const SUMMARY: &'static str =
         "A list of lights for every layer of every tile of the screen, found by drawing the lights";
-    const KNOBS: &'static [Knob<Self>] = &[
-        Knob::new(
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
             "tile-size",
             "PIXELS",
             Range::Numbers,
@@ -39,7 +39,7 @@ impl Room for RasterGrid {
             |grid: &mut Self| &mut grid.tile_size,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "grid-layers",
             "N",
             Range::Count(1, super::MOST_LAYERS),
@@ -51,7 +51,7 @@ impl Room for RasterGrid {
     const SHADERS: Shaders = DECLARED;
 }
 
-impl LightCullingRoom for RasterGrid {
+impl CullingTechnique for RasterGrid {
     fn feature(&self) -> Feature {
         CULLING_RASTER_GRID
     }

@@ -8,8 +8,9 @@ use lanternfish_scene::{Camera, Light, Projection, Scene};
 use super::{MOST_LAYERS, RasterCells, RasterGrid, RasterGridCulling};
 use crate::{
     Renderer, Settings,
-    settings::{Culling, Shadows, TileSize},
+    settings::{Culling, Shadows},
     shaders::constant,
+    techniques::TileSize,
     testing::Random,
     view::View,
 };
@@ -53,7 +54,7 @@ fn gpu_layers_end_where_the_scene_does() {
 fn gpu_a_light_is_tested_against_the_tiles_of_its_outline() {
     let Some(gpu) = testing::gpu("gpu_a_light_is_tested_against_the_tiles_of_its_outline") else { return };
     let scene = lanternfish_scene::generate::demo("cornell").unwrap();
-    let culling = Culling::RasterGrid(RasterGrid::default());
+    let culling = Culling::from(RasterGrid::default());
     let settings = Settings { culling, shadows: Shadows::None, ..Settings::direct_light() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let target = scene.bounds().center();

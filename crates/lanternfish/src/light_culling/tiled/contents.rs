@@ -1,10 +1,10 @@
 //! What the tiles of a frame list, read back.
 
 use glam::UVec2;
-use lanternfish_gpu::read_back;
+use lanternfish_gpu::{Engine, read_back};
 
 use super::TiledCulling;
-use crate::error::RenderError;
+use crate::{error::RenderError, renderer::Renderer};
 
 /// The tiles of a view of the last frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,21 +27,24 @@ impl TileContents {
     }
 }
 
-impl TiledCulling {
-    /// The tiles of the views of the last frame, in their order.
-    pub(super) fn tiles_of_views(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-    ) -> Result<Vec<TileContents>, RenderError> {
-        let read = |(dimensions, cells): &(UVec2, wgpu::Buffer)| {
-            let count = dimensions.element_product() as usize;
-            let starts = read_back::<u32>(device, queue, cells, count + 1)?;
-            let lights = starts.windows(2).map(|ends| ends[1].wrapping_sub(ends[0])).collect();
-            Ok(TileContents { tile_size: self.settings.tile_size.pixels(), dimensions: *dimensions, lights })
-        };
-        self.cells.iter().map(read).collect()
+impl Renderer {
+    /// What the tiles of the last frame list, for each of its views: read back from the device. Empty before the first frame, and without
+    /// [`Tiled`](super::Tiled).
+    pub fn tile_contents(&self) -> Result<Vec<TileContents>, RenderError> {
+        self.culling_passes().map_or(Ok(Vec::new()), |passes| tiles_of_views(passes, self.engine()))
     }
+}
+
+/// The tiles of the views of the last frame, in their order.
+fn tiles_of_views(passes: &TiledCulling, engine: &Engine) -> Result<Vec<TileContents>, RenderError> {
+    let (device, queue) = (&engine.device, &engine.queue);
+    let read = |(dimensions, cells): &(UVec2, wgpu::Buffer)| {
+        let count = dimensions.element_product() as usize;
+        let starts = read_back::<u32>(device, queue, cells, count + 1)?;
+        let lights = starts.windows(2).map(|ends| ends[1].wrapping_sub(ends[0])).collect();
+        Ok(TileContents { tile_size: passes.settings.tile_size.pixels(), dimensions: *dimensions, lights })
+    };
+    passes.cells.iter().map(read).collect()
 }
 
 #[test]

@@ -83,10 +83,6 @@ impl LightCullingPasses for TiledCulling {
         Ok(lists)
     }
 
-    fn tiles(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<TileContents>, RenderError> {
-        self.tiles_of_views(device, queue)
-    }
-
     fn forget(&mut self) {
         self.cells.clear();
     }
@@ -171,7 +167,7 @@ impl TiledCulling {
             grid: Some(("tile_grid", grid_buffer)),
             listed: room.elements,
             tests: u64::from(tile_count) * u64::from(lights.capacity),
-            clusters: None,
+            counters: Vec::new(),
             fragments: None,
         })
     }

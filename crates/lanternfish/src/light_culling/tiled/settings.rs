@@ -6,10 +6,10 @@ use lanternfish_scene::named_enum;
 use super::{CULLING_TILED, DECLARED, TiledCulling};
 use crate::{
     error::RenderError,
-    light_culling::{LightCullingPasses, LightCullingRoom},
-    rooms::{Knob, Range, Room},
+    light_culling::{CullingTechnique, LightCullingPasses},
     settings::Samples,
     shaders::Shaders,
+    technique::{Parameter, Range, Technique},
 };
 
 /// Lists per screen tile [Elagabani2025, §4.2].
@@ -51,11 +51,11 @@ impl TileSize {
     }
 }
 
-impl Room for Tiled {
+impl Technique for Tiled {
     const NAME: &'static str = "tiled";
-    const WORDS: &'static str = "A list of lights for every tile of the screen";
-    const KNOBS: &'static [Knob<Self>] = &[
-        Knob::new(
+    const SUMMARY: &'static str = "A list of lights for every tile of the screen";
+    const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter::new(
             "tile-size",
             "PIXELS",
             Range::Numbers,
@@ -63,7 +63,7 @@ impl Room for Tiled {
             |tiled: &mut Self| &mut tiled.tile_size,
         )
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "aabb",
             "on|off",
             Range::Switch("Fewer lights a tile, slightly more work to find them", "Leaves the test out"),
@@ -75,7 +75,7 @@ impl Room for Tiled {
     const SHADERS: Shaders = DECLARED;
 }
 
-impl LightCullingRoom for Tiled {
+impl CullingTechnique for Tiled {
     fn feature(&self) -> Feature {
         CULLING_TILED
     }

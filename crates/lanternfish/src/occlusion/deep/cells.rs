@@ -73,12 +73,12 @@ mod tests {
 
     use super::*;
     use crate::{
+        deep_images::directions::DirectionSet,
         deep_images::directions::rotation_of_turn,
         environment_light::{
             samples_of,
             tests::{half_white, image},
         },
-        settings::DirectionSet,
     };
 
     #[test]

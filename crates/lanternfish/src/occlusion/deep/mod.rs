@@ -6,9 +6,10 @@ use glam::{Quat, UVec2, Vec3};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, Growth, SharedStruct, gpu_struct};
 
 use self::cells::CellRadiances;
-use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, openness_target};
+use super::{DISTANCE, OcclusionPasses, OcclusionTechnique, Openness, TILE, openness_target};
 use crate::{
     context::ViewContext,
+    deep_images::settings::DeepImageSettings,
     deep_images::{
         DEPTH_16, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions,
     },
@@ -16,9 +17,9 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
-    rooms::{Knob, Room},
-    settings::{DeepImageSettings, History, Settings},
+    settings::{History, Settings},
     shaders::{Root, Shaders},
+    technique::{Parameter, Technique},
 };
 
 gpu_struct! {
@@ -60,14 +61,14 @@ pub struct Deep {
     pub max_distance: Option<f32>,
 }
 
-impl Room for Deep {
+impl Technique for Deep {
     const NAME: &'static str = "deep";
-    const WORDS: &'static str = "By the directions of deep images, which hold the whole scene";
-    const KNOBS: &'static [Knob<Self>] = &[Knob { words: DISTANCE, of: |deep| &mut deep.max_distance }];
+    const SUMMARY: &'static str = "By the directions of deep images, which hold the whole scene";
+    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |deep| &mut deep.max_distance }];
     const SHADERS: Shaders = DECLARED;
 }
 
-impl OcclusionRoom for Deep {
+impl OcclusionTechnique for Deep {
     fn max_distance(&self) -> Option<f32> {
         self.max_distance
     }

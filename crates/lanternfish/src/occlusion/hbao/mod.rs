@@ -2,15 +2,15 @@
 
 use lanternfish_gpu::{ComputeKernel, Frame, SharedStruct, gpu_struct, uniform_buffer_of};
 
-use super::{DISTANCE, OcclusionPasses, OcclusionRoom, Openness, TILE, by_normal::LightByNormal, openness_target};
+use super::{DISTANCE, OcclusionPasses, OcclusionTechnique, Openness, TILE, by_normal::LightByNormal, openness_target};
 use crate::{
     context::ViewContext,
     environment_light::sums_target,
     error::RenderError,
     prepass::Surface,
-    rooms::{Knob, Room},
     settings::Settings,
     shaders::{Root, Shaders},
+    technique::{Parameter, Technique},
 };
 
 gpu_struct! {
@@ -40,14 +40,14 @@ impl Default for Hbao {
     }
 }
 
-impl Room for Hbao {
+impl Technique for Hbao {
     const NAME: &'static str = "hbao";
-    const WORDS: &'static str = "By horizons in the picture's depth, which knows what is seen: for comparison";
-    const KNOBS: &'static [Knob<Self>] = &[Knob { words: DISTANCE, of: |hbao| &mut hbao.radius }];
+    const SUMMARY: &'static str = "By horizons in the picture's depth, which knows what is seen: for comparison";
+    const PARAMETERS: &'static [Parameter<Self>] = &[Parameter { info: DISTANCE, of: |hbao| &mut hbao.radius }];
     const SHADERS: Shaders = DECLARED;
 }
 
-impl OcclusionRoom for Hbao {
+impl OcclusionTechnique for Hbao {
     fn max_distance(&self) -> Option<f32> {
         Some(self.radius)
     }

@@ -1,12 +1,14 @@
 //! Openness that pixels keep from the frames before.
 
+use crate::techniques::Deep;
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Scene, generate};
 
 use crate::{
     Settings,
-    settings::{DeepImageSettings, DirectionSet, History, Occlusion, Shadows},
+    settings::{DeepImageSettings, History, Occlusion, Shadows},
+    techniques::DirectionSet,
     testing::walks::{SIZE, mean, off, pixels, renderer, steps, walked},
 };
 
@@ -14,7 +16,7 @@ use crate::{
 fn settings(history: History) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 40 };
     Settings {
-        occlusion: Occlusion::deep(None),
+        occlusion: Occlusion::from(Deep { max_distance: None }),
         history,
         shadows: Shadows::None,
         deep_images: DeepImageSettings { resolution: 32, directions, ..DeepImageSettings::default() },

@@ -2,9 +2,9 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Room, Structure};
+use super::{Structure, TracerInfo};
 
-pub(super) const ROOM: Room = Room {
+pub(super) const INFO: TracerInfo = TracerInfo {
     name: "across-texels",
     words: "Every texel of a deep image that a ray crosses",
     feature: Feature("tracer_across_texels"),

@@ -2,9 +2,9 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Room, Structure};
+use super::{Structure, TracerInfo};
 
-pub(super) const ROOM: Room = Room {
+pub(super) const INFO: TracerInfo = TracerInfo {
     name: "bvh",
     words: "The bounding volume hierarchy in compute: exact, on any adapter",
     feature: Feature("tracer_bvh"),

@@ -2,9 +2,9 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Room, Structure};
+use super::{Structure, TracerInfo};
 
-pub(super) const ROOM: Room = Room {
+pub(super) const INFO: TracerInfo = TracerInfo {
     name: "ray-query",
     words: "The adapter's own acceleration structure: exact",
     feature: Feature("tracer_ray_query"),

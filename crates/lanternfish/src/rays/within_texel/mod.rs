@@ -2,9 +2,9 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Room, Structure};
+use super::{Structure, TracerInfo};
 
-pub(super) const ROOM: Room = Room {
+pub(super) const INFO: TracerInfo = TracerInfo {
     name: "within-texel",
     words: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
     feature: Feature("tracer_within_texel"),

@@ -1,14 +1,15 @@
 //! Other settings for a renderer that is there, and several renderers of one engine.
 
+use crate::techniques::Deep;
 use lanternfish_gpu::{Engine, testing};
 use lanternfish_scene::generate::demo;
 
 use crate::{
     Change, Picture, RenderError, Renderer, Settings,
     settings::{
-        Attenuation, Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Sampled, Samples, Shadows, Tiled,
-        ToneMap, Tracer,
+        Attenuation, Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer,
     },
+    techniques::{Sampled, Tiled},
 };
 
 fn bvh() -> Settings {
@@ -31,8 +32,8 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
     let mut uploaded = renderer.upload(&scene).unwrap();
     renderer.render(&uploaded, camera, 32, 24).unwrap();
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, ..Sampled::default() };
-    let sampled = Settings { indirect: Indirect::Sampled(few), ..bvh() };
-    let more = Settings { indirect: Indirect::Sampled(Sampled { diffuse_rays: 2, ..few }), ..bvh() };
+    let sampled = Settings { indirect: Indirect::from(few), ..bvh() };
+    let more = Settings { indirect: Indirect::from(Sampled { diffuse_rays: 2, ..few }), ..bvh() };
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
     for (name, settings, expected) in [
         ("the same", bvh(), Change::Uniform),
@@ -40,10 +41,14 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
         ("an exposure", Settings { exposure: Exposure::Ev(1.5), ..bvh() }, Change::Uniform),
         ("an exposure that is found", Settings { exposure: Exposure::Auto, ..bvh() }, Change::Relink),
         ("a mean of frames", Settings { accumulate: 3, exposure: Exposure::Auto, ..bvh() }, Change::Uniform),
-        ("tiles", Settings { culling: Culling::Tiled(Tiled::default()), ..bvh() }, Change::Relink),
+        ("tiles", Settings { culling: Culling::from(Tiled::default()), ..bvh() }, Change::Relink),
         ("four samples", Settings { samples: Samples::Four, ..bvh() }, Change::Relink),
         ("no shadows", Settings { shadows: Shadows::None, ..bvh() }, Change::Relink),
-        ("occlusion", Settings { occlusion: Occlusion::deep(None), deep_images, ..bvh() }, Change::Upload),
+        (
+            "occlusion",
+            Settings { occlusion: Occlusion::from(Deep { max_distance: None }), deep_images, ..bvh() },
+            Change::Upload,
+        ),
         ("another attenuation", Settings { attenuation: Attenuation::Physical, ..bvh() }, Change::Upload),
         ("indirect light", sampled, Change::Upload),
         ("more rays", more, Change::Uniform),

@@ -7,8 +7,9 @@ use lanternfish_scene::generate::demo;
 
 use crate::{
     RenderError, Renderer, Settings, Target, ViewRequest,
-    settings::{Exposure, Indirect, Sampled, Shadows, Tracer},
+    settings::{Exposure, Indirect, Shadows, Tracer},
     shaders::SHADERS,
+    techniques::Sampled,
 };
 
 /// A file of the library with a piece of it replaced.
@@ -26,7 +27,7 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
     let few = Sampled { diffuse_rays: 1, glossy_rays: 0, tracer: Tracer::Bvh.into(), ..Sampled::default() };
     let settings = Settings {
         shadows: Shadows::BVH,
-        indirect: Indirect::Sampled(few),
+        indirect: Indirect::from(few),
         exposure: Exposure::Ev(0.0),
         ..Settings::default()
     };
@@ -62,7 +63,7 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
     let mut other = Renderer::with_engine(&engine, settings.clone()).unwrap();
     let again = other.upload(&scene).unwrap();
     assert_eq!(other.render(&again, camera, 32, 24).unwrap().radiance, dark);
-    renderer.set(Settings { exposure: Exposure::Ev(1.0), indirect: Indirect::None, ..settings.clone() }).unwrap();
+    renderer.set(Settings { exposure: Exposure::Ev(1.0), indirect: Indirect::NONE, ..settings.clone() }).unwrap();
     renderer.set(settings).unwrap();
     assert_eq!(shown(&mut renderer), dark);
 

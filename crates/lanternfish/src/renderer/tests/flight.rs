@@ -15,9 +15,9 @@ use lanternfish_scene::{
 use crate::{
     FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, SurfaceSource, Target, ViewRequest,
     settings::{
-        Culling, DebugView, DeepBuilder, DeepImageSettings, Exposure, Indirect, Materials, Occlusion, Sampled, Samples,
-        Shadows, Tiled, ToneMap,
+        Culling, DebugView, DeepImageSettings, Exposure, Indirect, Materials, Occlusion, Samples, Shadows, ToneMap,
     },
+    techniques::{DeepBuilder, Sampled, Tiled},
 };
 
 const SIZE: [u32; 2] = [48, 32];
@@ -28,7 +28,7 @@ fn bvh(settings: Settings) -> Settings {
 
 /// Indirect light that keeps nothing from frame to frame, as the radiance cache does: each frame is a picture by itself.
 fn one_bounce() -> Settings {
-    bvh(Settings { indirect: Indirect::Sampled(Sampled::default().one_bounce()), ..Settings::default() })
+    bvh(Settings { indirect: Indirect::from(Sampled::default().one_bounce()), ..Settings::default() })
 }
 
 fn lit() -> Scene {

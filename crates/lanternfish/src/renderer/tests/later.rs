@@ -1,5 +1,6 @@
 //! Frames that never wait show what frames that wait show, or what they showed last.
 
+use crate::techniques::Deep;
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Gpu, Growth, faulty_software, testing};
 use lanternfish_scene::{
@@ -11,11 +12,8 @@ use crate::indirect::virtual_lights::{MapSize, VirtualLights};
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     context::FrameContext,
-    rooms::Family,
-    settings::{
-        Culling, DeepBuilder, DeepImageSettings, DeepStore, DirectionSet, Exposure, Indirect, Occlusion, Sampled,
-        Shadows, Tracer,
-    },
+    settings::{Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Shadows, Tracer},
+    techniques::{DeepBuilder, DeepStore, DirectionSet, Sampled},
     testing::{quad, scene_of},
 };
 
@@ -182,7 +180,7 @@ fn gpu_frames_that_do_not_wait_show_whole_pictures_alone() {
         (camera, [10, 3000, 10, 6000][i / 8 % 4])
     };
     let path = Path { scene: scene.clone(), range: 3.0, size: [64, 48], step: &step, frames: 32 };
-    for culling in Culling::rooms() {
+    for culling in Culling::all() {
         let name = culling.name();
         let outcome = walk(gpu, &settings(culling), &path);
         println!("{name}: {outcome:?}");
@@ -259,9 +257,9 @@ fn gpu_deep_images_get_their_room_in_later_frames() {
     let few = VirtualLights { count: 300, map: MapSize::Texels64, ..VirtualLights::default() };
     for (name, settings) in [
         ("shadows", Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), ..direct.clone() }),
-        ("indirect", Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() }),
-        ("occlusion", Settings { occlusion: Occlusion::deep(None), ..direct.clone() }),
-        ("virtual lights", Settings { indirect: Indirect::VirtualLights(few), ..direct.clone() }),
+        ("indirect", Settings { indirect: Indirect::from(sampled), ..direct.clone() }),
+        ("occlusion", Settings { occlusion: Occlusion::from(Deep { max_distance: None }), ..direct.clone() }),
+        ("virtual lights", Settings { indirect: Indirect::from(few), ..direct.clone() }),
     ] {
         let outcome = walk(gpu, &settings, &path);
         println!("{name}: {outcome:?}");
@@ -279,7 +277,11 @@ fn gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_d
         DeepImageSettings { builder: DeepBuilder::DepthPeeling, ..coarse },
         DeepImageSettings { store: DeepStore::LinkedList, ..coarse },
     ] {
-        let settings = Settings { occlusion: Occlusion::deep(None), deep_images, ..settings(Culling::default()) };
+        let settings = Settings {
+            occlusion: Occlusion::from(Deep { max_distance: None }),
+            deep_images,
+            ..settings(Culling::default())
+        };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         assert!(matches!(renderer.set_growth(Growth::Later), Err(RenderError::Together { .. })));
         renderer.set_growth(Growth::Wait).unwrap();

@@ -6,7 +6,8 @@ use lanternfish_scene::{Bounds, Instance, Light, Scene, generate::demo};
 
 use crate::{
     FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest,
-    settings::{DeepImageSettings, Indirect, IndirectClamp, Sampled, Tracer},
+    settings::{DeepImageSettings, Indirect, Tracer},
+    techniques::{IndirectClamp, Sampled},
     testing::apart,
 };
 
@@ -16,7 +17,7 @@ fn settings(slices: u32) -> Settings {
     let clamp = IndirectClamp::Off;
     let rays = Sampled { diffuse_rays: 16, glossy_rays: 0, filter_radius: 0, clamp, ..Sampled::default().one_bounce() };
     Settings {
-        indirect: Indirect::Sampled(Sampled { tracer: Tracer::WithinTexel.into(), ..rays }),
+        indirect: Indirect::from(Sampled { tracer: Tracer::WithinTexel.into(), ..rays }),
         deep_images: DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() },
         ..Settings::direct_light()
     }

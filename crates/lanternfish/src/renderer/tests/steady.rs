@@ -1,5 +1,6 @@
 //! A frame like the one before it makes nothing, and frames of all kinds take no more and more memory.
 
+use crate::techniques::Sampled;
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Gpu, Growth, Made, made, testing};
 use lanternfish_scene::{
@@ -12,7 +13,8 @@ use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
     deep_images::KeptDeepImages,
-    settings::{Culling, DeepImageSettings, Exposure, RasterGrid, Samples, Shadows, Tiled, Tracer},
+    settings::{Culling, DeepImageSettings, Exposure, Samples, Shadows, Tracer},
+    techniques::{RasterGrid, Tiled},
 };
 
 /// The same on every adapter.
@@ -41,7 +43,7 @@ fn made_by_frame(renderer: &mut Renderer, scene: &GpuScene, camera: &Camera, is_
 
 fn virtual_lights() -> Settings {
     let few = VirtualLights { count: 500, ..VirtualLights::default() };
-    Settings { indirect: Indirect::VirtualLights(few), ..Settings::direct_light() }
+    Settings { indirect: Indirect::from(few), ..Settings::direct_light() }
 }
 
 #[test]
@@ -49,7 +51,7 @@ fn gpu_a_steady_frame_makes_nothing() {
     let Some(gpu) = testing::gpu("gpu_a_steady_frame_makes_nothing") else { return };
     // Cells of the radiance cache are many in the atrium, and all get samples in frames that wait.
     let [large, small] = ["atrium", "cornell"].map(|name| demo(name).unwrap());
-    let tiled = Culling::Tiled(Tiled::default());
+    let tiled = Culling::from(Tiled::default());
     for (name, is_averaged, growth, settings) in [
         ("direct light", false, Growth::Wait, bvh(Settings::direct_light())),
         (
@@ -62,7 +64,7 @@ fn gpu_a_steady_frame_makes_nothing() {
             "a raster grid that does not wait",
             false,
             Growth::Later,
-            Settings { culling: Culling::RasterGrid(RasterGrid::default()), ..bvh(Settings::direct_light()) },
+            Settings { culling: Culling::from(RasterGrid::default()), ..bvh(Settings::direct_light()) },
         ),
         ("indirect light", false, Growth::Wait, bvh(Settings::default())),
         ("indirect light, a mean of frames", true, Growth::Wait, bvh(Settings::default())),
@@ -70,7 +72,7 @@ fn gpu_a_steady_frame_makes_nothing() {
         ("virtual lights that do not wait", false, Growth::Later, bvh(virtual_lights())),
         ("a mean of frames that do not wait", true, Growth::Later, bvh(Settings::direct_light())),
     ] {
-        let scene = if matches!(settings.indirect, Indirect::Sampled(_)) { &small } else { &large };
+        let scene = if settings.indirect.is::<Sampled>() { &small } else { &large };
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         renderer.set_growth(growth).unwrap();
         let uploaded = renderer.upload(scene).unwrap();

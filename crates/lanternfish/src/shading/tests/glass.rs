@@ -1,12 +1,15 @@
 //! What blended surfaces get from other surfaces and the surroundings, and what those that let light through leave of the picture.
 
+use crate::techniques::Deep;
+use crate::techniques::Hbao;
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{AlphaMode, Camera, Filter, Image, Material, Projection, Sampler, Scene, Texture, TextureRef};
 
 use crate::{
     Renderer, Settings,
-    settings::{Indirect, Occlusion, Sampled, Samples},
+    settings::{Indirect, Occlusion, Samples},
+    techniques::Sampled,
     testing::{apart, quad, scene_of},
 };
 
@@ -15,11 +18,11 @@ const SIZE: UVec2 = UVec2::new(37, 29);
 const TINT: Vec3 = Vec3::new(0.5, 1.0, 0.25);
 
 fn sampled() -> Settings {
-    Settings { indirect: Indirect::Sampled(Sampled::default()), ..Settings::direct_light() }
+    Settings { indirect: Indirect::from(Sampled::default()), ..Settings::direct_light() }
 }
 
 fn occlusion(occlusion: Occlusion) -> Settings {
-    Settings { indirect: Indirect::None, occlusion, ..Settings::direct_light() }
+    Settings { indirect: Indirect::NONE, occlusion, ..Settings::direct_light() }
 }
 
 /// The mean of 16 x 16 pixels in the middle of a picture from 3 m in front of the origin: one pixel's few rays are noise.
@@ -79,7 +82,7 @@ fn gpu_glass_tints_what_is_behind_it_and_mirrors_what_is_before_it() {
     let found = middle(gpu, sampled(), &sheets(painted, &[0.0], 0.0));
     assert_near(found, 0.96 * TINT + 0.04, 0.015, "half painted");
     // By occlusion instead of rays.
-    for room in [Occlusion::deep(None), Occlusion::hbao(1.0)] {
+    for room in [Occlusion::from(Deep { max_distance: None }), Occlusion::from(Hbao { radius: 1.0 })] {
         let found = middle(gpu, occlusion(room), &sheets(glass(), &[0.0], 0.0));
         assert_near(found, 0.96 * TINT + 0.04, 0.015, "under occlusion");
     }
@@ -107,7 +110,7 @@ fn gpu_glass_is_where_its_alpha_says() {
         (AlphaMode::Blend, 102, 0.4),
         (AlphaMode::Blend, 255, 1.0),
     ] {
-        for settings in [sampled(), occlusion(Occlusion::hbao(1.0))] {
+        for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
             let found = middle(gpu, settings, &pane(alpha_mode, alpha));
             assert_near(found, Vec3::ONE.lerp(there, share), 0.015, &format!("{alpha_mode:?}, alpha {alpha}"));
         }
@@ -123,7 +126,7 @@ fn gpu_glass_may_be_in_a_later_view_alone() {
         let projection = Projection::Perspective { fov_y: 0.1, near: 0.02 };
         Camera::look_at(target + 3.0 * Vec3::Z, target, projection)
     });
-    for settings in [sampled(), occlusion(Occlusion::hbao(1.0))] {
+    for settings in [sampled(), occlusion(Occlusion::from(Hbao { radius: 1.0 }))] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let [towards, away] = [(&towards, SIZE.x, SIZE.y), (&away, SIZE.y, SIZE.x)];
@@ -145,7 +148,7 @@ fn gpu_glass_mirrors_what_shines_behind_the_viewer() {
         assert_near(middle(gpu, settings, &scene), Vec3::new(2.0, 4.0, 1.0), 0.02, "0.04 of the lamp");
     }
     // It can fail: without rays there is nothing.
-    let dark = Settings { indirect: Indirect::None, ..Settings::direct_light() };
+    let dark = Settings { indirect: Indirect::NONE, ..Settings::direct_light() };
     assert_eq!(middle(gpu, dark, &scene), Vec3::ZERO);
 }
 
@@ -157,8 +160,8 @@ fn gpu_the_sky_lights_blended_surfaces() {
     for settings in [
         sampled(),
         Settings { samples: Samples::Four, ..sampled() },
-        occlusion(Occlusion::deep(None)),
-        occlusion(Occlusion::hbao(1.0)),
+        occlusion(Occlusion::from(Deep { max_distance: None })),
+        occlusion(Occlusion::from(Hbao { radius: 1.0 })),
     ] {
         assert_near(middle(gpu, settings, &scene), Vec3::ONE, 0.02, "half a white sheet");
     }

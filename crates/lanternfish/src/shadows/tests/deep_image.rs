@@ -6,8 +6,9 @@ use lanternfish_scene::{Scene, generate};
 
 use crate::{
     RenderError, Renderer, Settings,
-    settings::{DebugView, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, Samples, Shadows, Tracer},
+    settings::{DebugView, DeepImageSettings, Samples, Shadows, Tracer},
     shadows::check_driver,
+    techniques::{DeepDepth, DeepStore, DirectionSet},
     testing::apart,
 };
 

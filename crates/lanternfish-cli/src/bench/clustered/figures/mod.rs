@@ -6,7 +6,7 @@
 mod claims;
 mod page;
 
-use lanternfish::settings::{Assignment, ClusterShape};
+use lanternfish::techniques::{Assignment, ClusterShape};
 use lanternfish_gpu::Gpu;
 use lanternfish_scene::Eyes;
 use serde::Serialize;

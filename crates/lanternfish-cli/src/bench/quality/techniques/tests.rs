@@ -25,11 +25,11 @@ fn every_value_of_every_setting_has_a_row() {
 
     // Every part of every scheme.
     let clustered = |culling| match culling {
-        Culling::Clustered(clustered) => Some(clustered),
+        Culling::from(clustered) => Some(clustered),
         _ => None,
     };
     let tiled = |culling| match culling {
-        Culling::Tiled(Tiled { tile_size, aabb_test }) => Some((tile_size, aabb_test)),
+        Culling::from(Tiled { tile_size, aabb_test }) => Some((tile_size, aabb_test)),
         _ => None,
     };
     let shape = |shape| match shape {
@@ -37,14 +37,14 @@ fn every_value_of_every_setting_has_a_row() {
         ClusterShape::Orthographic { .. } => 1,
         ClusterShape::Displaced { .. } => 2,
     };
-    assert_every(&[Culling::All], |settings| settings.culling);
-    let names: Vec<_> = Culling::rooms().iter().map(Family::name).collect();
+    assert_every(&[Culling::NONE], |settings| settings.culling);
+    let names: Vec<_> = Culling::all().iter().map(Kind::name).collect();
     assert_every(&names, |settings| settings.culling.name());
     for size in TileSize::ALL {
         assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(settings.culling));
     }
     let grid = |culling| match culling {
-        Culling::RasterGrid(RasterGrid { tile_size, layers }) => Some((tile_size, layers > 8)),
+        Culling::from(RasterGrid { tile_size, layers }) => Some((tile_size, layers > 8)),
         _ => None,
     };
     for size in TileSize::ALL {
@@ -65,7 +65,7 @@ fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
     for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear, Truth::Environment] {
         let mut rows = rows();
         rows.retain(|row| row.truth == truth);
-        for known in std::iter::once(Occlusion::None).chain(Occlusion::rooms()) {
+        for known in std::iter::once(Occlusion::NONE).chain(Occlusion::all()) {
             assert!(rows.iter().any(|row| row.settings.occlusion.name() == known.name()), "{truth}");
         }
     }
@@ -74,7 +74,7 @@ fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
 #[test]
 fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
     let sampled = |settings: &Settings| match settings.indirect {
-        Indirect::Sampled(sampled) => Some(sampled),
+        Indirect::from(sampled) => Some(sampled),
         _ => None,
     };
     for tracer in Tracer::ALL {
@@ -86,8 +86,8 @@ fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
     for clamp in IndirectClamp::ALL {
         assert_every(&[Some(*clamp)], |settings| sampled(settings).map(|sampled| sampled.clamp));
     }
-    assert_every(&[Indirect::None], |settings| settings.indirect);
-    assert_every(&Indirect::rooms(), |settings| settings.indirect);
+    assert_every(&[Indirect::NONE], |settings| settings.indirect);
+    assert_every(&Indirect::all(), |settings| settings.indirect);
 }
 
 #[test]

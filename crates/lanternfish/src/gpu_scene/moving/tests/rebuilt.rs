@@ -11,7 +11,8 @@ use super::{super::super::tracing::pose, read};
 use crate::{
     GpuScene, Renderer, Settings,
     gpu_scene::refit::{box_of, cost, outside},
-    settings::{DebugView, Indirect, Sampled, Shadows, Tracer},
+    settings::{DebugView, Indirect, Shadows, Tracer},
+    techniques::Sampled,
     testing::{apart, moved},
 };
 
@@ -83,8 +84,8 @@ fn gpu_a_tree_that_was_built_in_the_background_shows_what_a_fresh_upload_shows()
     let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
     let asked = [
         ("bvh", direct(Shadows::BVH)),
-        ("sampled", Settings { indirect: Indirect::Sampled(sampled), ..direct(Shadows::BVH) }),
-        ("sampled, and ray query", Settings { indirect: Indirect::Sampled(sampled), ..direct(Shadows::RAY_QUERY) }),
+        ("sampled", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::BVH) }),
+        ("sampled, and ray query", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::RAY_QUERY) }),
     ];
     for (name, settings) in asked {
         if settings.shadows == Shadows::RAY_QUERY && !gpu.description.ray_query {

@@ -64,7 +64,7 @@ fn gpu_anything_may_change() {
     let Some(gpu) = testing::gpu("gpu_anything_may_change") else { return };
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
+    let indirect = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut now = textured();
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
@@ -143,9 +143,9 @@ fn gpu_one_material_is_put_in_the_place_of_another() {
     let Some(gpu) = testing::gpu("gpu_one_material_is_put_in_the_place_of_another") else { return };
     let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let indirect = Settings { indirect: Indirect::Sampled(sampled), ..direct.clone() };
+    let indirect = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
     for (settings, bytes) in [(direct, 368), (indirect, 432)] {
-        let is_indirect = settings.indirect != Indirect::None;
+        let is_indirect = settings.indirect != Indirect::NONE;
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings).unwrap();
         let mut now = textured();
         let mut uploaded = renderer.upload(&now).unwrap();

@@ -5,10 +5,10 @@ use super::*;
 /// What rays from every pixel find of a scene, and what photons do, both without direct light of lights.
 fn rays_and_photons(gpu: &Gpu, scene: &Scene, camera: &Camera, room: PhotonSplatting) -> [f64; 2] {
     let of = |indirect| energy(&render(gpu, settings(indirect), scene, camera, SIZE));
-    let direct = of(Indirect::None);
+    let direct = of(Indirect::NONE);
     let sampled =
         Sampled { diffuse_rays: 256, filter_radius: 0, clamp: IndirectClamp::Off, ..Sampled::default().one_bounce() };
-    [Indirect::Sampled(sampled), Indirect::PhotonSplatting(room)].map(|indirect| of(indirect) - direct)
+    [Indirect::from(sampled), Indirect::from(room)].map(|indirect| of(indirect) - direct)
 }
 
 /// Disks and rectangles send out pi times their area and radiance, and their bounce is what rays from every pixel find.

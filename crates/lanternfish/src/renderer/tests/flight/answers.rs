@@ -1,6 +1,7 @@
 //! What cannot be is an answer; other views and targets: parallel rays, sums.
 
 use super::*;
+use crate::techniques::Deep;
 
 #[test]
 fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
@@ -54,7 +55,11 @@ fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
 
     // Deep images that only frames that wait can build.
     let deep_images = DeepImageSettings { resolution: 8, builder: DeepBuilder::SinglePass, ..Default::default() };
-    let settings = Settings { occlusion: Occlusion::deep(None), deep_images, ..bvh(Settings::direct_light()) };
+    let settings = Settings {
+        occlusion: Occlusion::from(Deep { max_distance: None }),
+        deep_images,
+        ..bvh(Settings::direct_light())
+    };
     renderer.set(settings).unwrap();
     let deep = renderer.upload(&scene).unwrap();
     assert!(matches!(frame(gpu, &mut renderer, &deep, &[sound]), Err(RenderError::Together { .. })));
@@ -141,12 +146,16 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
         (
             "no shadows, tiles",
             &scene,
-            Settings { culling: Culling::Tiled(Tiled::default()), shadows: Shadows::None, ..plain.clone() },
+            Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..plain.clone() },
         ),
         ("soft shadows", &scene, Settings { light_radius: 0.05, shadow_rays: 4, ..plain.clone() }),
         ("a disk", &with_area, Settings { shadow_rays: 4, ..plain.clone() }),
-        ("indirect light", &scene, Settings { indirect: Indirect::Sampled(few), ..plain.clone() }),
-        ("occlusion", &scene, Settings { occlusion: Occlusion::deep(None), deep_images, ..plain.clone() }),
+        ("indirect light", &scene, Settings { indirect: Indirect::from(few), ..plain.clone() }),
+        (
+            "occlusion",
+            &scene,
+            Settings { occlusion: Occlusion::from(Deep { max_distance: None }), deep_images, ..plain.clone() },
+        ),
     ] {
         let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
         let uploaded = waiting.upload(scene).unwrap();

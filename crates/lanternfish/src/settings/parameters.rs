@@ -3,7 +3,7 @@
 use lanternfish_scene::Setting;
 
 use super::{Exposure, Settings};
-use crate::rooms::{Knob, Range};
+use crate::technique::{Parameter, Range};
 
 impl Setting for Exposure {
     fn text(&self) -> Option<String> {
@@ -24,17 +24,17 @@ impl Setting for Exposure {
 
 impl Settings {
     /// The settings that belong to no room, in the order in which panels show them. Their names are those of the command line's flags.
-    pub const KNOBS: &[Knob<Self>] = &[
-        Knob::new("exposure", "auto|EV", Range::Text, "Stops: 1 doubles, -1 halves; auto: as much as shows most of the picture.", |s: &mut Self| &mut s.exposure)
+    pub const PARAMETERS: &[Parameter<Self>] = &[
+        Parameter::new("exposure", "auto|EV", Range::Text, "Stops: 1 doubles, -1 halves; auto: as much as shows most of the picture.", |s: &mut Self| &mut s.exposure)
         .with_default(),
-        Knob::new("tone-map", "NAME", Range::Names, "From radiance to what a display shows.", |s: &mut Self| &mut s.tone_map).with_default(),
-        Knob::new("materials", "NAME", Range::Names, "Which surfaces are shaded.", |s: &mut Self| &mut s.materials).with_default(),
-        Knob::new("samples", "N", Range::Names, "Samples a pixel at edges of triangles. More: smoother edges, slower.", |s: &mut Self| &mut s.samples)
+        Parameter::new("tone-map", "NAME", Range::Names, "From radiance to what a display shows.", |s: &mut Self| &mut s.tone_map).with_default(),
+        Parameter::new("materials", "NAME", Range::Names, "Which surfaces are shaded.", |s: &mut Self| &mut s.materials).with_default(),
+        Parameter::new("samples", "N", Range::Names, "Samples a pixel at edges of triangles. More: smoother edges, slower.", |s: &mut Self| &mut s.samples)
         .with_default(),
-        Knob::new("shadows", "NAME", Range::Names, "How shadows are found.", |s: &mut Self| &mut s.shadows).with_default(),
-        Knob::new("shadow-rays", "N", Range::Count(1, 255), "Rays to each light that has a size. More: less noise, slower.", |s: &mut Self| &mut s.shadow_rays)
+        Parameter::new("shadows", "NAME", Range::Names, "How shadows are found.", |s: &mut Self| &mut s.shadows).with_default(),
+        Parameter::new("shadow-rays", "N", Range::Count(1, 255), "Rays to each light that has a size. More: less noise, slower.", |s: &mut Self| &mut s.shadow_rays)
         .with_default(),
-        Knob::new(
+        Parameter::new(
             "history",
             "ON|OFF",
             Range::Names,
@@ -43,10 +43,10 @@ impl Settings {
             |s: &mut Self| &mut s.history,
         )
         .with_default(),
-        Knob::new("ray-culling", "NAME", Range::Names, "Which shadow rays are not traced because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
+        Parameter::new("ray-culling", "NAME", Range::Names, "Which shadow rays are not traced because the surface faces away.", |s: &mut Self| &mut s.ray_culling)
         .with_default(),
-        Knob::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.attenuation).with_default(),
-        Knob::new(
+        Parameter::new("attenuation", "NAME", Range::Names, "How light falls off with distance.", |s: &mut Self| &mut s.attenuation).with_default(),
+        Parameter::new(
             "range-threshold",
             "CD/M2",
             Range::Positive,
@@ -54,20 +54,20 @@ impl Settings {
             |s: &mut Self| &mut s.range_threshold,
         )
         .with_default(),
-        Knob::new("anisotropy", "N", Range::Names, "Samples along the long side of a pixel's footprint in a texture, at most.", |s: &mut Self| &mut s.anisotropy)
+        Parameter::new("anisotropy", "N", Range::Names, "Samples along the long side of a pixel's footprint in a texture, at most.", |s: &mut Self| &mut s.anisotropy)
         .with_default(),
-        Knob::new("debug-view", "NAME", Range::Names, "Shows a quantity of the frame instead of the picture.", |s: &mut Self| &mut s.debug_view),
+        Parameter::new("debug-view", "NAME", Range::Names, "Shows a quantity of the frame instead of the picture.", |s: &mut Self| &mut s.debug_view),
     ];
 
-    /// [`crate::rooms::AnyRoom::get`], of [`Self::KNOBS`].
+    /// [`crate::technique::AnyTechnique::get`], of [`Self::PARAMETERS`].
     pub fn get(&self, knob: &str) -> Option<String> {
-        let found = Self::KNOBS.iter().find(|known| known.words.name == knob)?;
+        let found = Self::PARAMETERS.iter().find(|known| known.info.name == knob)?;
         (found.of)(&mut self.clone()).text()
     }
 
-    /// Sets one of [`Self::KNOBS`] from text, or says what was expected. There must be one of this name.
+    /// Sets one of [`Self::PARAMETERS`] from text, or says what was expected. There must be one of this name.
     pub fn set(&mut self, knob: &str, text: &str) -> Result<(), String> {
-        let found = Self::KNOBS.iter().find(|known| known.words.name == knob);
+        let found = Self::PARAMETERS.iter().find(|known| known.info.name == knob);
         (found.ok_or_else(|| format!("there is no setting {knob}"))?.of)(self).read(text)
     }
 }
@@ -79,8 +79,8 @@ mod tests {
     /// What is said can be read again, and every named value reaches the settings.
     #[test]
     fn every_setting_is_said_and_read() {
-        for knob in Settings::KNOBS {
-            let (name, usual) = (knob.words.name, Settings::default());
+        for knob in Settings::PARAMETERS {
+            let (name, usual) = (knob.info.name, Settings::default());
             let mut settings = usual.clone();
             if let Some(text) = usual.get(name) {
                 settings.set(name, &text).unwrap();

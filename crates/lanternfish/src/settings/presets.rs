@@ -1,0 +1,19 @@
+//! Settings that the renderer recommends.
+
+use super::Settings;
+use crate::{deep_images::settings::DeepImageSettings, indirect::Quality};
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::of_quality(Quality::default())
+    }
+}
+
+impl Settings {
+    /// What the renderer recommends, with this much spent on indirect light and on edges: `lanternfish render --quality`. `Settings::default()`
+    /// is that of [`Quality::Good`].
+    pub fn of_quality(quality: Quality) -> Self {
+        let deep_images = DeepImageSettings { resolution: quality.deep_resolution(), ..DeepImageSettings::default() };
+        Self { indirect: quality.sampled().into(), deep_images, samples: quality.samples(), ..Self::direct_light() }
+    }
+}
