@@ -3,7 +3,7 @@
 mod indirect;
 mod light;
 mod look;
-mod rooms;
+mod parameters;
 mod technique;
 #[cfg(test)]
 mod tests;

@@ -4,8 +4,9 @@ use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 use lanternfish::{
     Report,
-    settings::{Indirect, Occlusion, Settings, Shadows},
-    technique::Kind,
+    settings::{Settings, Shadows},
+    technique::{Choice, Kind},
+    techniques::Deep,
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
@@ -144,10 +145,10 @@ pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str
         ("accumulate", settings.accumulate.to_string()),
         ("seed", seed.to_string()),
     ]);
-    add_family(&mut names, &settings.culling);
-    add_family(&mut names, &settings.indirect);
-    add_family(&mut names, &settings.occlusion);
-    let finds_arriving = matches!(settings.occlusion, Occlusion::from(_)) || settings.indirect != Indirect::NONE;
+    add_technique(&mut names, &settings.culling);
+    add_technique(&mut names, &settings.indirect);
+    add_technique(&mut names, &settings.occlusion);
+    let finds_arriving = settings.occlusion.is::<Deep>() || settings.indirect.is_some();
     if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if tracer.uses_deep_images()) {
         names.insert("deep-resolution", settings.deep_images.resolution.to_string());
         names.insert("deep-slices", settings.deep_images.slices.to_string());
@@ -159,12 +160,12 @@ pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str
     names
 }
 
-/// A family's room and its settings, by the names of their flags.
-fn add_family<F: Kind>(names: &mut BTreeMap<&'static str, String>, family: &F) {
-    names.insert(F::FLAG, family.name().to_owned());
-    if let Some(room) = family.room() {
-        let knobs = room.parameters().into_iter().map(|(words, _)| words.name);
-        names.extend(knobs.filter_map(|knob| Some((knob, room.get(knob)?))));
+/// A technique and its parameters, by the names of their flags.
+fn add_technique<K: Kind + ?Sized>(names: &mut BTreeMap<&'static str, String>, choice: &Choice<K>) {
+    names.insert(K::FLAG, choice.name().to_owned());
+    if let Some(technique) = choice.technique() {
+        let parameters = technique.parameters().into_iter().map(|(info, _)| info.name);
+        names.extend(parameters.filter_map(|name| Some((name, technique.get(name)?))));
     }
 }
 

@@ -4,8 +4,10 @@ use std::collections::HashSet;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use crate::sight::{Face, Hit, look};
-use crate::{Bounds, Camera, Projection, Scene, near_plane};
+use crate::{
+    Bounds, Camera, Projection, Scene, near_plane,
+    sight::{Face, Hit, look},
+};
 
 /// Cells a side of what is looked at from outside.
 const OUTSIDE_CELLS: usize = 16;

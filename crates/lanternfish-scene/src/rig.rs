@@ -5,8 +5,10 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
-use crate::sight::{Face, look};
-use crate::{Camera, Environment, Light, Material, Scene, linear_from_srgb, named_enum};
+use crate::{
+    Camera, Environment, Light, Material, Scene, linear_from_srgb, named_enum,
+    sight::{Face, look},
+};
 
 named_enum! {
     /// Built-in lighting that can be added to a scene.

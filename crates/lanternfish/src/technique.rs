@@ -171,6 +171,8 @@ pub trait Kind: AnyTechnique {
     const NONE_NAME: &'static str;
     /// One line of help on no technique.
     const NONE_SUMMARY: &'static str;
+    /// What is chosen where nothing else is stated.
+    fn usual() -> Choice<Self>;
     /// The techniques of this kind that are known by name.
     fn registry() -> &'static Registry<Self>;
 }
@@ -244,6 +246,9 @@ impl<K: AnyTechnique + ?Sized> Choice<K> {
 }
 
 impl<K: Kind + ?Sized> Choice<K> {
+    /// [`Kind::FLAG`].
+    pub const FLAG: &'static str = K::FLAG;
+
     /// The name of the technique, or of none.
     pub fn name(&self) -> &'static str {
         self.technique().map_or(K::NONE_NAME, AnyTechnique::name)
@@ -269,6 +274,12 @@ impl<K: Kind + ?Sized> Choice<K> {
         let (known, registry) = (Self::named(self.name()), K::registry());
         assert!(known.is_none(), "--{}: two techniques are called {}", K::FLAG, self.name());
         registry.added.write().unwrap_or_else(PoisonError::into_inner).push(self);
+    }
+}
+
+impl<K: Kind + ?Sized> Default for Choice<K> {
+    fn default() -> Self {
+        K::usual()
     }
 }
 

@@ -20,11 +20,11 @@ pub use crate::{
     occlusion::{Deep, Hbao},
 };
 use crate::{
-    indirect::{Indirect, IndirectTechnique},
-    light_culling::{Culling, CullingTechnique},
-    occlusion::{Occlusion, OcclusionTechnique},
+    indirect::IndirectTechnique,
+    light_culling::CullingTechnique,
+    occlusion::OcclusionTechnique,
     shaders::Shaders,
-    technique::{AnyTechnique, Kind, Registry},
+    technique::{AnyTechnique, Choice, Kind, Registry},
 };
 
 impl Kind for dyn CullingTechnique {
@@ -33,6 +33,10 @@ impl Kind for dyn CullingTechnique {
     const IS_EVERYDAY: bool = false;
     const NONE_NAME: &'static str = "all";
     const NONE_SUMMARY: &'static str = "Every light for every pixel: the yardstick for the others";
+
+    fn usual() -> Choice<Self> {
+        Clustered::default().into()
+    }
 
     fn registry() -> &'static Registry<Self> {
         static REGISTRY: Registry<dyn CullingTechnique> =
@@ -48,6 +52,10 @@ impl Kind for dyn IndirectTechnique {
     const IS_EVERYDAY: bool = true;
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "Nowhere: direct light alone";
+
+    fn usual() -> Choice<Self> {
+        Sampled::default().into()
+    }
 
     fn registry() -> &'static Registry<Self> {
         static REGISTRY: Registry<dyn IndirectTechnique> = Registry::new(|| {
@@ -65,6 +73,10 @@ impl Kind for dyn OcclusionTechnique {
     const NONE_NAME: &'static str = "none";
     const NONE_SUMMARY: &'static str = "It is not: the surroundings light nothing";
 
+    fn usual() -> Choice<Self> {
+        Choice::NONE
+    }
+
     fn registry() -> &'static Registry<Self> {
         static REGISTRY: Registry<dyn OcclusionTechnique> =
             Registry::new(|| vec![Deep::default().into(), Hbao::default().into()]);
@@ -72,30 +84,10 @@ impl Kind for dyn OcclusionTechnique {
     }
 }
 
-impl Default for Culling {
-    fn default() -> Self {
-        Clustered::default().into()
-    }
-}
-
-impl Default for Indirect {
-    fn default() -> Self {
-        Sampled::default().into()
-    }
-}
-
-impl Default for Occlusion {
-    fn default() -> Self {
-        Self::NONE
-    }
-}
-
 /// The shaders of every folder: those of each technique that is known by name, and all others.
 pub fn shaders() -> Vec<Shaders> {
     fn of<K: Kind + ?Sized>() -> impl Iterator<Item = Shaders> {
-        crate::technique::Choice::<K>::all()
-            .into_iter()
-            .filter_map(|choice| choice.technique().map(AnyTechnique::shaders))
+        Choice::<K>::all().into_iter().filter_map(|choice| choice.technique().map(AnyTechnique::shaders))
     }
     let techniques =
         of::<dyn CullingTechnique>().chain(of::<dyn IndirectTechnique>()).chain(of::<dyn OcclusionTechnique>());

@@ -2,11 +2,13 @@
 
 use clap::Args;
 use lanternfish::{
+    indirect::IndirectTechnique,
+    occlusion::OcclusionTechnique,
     settings::{DeepImageSettings, Indirect, Occlusion, Quality, Samples, Settings},
     techniques::DirectionSet,
 };
 
-use super::technique::{KnobFlags, RoomFlag};
+use super::parameters::{ParameterFlags, TechniqueFlag};
 use crate::{choices::choice, parse};
 
 /// Frames of a mean from which on its edges are as close to the share of the pixel that they cover with one sample in each as with four, and cost
@@ -16,18 +18,18 @@ const SMOOTH_FRAMES: u32 = 8;
 #[derive(Debug, Args)]
 pub struct IndirectArgs {
     #[command(flatten)]
-    indirect: RoomFlag<Indirect>,
+    indirect: TechniqueFlag<dyn IndirectTechnique>,
     /// What that may cost.
     ///
     /// What --indirect sampled spends: the flags below that are not given.
     #[arg(long, value_name = "NAME", value_parser = choice::<Quality>(), default_value_t = Quality::default())]
     pub quality: Quality,
     #[command(flatten)]
-    indirect_knobs: KnobFlags<Indirect>,
+    indirect_parameters: ParameterFlags<dyn IndirectTechnique>,
     #[command(flatten)]
-    occlusion: RoomFlag<Occlusion>,
+    occlusion: TechniqueFlag<dyn OcclusionTechnique>,
     #[command(flatten)]
-    occlusion_knobs: KnobFlags<Occlusion>,
+    occlusion_parameters: ParameterFlags<dyn OcclusionTechnique>,
     /// Texels across and down a deep image. More: finer, more memory (by the square). Without it: 64, or what --quality says.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=1024))]
     #[arg(hide_short_help = true)]
@@ -47,30 +49,30 @@ pub struct IndirectArgs {
 impl IndirectArgs {
     /// As the library has it.
     pub fn indirect(&self) -> Indirect {
-        self.indirect_knobs.turned(self.indirect.0.of_quality(self.quality))
+        self.indirect_parameters.turned(self.indirect.0.clone().of_quality(self.quality))
     }
 
     /// Samples a pixel that go with it, in a mean of so many frames. Frames of a mean look through other points of their pixels, and their edges
     /// are smooth without; with several samples in each as well, edges are smeared over the pixels beside them.
     pub fn samples(&self, frames: u32) -> Samples {
-        match self.indirect.0 {
+        match self.indirect.0.is_none() {
             _ if frames >= SMOOTH_FRAMES => Samples::One,
-            Indirect::NONE => Settings::direct_light().samples,
-            _ => self.quality.samples(),
+            true => Settings::direct_light().samples,
+            false => self.quality.samples(),
         }
     }
 
     /// As the library has it.
     pub fn occlusion(&self) -> Occlusion {
-        self.occlusion_knobs.turned(self.occlusion.0)
+        self.occlusion_parameters.turned(self.occlusion.0.clone())
     }
 
     /// The deep images that both are found in.
     pub fn deep_images(&self) -> DeepImageSettings {
         let usual = DeepImageSettings::default();
-        let spent = match self.indirect.0 {
-            Indirect::NONE => usual.resolution,
-            _ => self.quality.deep_resolution(),
+        let spent = match self.indirect.0.is_none() {
+            true => usual.resolution,
+            false => self.quality.deep_resolution(),
         };
         let resolution = self.deep_resolution.unwrap_or(spent);
         DeepImageSettings { directions: self.deep_directions, resolution, slices: self.deep_slices, ..usual }

@@ -1,9 +1,12 @@
 //! Flags of how the picture is found.
 
 use clap::Args;
-use lanternfish::settings::{Culling, History, RayCulling, Samples, Settings, Shadows, TextureBinding};
+use lanternfish::{
+    light_culling::CullingTechnique,
+    settings::{Culling, History, RayCulling, Samples, Settings, Shadows, TextureBinding},
+};
 
-use super::technique::{KnobFlags, RoomFlag};
+use super::parameters::{ParameterFlags, TechniqueFlag};
 use crate::choices::choice;
 
 #[derive(Debug, Args)]
@@ -32,9 +35,9 @@ pub struct TechniqueArgs {
     #[arg(default_value_t = Settings::default().history)]
     pub history: History,
     #[command(flatten)]
-    culling: RoomFlag<Culling>,
+    culling: TechniqueFlag<dyn CullingTechnique>,
     #[command(flatten)]
-    culling_knobs: KnobFlags<Culling>,
+    culling_parameters: ParameterFlags<dyn CullingTechnique>,
     /// Samples a pixel at edges.
     ///
     /// The edges are those of triangles. More: smoother edges. 4 is on every adapter. Without it: 4, where they are a small part
@@ -56,6 +59,6 @@ pub struct TechniqueArgs {
 impl TechniqueArgs {
     /// How these flags want lights to be found.
     pub fn culling(&self) -> Culling {
-        self.culling_knobs.turned(self.culling.0)
+        self.culling_parameters.turned(self.culling.0.clone())
     }
 }

@@ -5,8 +5,8 @@ use lanternfish::{
         Occlusion, Quality, RayCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
     },
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, DirectionSet, Grouping, IndirectClamp, IndirectResolution,
-        Sampled, TileSize, Tiled,
+        Assignment, ClusterShape, ClusterTest, Clustered, Deep, DirectionSet, Grouping, Hbao, IndirectClamp,
+        IndirectResolution, Sampled, TileSize, Tiled,
     },
 };
 
@@ -156,9 +156,9 @@ fn adapters_are_named_or_cpu() {
 
 #[test]
 fn quality_says_what_is_not_said_otherwise() {
-    let sampled = |words: &[&str]| match parsed(words).unwrap().settings() {
-        Settings { indirect: Indirect::from(sampled), deep_images, .. } => (sampled, deep_images.resolution),
-        settings => panic!("{settings:?}"),
+    let sampled = |words: &[&str]| {
+        let settings = parsed(words).unwrap().settings();
+        (*settings.indirect.get::<Sampled>().unwrap(), settings.deep_images.resolution)
     };
     assert_eq!(sampled(&[]), (Sampled::default(), 128));
     let (draft, coarse) = sampled(&["--quality", "draft"]);

@@ -141,7 +141,7 @@ pub struct Bench<'a> {
 impl Bench<'_> {
     fn settings(&self, configuration: &Configuration) -> Settings {
         Settings {
-            culling: configuration.culling,
+            culling: configuration.culling.clone(),
             ray_culling: configuration.ray_culling,
             shadows: self.args.shadows,
             attenuation: self.lights.attenuation,

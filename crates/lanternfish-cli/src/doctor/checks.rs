@@ -3,8 +3,7 @@
 use lanternfish::{
     Settings,
     settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
-    technique::Kind,
-    techniques::Sampled,
+    techniques::{Deep, Sampled},
 };
 
 use super::{
@@ -78,7 +77,7 @@ pub fn plans() -> Vec<Plan> {
         against(Reference::Direct, unshadowed(), Limits::new(0.03, 0.01, 0.01)),
     );
     for culling in Culling::all() {
-        let both = [Settings { culling, ..unshadowed() }, unshadowed()];
+        let both = [Settings { culling: culling.clone(), ..unshadowed() }, unshadowed()];
         let is_quick = culling == Culling::default();
         add(Group::LightCulling, culling.name(), Name::Atrium, is_quick, Kind::Same(Box::new(both)));
     }
@@ -103,7 +102,7 @@ pub fn plans() -> Vec<Plan> {
         add(Group::DirectLight, name, scene, false, against(Reference::Direct, direct(), limits));
     }
     for occlusion in Occlusion::all() {
-        let settings = Settings { occlusion, ..direct() };
+        let settings = Settings { occlusion: occlusion.clone(), ..direct() };
         let is_unbounded = occlusion == Occlusion::from(Deep { max_distance: None });
         let (reference, limits) = match is_unbounded {
             true => (Reference::Visibility, Limits::new(0.09, 0.02, 0.01)),
@@ -131,7 +130,7 @@ pub fn plans() -> Vec<Plan> {
         add(Group::IndirectLight, &name, Name::Cornell, false, against(Reference::Full, settings, limits));
     }
     for indirect in Indirect::all().into_iter().filter(|indirect| *indirect != Indirect::default()) {
-        let settings = Settings { indirect, ..good() };
+        let settings = Settings { indirect: indirect.clone(), ..good() };
         let limits = Limits::new(0.08, 0.03, 0.01);
         add(
             Group::IndirectLight,

@@ -3,7 +3,6 @@
 use lanternfish::{
     RenderError, Renderer, Settings,
     settings::{Culling, DeepImageSettings, Indirect, Occlusion, Shadows, Tracer},
-    technique::Kind,
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
 

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use glam::Vec3;
 use lanternfish::{
     settings::Settings,
-    technique::{AnyTechnique, Kind},
+    technique::{Choice, Kind},
 };
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
@@ -245,19 +245,19 @@ fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
     let is_own = Settings::PARAMETERS.iter().any(|knob| knob.info.name == name);
     own.map(Some)
         .or_else(|| is_own.then(|| settings.get(name)))
-        .or_else(|| of_family(name, &settings.indirect))
-        .or_else(|| of_family(name, &settings.occlusion))
-        .or_else(|| of_family(name, &settings.culling))
+        .or_else(|| of_technique(name, &settings.indirect))
+        .or_else(|| of_technique(name, &settings.occlusion))
+        .or_else(|| of_technique(name, &settings.culling))
 }
 
-/// The same of a room: which it is, and its settings. Settings of the family's other rooms are left at their defaults.
-fn of_family<F: Kind>(name: &str, family: &F) -> Option<Option<String>> {
-    if name == F::FLAG {
-        return Some(Some(family.name().to_owned()));
+/// The same of a technique: which it is, and its parameters. Parameters of the kind's other techniques are left at their defaults.
+fn of_technique<K: Kind + ?Sized>(name: &str, choice: &Choice<K>) -> Option<Option<String>> {
+    if name == K::FLAG {
+        return Some(Some(choice.name().to_owned()));
     }
-    let has = |room: &dyn AnyTechnique| room.parameters().iter().any(|(words, _)| words.name == name);
-    let is_known = F::rooms().iter().any(|other| other.room().is_some_and(has));
-    is_known.then(|| family.room().filter(|room| has(*room)).and_then(|room| room.get(name)))
+    let has = |technique: &K| technique.parameters().iter().any(|(info, _)| info.name == name);
+    let is_known = Choice::<K>::all().iter().any(|other| other.technique().is_some_and(has));
+    is_known.then(|| choice.technique().filter(|technique| has(technique)).and_then(|technique| technique.get(name)))
 }
 
 /// A light as the flag that adds one: the flag's name, and its value.

@@ -8,8 +8,8 @@ mod project;
 use egui::{Color32, Painter, Rect, Shape, Stroke, Ui};
 use glam::Vec3;
 use lanternfish::{
-    settings::{Culling, Settings},
-    techniques::ClusterShape,
+    settings::Settings,
+    techniques::{ClusterShape, Clustered, RasterGrid, TileSize, Tiled},
 };
 use lanternfish_scene::{Camera, Light, LightKind, Scene};
 
@@ -137,15 +137,14 @@ impl Wire<'_> {
 
 /// Points of the window between lines that divide the picture; none where it is not divided so.
 fn spacing(settings: &Settings) -> Option<u32> {
-    match settings.culling {
-        Culling::from(tiled) => Some(tiled.tile_size.pixels()),
-        Culling::from(grid) => Some(grid.tile_size.pixels()),
-        Culling::from(clustered) => match clustered.shape {
-            ClusterShape::Perspective { pixels } => Some(pixels),
-            _ => None,
-        },
+    let culling = &settings.culling;
+    let tiles = culling.get::<Tiled>().map(|tiled| tiled.tile_size);
+    let tiles = tiles.or_else(|| culling.get::<RasterGrid>().map(|grid| grid.tile_size));
+    let clusters = culling.get::<Clustered>().and_then(|clustered| match clustered.shape {
+        ClusterShape::Perspective { pixels } => Some(pixels),
         _ => None,
-    }
+    });
+    tiles.map(TileSize::pixels).or(clusters)
 }
 
 /// Whether something divides the picture that could be drawn over it.
@@ -285,6 +284,7 @@ pub fn switches(ui: &mut Ui, overlays: &mut Overlays, settings: &Settings) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lanternfish::settings::Culling;
 
     #[test]
     fn colours_are_those_of_the_debug_view() {

@@ -1,9 +1,9 @@
 //! What stands about the picture: settings, passes and their times, the scene's animation, keys.
 
 mod keys;
-mod knobs;
 mod lights;
 mod memory;
+mod parameters;
 mod passes;
 mod picture;
 mod pixel;
@@ -246,7 +246,7 @@ fn settings(ui: &mut Ui, state: &mut State) {
         exchange(state);
     }
     let shown = state.settings.debug_view;
-    knobs::show(ui, state);
+    parameters::show(ui, state);
     if state.settings.debug_view != shown {
         // Another one was chosen by hand.
         state.written = None;

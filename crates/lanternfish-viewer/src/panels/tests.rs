@@ -7,7 +7,7 @@ use egui_kittest::{Harness, kittest::Queryable};
 use lanternfish::{
     Settings,
     settings::{Culling, DebugView, Indirect, ToneMap},
-    technique::{Kind, Range},
+    technique::Range,
 };
 use lanternfish_gpu::AdapterDescription;
 use lanternfish_reference::{Settings as Transport, Tracer};

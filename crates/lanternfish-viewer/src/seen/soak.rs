@@ -2,7 +2,7 @@
 
 use lanternfish::{
     settings::Shadows,
-    technique::{Kind, ParameterInfo, Range},
+    technique::{Choice, Kind, ParameterInfo, Range},
 };
 use lanternfish_gpu::testing;
 use lanternfish_reference::Random;
@@ -43,29 +43,29 @@ fn value(words: &ParameterInfo, names: &[(&'static str, &'static str)], random: 
     }
 }
 
-/// Changes the choice of a room, or one of its settings.
-fn change_room<F: Kind>(family: &mut F, random: &mut Random) {
+/// Changes the choice of a technique, or one of its parameters.
+fn change_technique<K: Kind + ?Sized>(choice: &mut Choice<K>, random: &mut Random) {
     if random.unit() < 0.5 {
-        let rooms: Vec<F> = [F::NONE].into_iter().chain(F::rooms()).collect();
-        *family = rooms[(random.unit() * rooms.len() as f64) as usize];
+        let all: Vec<Choice<K>> = [Choice::NONE].into_iter().chain(Choice::all()).collect();
+        *choice = all[(random.unit() * all.len() as f64) as usize].clone();
         return;
     }
-    let Some(room) = family.room_mut() else { return };
-    let knobs = room.parameters();
+    let Some(technique) = choice.technique_mut() else { return };
+    let knobs = technique.parameters();
     if knobs.is_empty() {
         return;
     }
     let (words, names) = &knobs[(random.unit() * knobs.len() as f64) as usize];
     // What is refused has a message, and changes nothing.
-    let _ = room.set(words.name, &value(words, names, random));
+    let _ = technique.set(words.name, &value(words, names, random));
 }
 
 /// Changes one thing that panels show.
 fn change(settings: &mut Settings, random: &mut Random) {
     match (random.unit() * 5.0) as u32 {
-        0 => change_room(&mut settings.indirect, random),
-        1 => change_room(&mut settings.occlusion, random),
-        2 => change_room(&mut settings.culling, random),
+        0 => change_technique(&mut settings.indirect, random),
+        1 => change_technique(&mut settings.occlusion, random),
+        2 => change_technique(&mut settings.culling, random),
         _ => {
             let knob = &Settings::PARAMETERS[(random.unit() * Settings::PARAMETERS.len() as f64) as usize];
             let names = (knob.of)(&mut settings.clone()).names();

@@ -2,7 +2,7 @@
 
 use lanternfish::{
     settings::{Culling, DebugView, DeepImageSettings, Indirect, Occlusion, Quality, Samples, Shadows},
-    techniques::Tiled,
+    techniques::{Deep, Tiled},
 };
 use lanternfish_gpu::{AdapterChoice, KeptCompiled, testing};
 use lanternfish_scene::generate::demo;

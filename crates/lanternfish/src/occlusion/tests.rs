@@ -1,5 +1,3 @@
-use crate::techniques::Deep;
-use crate::techniques::Hbao;
 use glam::{Affine3A, UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Frame, Gpu, Profiler, read_texture, testing};
 use lanternfish_reference::{
@@ -14,7 +12,7 @@ use crate::{
     context::FrameContext,
     settings::{DebugView, DeepImageSettings, Occlusion, Shadows},
     shaders::constant,
-    techniques::DirectionSet,
+    techniques::{Deep, DirectionSet, Hbao},
     testing::{looking, quad, scene_of},
     view::View,
 };

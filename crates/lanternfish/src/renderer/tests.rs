@@ -6,13 +6,13 @@ mod motion;
 mod slices;
 mod steady;
 
-use crate::techniques::Hbao;
 use lanternfish_gpu::testing;
 use lanternfish_scene::generate::demo;
 
 use crate::{
     Renderer, Settings,
     settings::{DebugView, Exposure, Occlusion, Shadows},
+    techniques::Hbao,
 };
 
 /// Dispatches that follow each other share a pass: those of a frame of the default settings are few, however many rays a pixel has.

@@ -1,6 +1,5 @@
 //! Every variant of every shader that settings can ask for links, is valid, and fits WebGPU's least limits.
 
-use crate::techniques::Deep;
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::{Arc, LazyLock},
@@ -18,8 +17,7 @@ use crate::{
     },
     shading, shadows,
     technique::Technique,
-    techniques,
-    techniques::{DeepDepth, DeepSearch, Sampled, Tiled},
+    techniques::{self, Deep, DeepDepth, DeepSearch, Sampled, Tiled},
 };
 
 fn folders() -> impl Iterator<Item = &'static Shaders> {

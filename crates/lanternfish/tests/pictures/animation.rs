@@ -1,13 +1,11 @@
 //! Scenes that move: the pictures of posed scenes against the path tracer's, and what is brought to the device against what is uploaded.
 
 use glam::{Affine3A, Vec3, Vec4};
-use lanternfish::techniques::Deep;
-use lanternfish::techniques::Hbao;
 use lanternfish::{
     GpuScene, Renderer, Settings,
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
     settings::{Attenuation, DeepImageSettings, Indirect, Occlusion, Shadows, Tracer},
-    techniques::Sampled,
+    techniques::{Deep, Hbao, Sampled},
 };
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_metrics::{RelativeError, RgbImage, write_exr};

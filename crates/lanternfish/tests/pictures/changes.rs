@@ -1,12 +1,11 @@
 //! Hundreds of frames with changes at random: what comes of them is what a fresh upload shows.
 
 use glam::{Affine3A, Quat, Vec3};
-use lanternfish::techniques::Hbao;
 use lanternfish::{
     Change, GpuScene, Renderer, Settings,
     indirect::virtual_lights::VirtualLights,
     settings::{Culling, DebugView, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer},
-    techniques::Sampled,
+    techniques::{Hbao, Sampled},
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Instance, Light, Mesh, Scene, generate};

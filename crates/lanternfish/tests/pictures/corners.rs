@@ -1,10 +1,10 @@
 //! Pictures at the ends of what can be asked for.
 
 use glam::Vec3;
-use lanternfish::techniques::Deep;
 use lanternfish::{
     RenderError, Renderer, Settings,
     settings::{Culling, DebugView, Indirect, Occlusion, RayCulling, Samples, Shadows},
+    techniques::Deep,
 };
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Light, Scene, generate};

@@ -3,7 +3,6 @@
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
     settings::{Culling, Settings, Shadows},
-    technique::Kind,
     techniques::{Clustered, RasterGrid, TileSize, Tiled},
 };
 use lanternfish_gpu::{Engine, PassTime};
@@ -69,11 +68,12 @@ fn cullings(quick: bool) -> Vec<Culling> {
 
 /// By the flags of the command line.
 fn name(culling: &Culling) -> String {
-    match culling {
-        Culling::from(tiled) => format!("tiled {}", tiled.tile_size),
-        Culling::from(clustered) => format!("clustered {}", clustered.shape),
-        Culling::from(grid) => format!("raster-grid {}, {} layers", grid.tile_size, grid.layers),
-        other => other.name().to_owned(),
+    let name = culling.name();
+    match (culling.get::<Tiled>(), culling.get::<Clustered>(), culling.get::<RasterGrid>()) {
+        (Some(tiled), ..) => format!("{name} {}", tiled.tile_size),
+        (_, Some(clustered), _) => format!("{name} {}", clustered.shape),
+        (.., Some(grid)) => format!("{name} {}, {} layers", grid.tile_size, grid.layers),
+        _ => name.to_owned(),
     }
 }
 
@@ -96,12 +96,12 @@ pub fn measure(
     for culling in cullings(quick) {
         let scheme = name(&culling);
         eprintln!("  {scheme}");
-        let settings = Settings { culling, shadows: Shadows::None, ..Settings::direct_light() };
+        let settings = Settings { culling: culling.clone(), shadows: Shadows::None, ..Settings::direct_light() };
         let mut renderer = Renderer::with_engine(engine, settings)?;
         for (scene, first) in scenes.iter().zip(&mut firsts) {
             let lights = scene.lights.len();
             let mut leave_out = |reason| left_out.push(SchemeLeftOut { scheme: scheme.clone(), lights, reason });
-            if let Culling::from(tiled) = culling {
+            if let Some(tiled) = culling.get::<Tiled>() {
                 let tests = tiles(tiled.tile_size, width, height) * lights as u64;
                 if tests > BRUTE_FORCE_TESTS {
                     leave_out(format!("{} tests of a light against a tile", grouped(tests)));
@@ -111,7 +111,7 @@ pub fn measure(
             let uploaded = renderer.upload(scene)?;
             match row(&mut renderer, &uploaded, view, runs, first) {
                 Ok(row) => {
-                    let bytes = bytes(culling, lights as u64, &row, width, height);
+                    let bytes = bytes(&culling, lights as u64, &row, width, height);
                     rows.push(SchemeRow { scheme: scheme.clone(), lights, bytes, ..row });
                 }
                 Err(error) => leave_out(error.to_string()),
@@ -159,14 +159,14 @@ fn milliseconds(passes: &[PassTime], folder: &str) -> f64 {
 }
 
 /// Bytes of cells, lists and what they are made from, as the pages of the rooms have them.
-fn bytes(culling: Culling, lights: u64, row: &SchemeRow, width: u32, height: u32) -> u64 {
+fn bytes(culling: &Culling, lights: u64, row: &SchemeRow, width: u32, height: u32) -> u64 {
     let tiles = |size| tiles(size, width, height);
     4 * row.lights_listed
-        + match culling {
+        + match (culling.get::<Tiled>(), culling.get::<RasterGrid>()) {
             // A start and a volume a tile.
-            Culling::from(tiled) => 36 * tiles(tiled.tile_size),
+            (Some(tiled), _) => 36 * tiles(tiled.tile_size),
             // A start and the next place a cell, a mask a tile, an outline a light.
-            Culling::from(grid) => tiles(grid.tile_size) * (8 * u64::from(grid.layers) + 4) + 8 * lights,
+            (_, Some(grid)) => tiles(grid.tile_size) * (8 * u64::from(grid.layers) + 4) + 8 * lights,
             // Lists are among them.
             _ => return row.bytes,
         }

@@ -67,7 +67,7 @@ impl Bench<'_> {
                 let configuration = Configuration { images, ..Configuration::plain(Brdf::Diffuse) };
                 let settings = |cache_samples| {
                     let mut settings = configuration.settings(self.look, None);
-                    if let Indirect::from(sampled) = &mut settings.indirect {
+                    if let Some(sampled) = settings.indirect.get_mut::<Sampled>() {
                         *sampled = Sampled { hit_light, bounces, cache_samples, ..*sampled };
                     }
                     settings

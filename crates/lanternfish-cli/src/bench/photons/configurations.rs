@@ -6,7 +6,7 @@ use lanternfish::{
         virtual_lights::VirtualLights,
     },
     settings::{Culling, DeepImageSettings, Indirect, Quality, Settings, Tracer},
-    techniques::{DirectionSet, IndirectResolution, Sampled},
+    techniques::{DirectionSet, IndirectResolution, RasterGrid, Sampled, Tiled},
 };
 
 use crate::bench::one_bounce::Configuration;
@@ -57,8 +57,8 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     for (name, room) in rooms {
         add(&format!("photon-splatting, {name}"), with(room));
     }
-    for culling in [Culling::from(Default::default()), Culling::from(Default::default())] {
-        let name = lanternfish::technique::Kind::name(&culling);
+    for culling in [Culling::from(Tiled::default()), Culling::from(RasterGrid::default())] {
+        let name = culling.name();
         add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
     }
     let paper = Settings { deep_images: papers_images(200), ..with(papers_photons()) };
@@ -117,7 +117,7 @@ pub fn walked(look: &Settings) -> Vec<Configuration> {
 fn named(look: &Settings, rooms: &[(&str, Indirect)]) -> Vec<Configuration> {
     let of = |(name, indirect): &(&str, Indirect)| Configuration {
         name: (*name).to_owned(),
-        settings: Settings { indirect: *indirect, ..look.clone() },
+        settings: Settings { indirect: indirect.clone(), ..look.clone() },
         has_steps: false,
     };
     rooms.iter().map(of).collect()

@@ -2,7 +2,7 @@
 
 use lanternfish::{
     settings::{DeepImageSettings, Occlusion, Settings},
-    techniques::Hbao,
+    techniques::{Deep, Hbao},
 };
 use lanternfish_gpu::PassTime;
 use serde::Serialize;
@@ -45,7 +45,7 @@ pub fn rows(bench: &Bench) -> Result<Vec<OcclusionRow>, CliError> {
     ];
     let row = |(name, occlusion, images): &(&str, Occlusion, DeepImageSettings)| {
         let deep_images = DeepImageSettings { payload: false, ..*images };
-        let settings = Settings { occlusion: *occlusion, deep_images, ..look.clone() };
+        let settings = Settings { occlusion: occlusion.clone(), deep_images, ..look.clone() };
         let run = bench.render_scene(&scene, &settings, bench.size)?;
         let (flip, energy) = bench.against(&run.picture, &truth)?;
         let ms = |passes: &[PassTime], start: &str| -> f64 {

@@ -3,14 +3,14 @@
 
 use lanternfish::{
     settings::{DeepImageSettings, Indirect, Materials, Settings},
-    technique::Kind,
+    techniques::Sampled,
 };
 
 use super::{techniques::Technique, truths::Truth};
 
 /// Their rows, on base colours as diffuse albedos, and on the file's materials.
 pub fn bounces(default: &Settings) -> Vec<Technique> {
-    let rooms = Indirect::all().into_iter().filter(|room| !matches!(room, Indirect::from(_)));
+    let rooms = Indirect::all().into_iter().filter(|room| !room.is::<Sampled>());
     rooms.flat_map(|room| of_room(room, default)).collect()
 }
 
@@ -22,11 +22,12 @@ fn of_room(room: Indirect, default: &Settings) -> Vec<Technique> {
         Technique { name: format!("{truth} {name}"), settings, truth }
     };
     let name = room.name().to_owned();
-    let mut rows = vec![row(name.clone(), Truth::OneBounce, room), row(name.clone(), Truth::OneBounceFile, room)];
-    for (knob, values) in room.room().expect("it is one").parameters() {
+    let mut rows =
+        vec![row(name.clone(), Truth::OneBounce, room.clone()), row(name.clone(), Truth::OneBounceFile, room.clone())];
+    for (knob, values) in room.technique().expect("it is one").parameters() {
         for (value, _) in values {
-            let mut other = room;
-            other.room_mut().expect("it is one").set(knob.name, value).expect("it is one of its values");
+            let mut other = room.clone();
+            other.technique_mut().expect("it is one").set(knob.name, value).expect("it is one of its values");
             if other != room {
                 rows.push(row(format!("{name}, {} {value}", knob.name), Truth::OneBounce, other));
             }

@@ -9,10 +9,9 @@ use lanternfish::{
         Anisotropy, Culling, DeepImageSettings, Indirect, Materials, Occlusion, Quality, RayCulling, Samples, Settings,
         Shadows, TextureBinding, Tracer,
     },
-    technique::Kind,
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, DirectionSet, HitLight, IndirectClamp, IndirectResolution,
-        RasterGrid, Sampled, TileSize, Tiled,
+        Assignment, ClusterShape, ClusterTest, Clustered, Deep, DirectionSet, HitLight, IndirectClamp,
+        IndirectResolution, RasterGrid, Sampled, TileSize, Tiled,
     },
 };
 
@@ -66,8 +65,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         debug_view: _,
     } = default;
     for other in cullings().into_iter().filter(|other| other != culling) {
-        let settings = Settings { culling: other, ..default.clone() };
-        rows.push(row(culling_name(other), Truth::Direct, settings));
+        let settings = Settings { culling: other.clone(), ..default.clone() };
+        rows.push(row(culling_name(&other), Truth::Direct, settings));
     }
     for other in Shadows::ALL.iter().filter(|other| *other != shadows) {
         let settings = Settings { shadows: *other, ..default.clone() };
@@ -111,7 +110,8 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows.push(row("indirect none".to_owned(), Truth::Full, without(1)));
     rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), Truth::Full, without(MEAN_FRAMES)));
     for indirect in Indirect::all() {
-        let settings = Settings { indirect, deep_images: Settings::default().deep_images, ..default.clone() };
+        let settings =
+            Settings { indirect: indirect.clone(), deep_images: Settings::default().deep_images, ..default.clone() };
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
     let sampled = |name: &str, sampled, accumulate| {
@@ -149,7 +149,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     for tracer in Tracer::ALL.iter().copied() {
         let plain = Indirect::from(Sampled { tracer: tracer.into(), ..GOOD });
         if tracer.uses_deep_images() {
-            rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain, resolution)));
+            rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain.clone(), resolution)));
         } else {
             rows.push(of(tracer.name(), plain, usual));
         }
@@ -196,7 +196,7 @@ const MANY_DIRECTIONS: u32 = 676;
 fn occlusion_rooms(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
     let distance = "occlusion-distance";
     let ended = |mut occlusion: Occlusion| {
-        let room = occlusion.room_mut().expect("it is a room");
+        let room = occlusion.technique_mut().expect("it is a technique");
         if let Some(end) = max_distance.or(room.get(distance).map(|_| diagonal)) {
             room.set(distance, &end.to_string()).expect("it is a distance");
         }
@@ -226,8 +226,8 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
         };
         row(format!("{kind} none"), Occlusion::NONE, default.deep_images);
         for occlusion in occlusion_rooms(max_distance, diagonal) {
-            for (name, images) in with_images(occlusion, &default.deep_images) {
-                row(format!("{kind} {name}"), occlusion, images);
+            for (name, images) in with_images(occlusion.clone(), &default.deep_images) {
+                row(format!("{kind} {name}"), occlusion.clone(), images);
             }
         }
         if max_distance.is_none() {
@@ -251,8 +251,8 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
     let mut rows = vec![of("none".to_owned(), occluded(Occlusion::NONE))];
     for occlusion in occlusion_rooms(None, diagonal) {
-        for (name, deep_images) in with_images(occlusion, &default.deep_images) {
-            rows.push(of(name, Settings { deep_images, ..occluded(occlusion) }));
+        for (name, deep_images) in with_images(occlusion.clone(), &default.deep_images) {
+            rows.push(of(name, Settings { deep_images, ..occluded(occlusion.clone()) }));
         }
     }
     let sampled = |tracer: Tracer| Indirect::from(Sampled { tracer: tracer.into(), ..GOOD });
@@ -286,31 +286,27 @@ fn cullings() -> Vec<Culling> {
     let few_layers = RasterGrid { layers: 8, ..RasterGrid::default() };
     all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(Culling::from));
     // A room that nothing is said of here, as it is where nobody says otherwise.
-    let is_said = |room: &Culling| matches!(room, Culling::from(_) | Culling::from(_) | Culling::from(_));
+    let is_said = |room: &Culling| room.is::<Tiled>() || room.is::<Clustered>() || room.is::<RasterGrid>();
     all.extend(Culling::all().into_iter().filter(|room| !is_said(room)));
     all
 }
 
 /// By the flags of the command line.
-fn culling_name(culling: Culling) -> String {
-    match culling {
-        Culling::from(Tiled { tile_size, aabb_test: true }) => format!("culling tiled {tile_size}"),
-        Culling::from(Tiled { tile_size, aabb_test: false }) => format!("culling tiled {tile_size}, aabb off"),
-        Culling::from(Clustered { shape, assignment, test, grouping: _, depth: _ }) => {
-            let mut name = format!("culling clustered {shape}");
-            if assignment != Clustered::default().assignment {
-                name += &format!(", {assignment}");
-            }
-            if test != Clustered::default().test {
-                name += &format!(", {test}");
-            }
-            name
-        }
-        Culling::from(RasterGrid { tile_size, layers }) => {
-            format!("culling raster-grid {tile_size}, {layers} layers")
-        }
-        other => format!("culling {}", other.name()),
+fn culling_name(culling: &Culling) -> String {
+    let mut name = format!("culling {}", culling.name());
+    if let Some(Tiled { tile_size, aabb_test }) = culling.get() {
+        name += &format!(" {tile_size}{}", if *aabb_test { "" } else { ", aabb off" });
     }
+    if let Some(Clustered { shape, assignment, test, grouping: _, depth: _ }) = culling.get() {
+        let usual = Clustered::default();
+        name += &format!(" {shape}");
+        name += &if *assignment == usual.assignment { String::new() } else { format!(", {assignment}") };
+        name += &if *test == usual.test { String::new() } else { format!(", {test}") };
+    }
+    if let Some(RasterGrid { tile_size, layers }) = culling.get() {
+        name += &format!(" {tile_size}, {layers} layers");
+    }
+    name
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use lanternfish::{
     indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
     settings::{Attenuation, Culling, DeepImageSettings, Indirect, Quality, Settings, Shadows, Tracer},
-    techniques::{DirectionSet, IndirectResolution, Sampled},
+    techniques::{DirectionSet, IndirectResolution, RasterGrid, Sampled, Tiled},
 };
 
 use crate::bench::one_bounce::Configuration;
@@ -55,8 +55,8 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     let of = |indirect| Settings { indirect, ..look.clone() };
     let with = |room: VirtualLights| of(Indirect::from(room));
     let usual = VirtualLights::default();
-    let grid = Culling::from(Default::default());
-    let paper = || Settings { deep_images: papers_images(), culling: grid, ..with(papers_lights()) };
+    let grid = Culling::from(RasterGrid::default());
+    let paper = || Settings { deep_images: papers_images(), culling: grid.clone(), ..with(papers_lights()) };
     add("none", of(Indirect::NONE), false);
     let good = Quality::Good.sampled().one_bounce();
     add("sampled", of(Indirect::from(good)), false);
@@ -106,14 +106,14 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
     }
     add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() }, false);
     add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() }, false);
-    for culling in [Culling::NONE, Culling::from(Default::default()), Culling::from(Default::default())] {
-        let name = lanternfish::technique::Kind::name(&culling);
-        add(&format!("virtual-lights, culling {name}"), Settings { culling, ..with(usual) }, false);
+    for culling in [Culling::NONE, Culling::from(Tiled::default()), Culling::from(RasterGrid::default())] {
+        let name = culling.name();
+        add(&format!("virtual-lights, culling {name}"), Settings { culling: culling.clone(), ..with(usual) }, false);
         if culling != grid {
             add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() }, false);
         }
     }
-    add("as in the paper, culling clustered", Settings { culling: look.culling, ..paper() }, false);
+    add("as in the paper, culling clustered", Settings { culling: look.culling.clone(), ..paper() }, false);
     for count in [1000, 5000] {
         add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)), false);
     }

@@ -5,8 +5,7 @@ use glam::Affine3A;
 use super::fault::{Place, Result, invalid, item};
 use super::hierarchy::Placed;
 use super::schema::{self, Root};
-use crate::motion::place_camera;
-use crate::{Camera, Projection};
+use crate::{Camera, Projection, motion::place_camera};
 
 /// The camera at a node. A finite far plane and the aspect ratio of a perspective are not kept.
 pub(super) fn read(root: &Root, index: usize, at: &Placed) -> Result<Camera> {

@@ -6,8 +6,10 @@ use super::accessor::Accessors;
 use super::fault::{Place, Result, invalid};
 use super::primitive::read_attribute;
 use super::schema;
-use crate::Primitive;
-use crate::motion::{Deformation, Influences, MorphTarget};
+use crate::{
+    Primitive,
+    motion::{Deformation, Influences, MorphTarget},
+};
 
 /// Most sets of joints: the format states no limit, files have one or two.
 const MOST_SETS: usize = 8;

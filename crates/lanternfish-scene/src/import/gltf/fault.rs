@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use lanternfish_limits::memory::TooMuch;
 
-use crate::SceneError;
-use crate::import::files::FileError;
+use crate::{SceneError, import::files::FileError};
 
 /// [`SceneError`] without the scene's path, which [`Fault::at`] adds once, at the top.
 #[derive(Debug)]

@@ -8,9 +8,10 @@ use super::buffers::Buffers;
 use super::fault::{Place, Result, invalid};
 use super::schema::{self, Root};
 use super::uri;
-use crate::Image;
-use crate::import::files::Files;
-use crate::import::pixels;
+use crate::{
+    Image,
+    import::{files::Files, pixels},
+};
 
 /// Decodes those of the file's images, on all cores; an error before that, if memory does not hold them.
 pub(super) fn decode_all(root: &Root, indices: &[usize], buffers: &Buffers, files: &Files) -> Result<Vec<Image>> {

@@ -60,8 +60,7 @@ use textures::Textures;
 
 use super::LoadOptions;
 use super::files::Files;
-use crate::motion::place_light;
-use crate::{Instance, Light, Material, Mesh, Scene, SceneError};
+use crate::{Instance, Light, Material, Mesh, Scene, SceneError, motion::place_light};
 
 /// What drawing a primitive that is placed takes: nothing here, but who places many asks for more than can be looked through.
 const BYTES_PER_PLACED: u64 = 256;

@@ -12,10 +12,12 @@ use super::fault::{Place, Result, invalid, item};
 use super::hierarchy::{Placed, transform_of};
 use super::notes::Notes;
 use super::schema::{self, Root};
-use crate::motion::{
-    Animation, Bound, BoundLight, Channel, DeformedMesh, Interpolation, Motion, Node, Property, Sampler, Skin,
+use crate::{
+    Light, Mesh, Scene,
+    motion::{
+        Animation, Bound, BoundLight, Channel, DeformedMesh, Interpolation, Motion, Node, Property, Sampler, Skin,
+    },
 };
-use crate::{Light, Mesh, Scene};
 
 /// Collects what moves while a scene's nodes are placed.
 pub(super) struct Collected<'c, 'a> {

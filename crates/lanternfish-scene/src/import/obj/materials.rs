@@ -8,8 +8,7 @@ use lanternfish_limits::memory::{Budget, TooMuch};
 use super::Notes;
 use super::clean::split_key;
 use super::textures::{Map, Textures};
-use crate::import::files::Files;
-use crate::{AlphaMode, Image, Material, Scene};
+use crate::{AlphaMode, Image, Material, Scene, import::files::Files};
 
 /// Bytes that reading an MTL file takes, at most: its text, which grows where numbers are spelt out; and of each line a
 /// material of the reader's, in a list that doubles as it grows, and two entries in tables of names.

@@ -20,8 +20,10 @@ use lanternfish_limits::caught;
 
 use super::LoadOptions;
 use super::files::{FileError, Files};
-use crate::generate::{Shape, Surface};
-use crate::{Instance, Mesh, Primitive, Scene, SceneError};
+use crate::{
+    Instance, Mesh, Primitive, Scene, SceneError,
+    generate::{Shape, Surface},
+};
 use materials::Materials;
 
 /// What is said once about a file, however often it is found.

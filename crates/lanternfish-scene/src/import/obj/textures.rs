@@ -7,9 +7,13 @@ use lanternfish_limits::memory::{Budget, TooMuch};
 use rayon::prelude::*;
 
 use super::Notes;
-use crate::import::files::{FileError, Files};
-use crate::import::pixels;
-use crate::{Image, Sampler, Scene, Texture, TextureRef, Wrap};
+use crate::{
+    Image, Sampler, Scene, Texture, TextureRef, Wrap,
+    import::{
+        files::{FileError, Files},
+        pixels,
+    },
+};
 
 /// A map as a material states it.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,3 @@
-use crate::techniques::Deep;
-use crate::techniques::Hbao;
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_reference::{
@@ -13,6 +11,7 @@ use crate::{
     Renderer, Settings,
     environment_light::brdf_shares::shares,
     settings::{DeepImageSettings, Occlusion, Samples, Shadows},
+    techniques::{Deep, Hbao},
     testing::{apart, quad, scene_of},
 };
 
@@ -156,7 +155,7 @@ fn gpu_turned_surroundings_turn_their_light() {
                 let scene = Scene { environment: Some(environment), materials: vec![material.clone()], ..wall.clone() };
                 center(&picture(gpu, &settings(occlusion.clone()), &scene, &camera)).x
             };
-            let [facing, aside, behind] = [0.0, 90.0f32, 180.0].map(|degrees| lit.clone()(degrees.to_radians()));
+            let [facing, aside, behind] = [0.0, 90.0f32, 180.0].map(|degrees| lit(degrees.to_radians()));
             println!("{occlusion:?}, metallic {}: {facing} {aside} {behind}", material.metallic);
             assert!(facing > 0.9 && behind < 0.05, "{occlusion:?}: {facing} {behind}");
             assert!((aside - 0.5 * facing).abs() < 0.06, "{occlusion:?}: {aside} of {facing}");

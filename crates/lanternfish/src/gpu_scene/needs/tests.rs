@@ -1,6 +1,5 @@
 //! Whoever renders a scene that another renderer uploaded gets the picture of an upload of its own, or is told.
 
-use crate::techniques::Hbao;
 use glam::Vec3;
 use lanternfish_gpu::{AdapterChoice, Frame, Gpu, Profiler, testing};
 use lanternfish_scene::{Camera, Environment, Image, Light, Material, Projection, Scene, TextureRef};
@@ -12,7 +11,7 @@ use crate::{
     settings::{
         Attenuation, DebugView, DeepImageSettings, Indirect, Materials, Occlusion, Shadows, TextureBinding, Tracer,
     },
-    techniques::{DirectionSet, Sampled},
+    techniques::{DirectionSet, Hbao, Sampled},
     testing::{quad, scene_of},
 };
 

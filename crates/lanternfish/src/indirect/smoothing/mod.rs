@@ -14,11 +14,11 @@ use super::{
     history::{self, DOUBTED, Doubt, Histories},
     layers_target,
 };
-use crate::settings::History;
 use crate::{
     context::ViewContext,
     error::RenderError,
     prepass::Surface,
+    settings::History,
     shaders::{Root, Shaders},
     technique::{ParameterInfo, Range},
 };

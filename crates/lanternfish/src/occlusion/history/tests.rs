@@ -1,6 +1,5 @@
 //! Openness that pixels keep from the frames before.
 
-use crate::techniques::Deep;
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::testing;
 use lanternfish_scene::{Scene, generate};
@@ -8,7 +7,7 @@ use lanternfish_scene::{Scene, generate};
 use crate::{
     Settings,
     settings::{DeepImageSettings, History, Occlusion, Shadows},
-    techniques::DirectionSet,
+    techniques::{Deep, DirectionSet},
     testing::walks::{SIZE, mean, off, pixels, renderer, steps, walked},
 };
 

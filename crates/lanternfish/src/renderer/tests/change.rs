@@ -1,6 +1,5 @@
 //! Other settings for a renderer that is there, and several renderers of one engine.
 
-use crate::techniques::Deep;
 use lanternfish_gpu::{Engine, testing};
 use lanternfish_scene::generate::demo;
 
@@ -9,7 +8,7 @@ use crate::{
     settings::{
         Attenuation, Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer,
     },
-    techniques::{Sampled, Tiled},
+    techniques::{Deep, Sampled, Tiled},
 };
 
 fn bvh() -> Settings {

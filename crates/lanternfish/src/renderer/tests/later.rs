@@ -1,6 +1,5 @@
 //! Frames that never wait show what frames that wait show, or what they showed last.
 
-use crate::techniques::Deep;
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Gpu, Growth, faulty_software, testing};
 use lanternfish_scene::{
@@ -8,12 +7,12 @@ use lanternfish_scene::{
     generate::{demo, light_rain},
 };
 
-use crate::indirect::virtual_lights::{MapSize, VirtualLights};
 use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     context::FrameContext,
+    indirect::virtual_lights::{MapSize, VirtualLights},
     settings::{Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Shadows, Tracer},
-    techniques::{DeepBuilder, DeepStore, DirectionSet, Sampled},
+    techniques::{Deep, DeepBuilder, DeepStore, DirectionSet, Sampled},
     testing::{quad, scene_of},
 };
 

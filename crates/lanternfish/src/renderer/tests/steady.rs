@@ -1,6 +1,5 @@
 //! A frame like the one before it makes nothing, and frames of all kinds take no more and more memory.
 
-use crate::techniques::Sampled;
 use glam::{Affine3A, Vec3};
 use lanternfish_gpu::{Gpu, Growth, Made, made, testing};
 use lanternfish_scene::{
@@ -8,13 +7,13 @@ use lanternfish_scene::{
     generate::{demo, light_rain},
 };
 
-use crate::indirect::{Indirect, virtual_lights::VirtualLights};
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
     deep_images::KeptDeepImages,
+    indirect::{Indirect, virtual_lights::VirtualLights},
     settings::{Culling, DeepImageSettings, Exposure, Samples, Shadows, Tracer},
-    techniques::{RasterGrid, Tiled},
+    techniques::{RasterGrid, Sampled, Tiled},
 };
 
 /// The same on every adapter.

@@ -1,7 +1,5 @@
 //! What blended surfaces get from other surfaces and the surroundings, and what those that let light through leave of the picture.
 
-use crate::techniques::Deep;
-use crate::techniques::Hbao;
 use glam::{UVec2, Vec3, Vec4};
 use lanternfish_gpu::{Gpu, testing};
 use lanternfish_scene::{AlphaMode, Camera, Filter, Image, Material, Projection, Sampler, Scene, Texture, TextureRef};
@@ -9,7 +7,7 @@ use lanternfish_scene::{AlphaMode, Camera, Filter, Image, Material, Projection, 
 use crate::{
     Renderer, Settings,
     settings::{Indirect, Occlusion, Samples},
-    techniques::Sampled,
+    techniques::{Deep, Hbao, Sampled},
     testing::{apart, quad, scene_of},
 };
 

@@ -24,39 +24,30 @@ fn every_value_of_every_setting_has_a_row() {
     assert_every(&[false, true], |settings| settings.light_radius > 0.0);
 
     // Every part of every scheme.
-    let clustered = |culling| match culling {
-        Culling::from(clustered) => Some(clustered),
-        _ => None,
-    };
-    let tiled = |culling| match culling {
-        Culling::from(Tiled { tile_size, aabb_test }) => Some((tile_size, aabb_test)),
-        _ => None,
-    };
+    let clustered = |culling: &Culling| culling.get::<Clustered>().copied();
+    let tiled = |culling: &Culling| culling.get::<Tiled>().map(|tiled| (tiled.tile_size, tiled.aabb_test));
     let shape = |shape| match shape {
         ClusterShape::Perspective { .. } => 0,
         ClusterShape::Orthographic { .. } => 1,
         ClusterShape::Displaced { .. } => 2,
     };
-    assert_every(&[Culling::NONE], |settings| settings.culling);
-    let names: Vec<_> = Culling::all().iter().map(Kind::name).collect();
+    assert_every(&[Culling::NONE], |settings| settings.culling.clone());
+    let names: Vec<_> = Culling::all().iter().map(Culling::name).collect();
     assert_every(&names, |settings| settings.culling.name());
     for size in TileSize::ALL {
-        assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(settings.culling));
+        assert_every(&[Some((*size, true)), Some((*size, false))], |settings| tiled(&settings.culling));
     }
-    let grid = |culling| match culling {
-        Culling::from(RasterGrid { tile_size, layers }) => Some((tile_size, layers > 8)),
-        _ => None,
-    };
+    let grid = |culling: &Culling| culling.get::<RasterGrid>().map(|grid| (grid.tile_size, grid.layers > 8));
     for size in TileSize::ALL {
-        assert_every(&[Some((*size, true))], |settings| grid(settings.culling));
+        assert_every(&[Some((*size, true))], |settings| grid(&settings.culling));
     }
-    assert_every(&[Some(false)], |settings| grid(settings.culling).map(|(_, is_deep)| is_deep));
-    assert_every(&[Some(0), Some(1), Some(2)], |settings| clustered(settings.culling).map(|c| shape(c.shape)));
+    assert_every(&[Some(false)], |settings| grid(&settings.culling).map(|(_, is_deep)| is_deep));
+    assert_every(&[Some(0), Some(1), Some(2)], |settings| clustered(&settings.culling).map(|c| shape(c.shape)));
     for assignment in Assignment::ALL {
-        assert_every(&[Some(*assignment)], |settings| clustered(settings.culling).map(|c| c.assignment));
+        assert_every(&[Some(*assignment)], |settings| clustered(&settings.culling).map(|c| c.assignment));
     }
     for test in ClusterTest::ALL {
-        assert_every(&[Some(*test)], |settings| clustered(settings.culling).map(|c| c.test));
+        assert_every(&[Some(*test)], |settings| clustered(&settings.culling).map(|c| c.test));
     }
 }
 
@@ -73,10 +64,7 @@ fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
 
 #[test]
 fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
-    let sampled = |settings: &Settings| match settings.indirect {
-        Indirect::from(sampled) => Some(sampled),
-        _ => None,
-    };
+    let sampled = |settings: &Settings| settings.indirect.get::<Sampled>().copied();
     for tracer in Tracer::ALL {
         assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer.fixed()));
     }
@@ -86,8 +74,8 @@ fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
     for clamp in IndirectClamp::ALL {
         assert_every(&[Some(*clamp)], |settings| sampled(settings).map(|sampled| sampled.clamp));
     }
-    assert_every(&[Indirect::NONE], |settings| settings.indirect);
-    assert_every(&Indirect::all(), |settings| settings.indirect);
+    assert_every(&[Indirect::NONE], |settings| settings.indirect.clone());
+    assert_every(&Indirect::all(), |settings| settings.indirect.clone());
 }
 
 #[test]
@@ -121,7 +109,7 @@ fn a_row_changes_one_setting_and_has_a_name_of_its_own() {
 fn a_mean_with_every_bounce_is_of_the_same_frames() {
     let row = |name: &str| rows().into_iter().find(|row| row.name == name).unwrap().settings;
     let mean = row(&format!("indirect sampled, {MEAN_FRAMES} frames"));
-    assert_eq!((mean.indirect, mean.accumulate), (row("indirect sampled").indirect, MEAN_FRAMES));
+    assert_eq!((mean.indirect.clone(), mean.accumulate), (row("indirect sampled").indirect, MEAN_FRAMES));
     assert_ne!(row("indirect sampled, best").indirect, mean.indirect);
 }
 

@@ -7,8 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::json;
 
 use super::{File, assert_contains, load_bytes};
-use crate::SceneError;
-use crate::import::load;
+use crate::{SceneError, import::load};
 
 /// A triangle file whose buffer is at `uri`.
 fn with_uri(uri: &str) -> File {

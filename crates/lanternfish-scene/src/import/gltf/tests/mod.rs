@@ -20,8 +20,7 @@ use serde_json::{Value, json};
 
 use lanternfish_limits::memory::Budget;
 
-use crate::import::files::Files;
-use crate::{LoadOptions, Primitive, Scene, SceneError};
+use crate::{LoadOptions, Primitive, Scene, SceneError, import::files::Files};
 
 pub const I8: u32 = 5120;
 pub const U8: u32 = 5121;

@@ -4,8 +4,7 @@ use glam::Vec3;
 use serde_json::{Value, json};
 
 use super::{F32, File, I16, TRIANGLE, U8, bytes_of};
-use crate::Scene;
-use crate::motion::Interpolation;
+use crate::{Scene, motion::Interpolation};
 
 fn near(a: Vec3, b: [f32; 3]) -> bool {
     a.abs_diff_eq(b.into(), 1e-4)

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::import::load;
-use crate::{Camera, LightKind, Scene};
+use crate::{Camera, LightKind, Scene, import::load};
 
 /// A scene from the folder of assets, validated; `None`, and says so, where there is none.
 fn sample(name: &str) -> Option<Scene> {

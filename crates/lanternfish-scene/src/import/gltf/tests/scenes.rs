@@ -3,8 +3,10 @@
 use serde_json::json;
 
 use super::{File, TRIANGLE, assert_contains, bytes_of};
-use crate::SceneError;
-use crate::import::{LoadOptions, load, load_with};
+use crate::{
+    SceneError,
+    import::{LoadOptions, load, load_with},
+};
 
 /// Writes the file, and loads its scene of that name or index.
 fn load_one(file: &File, scene: Option<&str>) -> Result<usize, SceneError> {

@@ -1,23 +1,24 @@
-//! The flags that families of rooms declare: one that chooses a room, and one for each setting of any of its rooms.
+//! The flags of kinds of techniques: one that chooses a technique, and one for each parameter of any of them.
 
 use std::marker::PhantomData;
 
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, builder::TypedValueParser as _, value_parser};
-use lanternfish::technique::{Kind, ParameterInfo, Range};
+use lanternfish::technique::{Choice, Kind, ParameterInfo, Range};
 
 use crate::{choices::names, flags::as_flags, parse};
 
-/// The flag that chooses a room.
-#[derive(Clone, Copy, Debug)]
-pub struct RoomFlag<F>(pub F);
+/// The flag that chooses a technique.
+#[derive(Clone, Debug)]
+pub struct TechniqueFlag<K: Kind + ?Sized>(pub Choice<K>);
 
-impl<F: Kind> Args for RoomFlag<F> {
+impl<K: Kind + ?Sized> Args for TechniqueFlag<K> {
     fn augment_args(command: Command) -> Command {
-        let rooms = F::rooms().into_iter().filter_map(|family| Some((family.name(), family.room()?.words())));
-        let known = names([(F::NONE_NAME, F::NONE_SUMMARY)].into_iter().chain(rooms));
-        let flag = Arg::new(F::FLAG).long(F::FLAG).value_name("NAME").value_parser(known);
-        let flag = flag.default_value(F::default().name()).hide_short_help(!F::IS_EVERYDAY);
-        command.arg(with_help(flag, F::HELP))
+        let all = Choice::<K>::all();
+        let techniques = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
+        let known = names([(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(techniques));
+        let flag = Arg::new(K::FLAG).long(K::FLAG).value_name("NAME").value_parser(known);
+        let flag = flag.default_value(Choice::<K>::default().name()).hide_short_help(!K::IS_EVERYDAY);
+        command.arg(with_help(flag, K::HELP))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -25,10 +26,10 @@ impl<F: Kind> Args for RoomFlag<F> {
     }
 }
 
-impl<F: Kind> FromArgMatches for RoomFlag<F> {
+impl<K: Kind + ?Sized> FromArgMatches for TechniqueFlag<K> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let name = matches.get_one::<String>(F::FLAG).expect("it has a default");
-        Ok(Self(F::named(name).expect("clap lets only known names through")))
+        let name = matches.get_one::<String>(K::FLAG).expect("it has a default");
+        Ok(Self(Choice::named(name).expect("clap lets only known names through")))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -37,44 +38,46 @@ impl<F: Kind> FromArgMatches for RoomFlag<F> {
     }
 }
 
-/// The flags of a family's settings: what was said of them, by their names.
+/// The flags of the parameters of a kind's techniques: their values, by their names.
 #[derive(Clone, Debug)]
-pub struct KnobFlags<F> {
+pub struct ParameterFlags<K: ?Sized> {
     said: Vec<(&'static str, String)>,
-    family: PhantomData<F>,
+    kind: PhantomData<fn() -> Box<K>>,
 }
 
-impl<F: Kind> KnobFlags<F> {
-    /// A room with what was said of its settings. What was said of another room's is left aside.
-    pub fn turned(&self, mut family: F) -> F {
-        if let Some(room) = family.room_mut() {
+impl<K: Kind + ?Sized> ParameterFlags<K> {
+    /// A technique with the parameters that were given. Those of other techniques are left aside.
+    pub fn turned(&self, mut choice: Choice<K>) -> Choice<K> {
+        if let Some(technique) = choice.technique_mut() {
             for (name, text) in &self.said {
-                room.set(name, text).expect("the flag's parser has let it through");
+                technique.set(name, text).expect("the flag's parser has let it through");
             }
         }
-        family
+        choice
     }
 }
 
-/// A room, what is said of one of its settings, and the names of the setting's values.
-type KnobOf<F> = (F, ParameterInfo, Vec<(&'static str, &'static str)>);
+/// A technique, one of its parameters, and the names of the parameter's values.
+type ParameterOf<K> = (Choice<K>, ParameterInfo, Vec<(&'static str, &'static str)>);
 
-/// Every setting of a family's rooms, once.
-fn knobs<F: Kind>() -> Vec<KnobOf<F>> {
-    let mut all: Vec<KnobOf<F>> = Vec::new();
-    for family in F::rooms() {
-        for (words, known) in family.room().map(|room| room.parameters()).unwrap_or_default() {
+/// Every parameter of a kind's techniques, once.
+fn parameters<K: Kind + ?Sized>() -> Vec<ParameterOf<K>> {
+    let mut all: Vec<ParameterOf<K>> = Vec::new();
+    for choice in Choice::<K>::all() {
+        for (words, known) in choice.technique().map(|technique| technique.parameters()).unwrap_or_default() {
             if all.iter().all(|(_, other, _)| other.name != words.name) {
-                all.push((family, words, known));
+                all.push((choice.clone(), words, known));
             }
         }
     }
     all
 }
 
-impl<F: Kind> Args for KnobFlags<F> {
+impl<K: Kind + ?Sized> Args for ParameterFlags<K> {
     fn augment_args(command: Command) -> Command {
-        command.args(knobs::<F>().into_iter().map(|(family, words, known)| {
+        command.args(parameters::<K>().into_iter().map(|(choice, words, known)| {
+            let default =
+                choice.technique().and_then(|technique| technique.get(words.name)).filter(|_| words.shows_default);
             let flag = Arg::new(words.name).long(words.name).value_name(words.value).hide_short_help(true);
             let flag = match words.range {
                 Range::Count(least, most) => {
@@ -88,12 +91,11 @@ impl<F: Kind> Args for KnobFlags<F> {
                 }
                 Range::Switch(on, off) => flag.value_parser(names([("on", on), ("off", off)]).map(|name| name == "on")),
                 Range::Text => flag.value_parser(move |text: &str| {
-                    let mut tried = family;
-                    let room = tried.room_mut().expect("a room has the setting");
-                    room.set(words.name, text).map(|()| text.to_owned())
+                    let mut tried = choice.clone();
+                    let technique = tried.technique_mut().expect("a technique has the parameter");
+                    technique.set(words.name, text).map(|()| text.to_owned())
                 }),
             };
-            let default = family.room().and_then(|room| room.get(words.name)).filter(|_| words.shows_default);
             // The parser keeps it as long as it lives, and there are few.
             let flag = default.into_iter().fold(flag, |flag, text| flag.default_value(&*text.leak()));
             with_help(flag, words.help)
@@ -105,11 +107,11 @@ impl<F: Kind> Args for KnobFlags<F> {
     }
 }
 
-impl<F: Kind> FromArgMatches for KnobFlags<F> {
+impl<K: Kind + ?Sized> FromArgMatches for ParameterFlags<K> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let last = |name: &str| Some(matches.get_raw(name)?.next_back()?.to_string_lossy().into_owned());
-        let said = knobs::<F>().iter().filter_map(|(_, words, _)| Some((words.name, last(words.name)?))).collect();
-        Ok(Self { said, family: PhantomData })
+        let said = parameters::<K>().iter().filter_map(|(_, words, _)| Some((words.name, last(words.name)?))).collect();
+        Ok(Self { said, kind: PhantomData })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -3,7 +3,7 @@
 use egui::Ui;
 use lanternfish::{
     Settings,
-    technique::{Kind, ParameterInfo, Range},
+    technique::{Choice, Kind, ParameterInfo, Range},
 };
 
 use super::State;
@@ -18,9 +18,9 @@ struct Value {
 pub fn show(ui: &mut Ui, state: &mut State) {
     let usual = state.usual.clone();
     let (settings, unfold) = (&mut state.settings, state.unfold);
-    family(ui, &mut settings.indirect, &usual.indirect, &mut state.message, unfold);
-    family(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message, unfold);
-    family(ui, &mut settings.culling, &usual.culling, &mut state.message, unfold);
+    technique(ui, &mut settings.indirect, &usual.indirect, &mut state.message, unfold);
+    technique(ui, &mut settings.occlusion, &usual.occlusion, &mut state.message, unfold);
+    technique(ui, &mut settings.culling, &usual.culling, &mut state.message, unfold);
     for knob in Settings::PARAMETERS {
         let name = knob.info.name;
         let names = (knob.of)(&mut settings.clone()).names();
@@ -42,29 +42,36 @@ fn tell(message: &mut String, name: &str, done: Result<(), String>) {
     }
 }
 
-/// Which room, and its settings, which may be unfolded or folded now.
-fn family<F: Kind + PartialEq>(ui: &mut Ui, family: &mut F, usual: &F, message: &mut String, unfold: Option<bool>) {
-    let rooms = F::rooms();
-    let words = rooms.iter().filter_map(|room| Some((room.name(), room.room()?.words())));
-    let names: Vec<_> = [(F::NONE_NAME, F::NONE_SUMMARY)].into_iter().chain(words).collect();
-    let say = |family: &F| Some(family.name().to_owned());
-    let first = F::HELP.lines().next().unwrap_or(F::HELP);
-    let choice = ParameterInfo::new(F::FLAG, "NAME", Range::Names, first);
-    let value = Value { now: say(family), usual: say(usual), names };
+/// Which technique of a kind, and its parameters, which may be unfolded or folded now.
+fn technique<K: Kind + ?Sized>(
+    ui: &mut Ui,
+    chosen: &mut Choice<K>,
+    usual: &Choice<K>,
+    message: &mut String,
+    unfold: Option<bool>,
+) {
+    let all = Choice::<K>::all();
+    let words = all.iter().filter_map(|choice| Some((choice.name(), choice.technique()?.summary())));
+    let names: Vec<_> = [(K::NONE_NAME, K::NONE_SUMMARY)].into_iter().chain(words).collect();
+    let say = |choice: &Choice<K>| Some(choice.name().to_owned());
+    let first = K::HELP.lines().next().unwrap_or(K::HELP);
+    let choice = ParameterInfo::new(K::FLAG, "NAME", Range::Names, first);
+    let value = Value { now: say(chosen), usual: say(usual), names };
     if let Some(text) = widget(ui, &choice, &value) {
-        let of_usual = (usual.name() == text).then_some(*usual);
-        *family = of_usual.or_else(|| F::named(&text)).unwrap_or(*family);
+        let of_usual = (usual.name() == text).then(|| usual.clone());
+        *chosen = of_usual.or_else(|| Choice::named(&text)).unwrap_or_else(|| chosen.clone());
     }
-    let Some(room) = family.room() else { return };
-    let (knobs, name) = (room.parameters(), family.name());
-    // As it was where the family is that of before; else as the room is by itself.
-    let plain = if usual.name() == name { *usual } else { F::named(name).unwrap_or(*family) };
-    egui::CollapsingHeader::new(format!("{} {name}", F::FLAG)).open(unfold).show(ui, |ui| {
-        for (words, names) in knobs {
-            let get = |family: &F| family.room().and_then(|room| room.get(words.name));
-            let value = Value { now: get(family), usual: get(&plain), names };
-            if let (Some(text), Some(room)) = (widget(ui, &words, &value), family.room_mut()) {
-                tell(message, words.name, room.set(words.name, &text));
+    let Some(technique) = chosen.technique() else { return };
+    let (parameters, name) = (technique.parameters(), chosen.name());
+    // As the window began with it, where it began with this technique; else the technique's own defaults.
+    let plain = if usual.name() == name { Some(usual.clone()) } else { Choice::named(name) };
+    let plain = plain.unwrap_or_else(|| chosen.clone());
+    egui::CollapsingHeader::new(format!("{} {name}", K::FLAG)).open(unfold).show(ui, |ui| {
+        for (info, names) in parameters {
+            let get = |choice: &Choice<K>| choice.technique().and_then(|technique| technique.get(info.name));
+            let value = Value { now: get(chosen), usual: get(&plain), names };
+            if let (Some(text), Some(technique)) = (widget(ui, &info, &value), chosen.technique_mut()) {
+                tell(message, info.name, technique.set(info.name, &text));
             }
         }
     });
