@@ -9,10 +9,10 @@ mod compiler;
 mod demo;
 mod driver;
 mod hardware;
+#[cfg(test)]
+mod imports;
 mod quality;
 mod release;
-#[cfg(test)]
-mod rooms;
 mod test;
 
 use std::process::ExitCode;

@@ -326,10 +326,8 @@ impl Renderer {
                 }
             }
         }
-        if let Some(images) = shaded.openness.as_ref().and_then(|openness| openness.images) {
-            counters.push(("deep_images/fragments".to_owned(), images.kept));
-            counters.push(("deep_images/bytes".to_owned(), images.bytes));
-        }
+        let of_openness = shaded.openness.iter().flat_map(|openness| &openness.counters);
+        counters.extend(of_openness.map(|(name, count)| ((*name).to_owned(), *count)));
         let report = Report { passes: Vec::new(), counters };
         Ok(Picture { width: view.size.x, height: view.size.y, radiance, display, exposure, report })
     }

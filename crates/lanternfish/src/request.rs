@@ -3,11 +3,7 @@
 use glam::{Mat4, UVec2};
 use lanternfish_scene::Camera;
 
-use crate::{
-    error::RenderError,
-    settings::{Samples, Settings},
-    view,
-};
+use crate::{error::RenderError, view};
 
 /// A view, and where its picture goes.
 #[derive(Clone, Copy, Debug)]
@@ -86,8 +82,8 @@ impl<'a> ViewRequest<'a> {
         }
     }
 
-    /// An error unless there is such a view, on this device under these settings, and its textures fit it.
-    pub(crate) fn check(&self, device: &wgpu::Device, settings: &Settings) -> Result<(), RenderError> {
+    /// An error unless there is such a view, on this device, and its textures fit it.
+    pub(crate) fn check(&self, device: &wgpu::Device) -> Result<(), RenderError> {
         let (limit, features) = (device.limits().max_texture_dimension_2d, device.features());
         let [width, height] = self.size;
         if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
@@ -101,7 +97,6 @@ impl<'a> ViewRequest<'a> {
             Target::Display(to, format) => self.check_target(to, format, features),
             Target::Radiance(to) => self.check_target(to, to.texture().format(), features),
             Target::Sums { direct, indirect } => {
-                check_sums(settings)?;
                 self.check_target(direct, direct.texture().format(), features)?;
                 self.check_target(indirect, indirect.texture().format(), features)
             }
@@ -174,16 +169,4 @@ impl<'a> ViewRequest<'a> {
     pub(crate) fn matrices(&self) -> [Mat4; 2] {
         [self.clip_from_view, self.world_from_view].map(|columns| Mat4::from_cols_array_2d(&columns))
     }
-}
-
-/// An error unless sums can be asked for under these settings.
-fn check_sums(settings: &Settings) -> Result<(), RenderError> {
-    let needed = "pictures of its own (`Target::Sums` takes one sample a pixel, `accumulate 1` and no debug view)";
-    let faults = [
-        (settings.samples != Samples::One, "`samples`"),
-        (settings.accumulate > 1, "`accumulate`"),
-        (settings.debug_view.is_some(), "`debug-view`"),
-    ];
-    let fault = faults.iter().find(|(is_fault, _)| *is_fault);
-    fault.map_or(Ok(()), |(_, setting)| Err(RenderError::Together { setting, needed }))
 }

@@ -8,6 +8,7 @@ use std::fmt;
 pub use lanternfish_scene::shading::{Attenuation, Materials};
 use lanternfish_scene::{named_enum, named_enum_impls};
 
+use crate::lights::LightSettings;
 pub use crate::{
     deep_images::settings::DeepImageSettings,
     indirect::{Indirect, Quality},
@@ -15,7 +16,6 @@ pub use crate::{
     occlusion::Occlusion,
     rays::{Tracer, TracerChoice},
 };
-use crate::{lights::LightSettings, output::metered_exposure};
 
 /// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
 /// without flags.
@@ -132,16 +132,6 @@ pub enum Exposure {
     Auto,
     /// Stops, EV: the image is multiplied by two to this power before tone mapping. Higher: brighter.
     Ev(f32),
-}
-
-impl Exposure {
-    /// What a picture is shown at, EV: linear radiance, nits, and the share of the pixel that surfaces cover.
-    pub fn of(self, pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
-        match self {
-            Self::Auto => metered_exposure(pixels),
-            Self::Ev(ev) => ev,
-        }
-    }
 }
 
 impl fmt::Display for Exposure {

@@ -13,11 +13,12 @@ pub use crate::{
         virtual_lights::VirtualLights,
     },
     light_culling::{
+        TileSize,
         clustered::{Assignment, ClusterTest, Clustered, Grouping, grid::ClusterShape},
         raster_grid::RasterGrid,
-        tiled::{TileSize, Tiled},
+        tiled::Tiled,
     },
-    occlusion::{Deep, Hbao},
+    occlusion::{deep::Deep, hbao::Hbao},
 };
 use crate::{
     indirect::IndirectTechnique,

@@ -41,7 +41,7 @@ pub(crate) use needs::Needs;
 pub use parts::Parts;
 pub(crate) use previous::GeometryAt;
 pub(crate) use raster::{MASKED, PassState, SceneRaster, TEXTURES};
-pub use textures::anisotropy;
+pub use textures::automatic_anisotropy;
 pub use tracing::{MaskHeader, MaskRecord};
 pub use visible::VisibleDraws;
 

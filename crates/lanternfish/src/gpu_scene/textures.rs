@@ -7,7 +7,6 @@ use lanternfish_scene::{Filter, Image, Material, MipFilter, Scene, TextureRef, W
 use rayon::prelude::*;
 
 use super::{Shading, mips};
-use crate::settings::Anisotropy;
 
 /// How many textures get their mip levels at a time: bounds the memory that waits to be copied.
 const BATCH: usize = 16;
@@ -231,20 +230,8 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, level: u32, rgba: &[u8], 
     queue.write_texture(target, rgba, layout, wgpu::Extent3d { width, height, depth_or_array_layers: 1 });
 }
 
-/// Samples along the long axis of a footprint, at most, of a setting on an adapter.
-pub fn anisotropy(setting: Anisotropy, adapter: &wgpu::AdapterInfo) -> u16 {
-    let samples = setting.samples().unwrap_or_else(|| automatic_anisotropy(adapter));
-    if setting == Anisotropy::Auto && samples == 1 {
-        tracing::info!(
-            driver = adapter.driver_info,
-            "textures are not filtered anisotropically: this driver stalls on it"
-        );
-    }
-    samples
-}
-
-/// 1 on a software driver that is known to stall on more.
-fn automatic_anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
+/// Samples along the long axis of a footprint, at most, where the adapter decides: 1 on a software driver that is known to stall on more.
+pub fn automatic_anisotropy(adapter: &wgpu::AdapterInfo) -> u16 {
     match (adapter.device_type, software_mesa(adapter)) {
         (_, Some(0..FIRST_ANISOTROPIC_MESA)) => 1,
         (wgpu::DeviceType::Cpu, _) => SOFTWARE_ANISOTROPY,
@@ -285,6 +272,7 @@ mod tests {
     use lanternfish_scene::{Sampler, Texture};
 
     use super::*;
+    use crate::settings::Anisotropy;
 
     #[test]
     fn anisotropy_is_as_asked_or_as_the_driver_bears() {

@@ -17,6 +17,7 @@ use glam::Vec4;
 use lanternfish_gpu::{
     Bindings, BufferPart, FAULTY_LOOP_STEPS, Feature, Frame, ListRoom, SharedStruct, faulty_software, gpu_struct,
 };
+use lanternfish_scene::named_enum;
 
 use crate::{
     context::ViewContext,
@@ -49,6 +50,29 @@ pub type Culling = Choice<dyn CullingTechnique>;
 impl<T: Technique + CullingTechnique> From<T> for Culling {
     fn from(technique: T) -> Self {
         Self::new(Box::new(technique), |technique| clone_of::<T>(technique))
+    }
+}
+
+named_enum! {
+    /// Edge of a screen tile, pixels.
+    TileSize {
+        /// 8 × 8.
+        Px8 = "8": "Fewest lights a pixel, most lists",
+        /// 16 × 16.
+        Px16 = "16": "A good balance",
+        /// 32 × 32.
+        Px32 = "32": "Fewest lists, most lights a pixel",
+    }
+}
+
+impl TileSize {
+    /// Edge, pixels.
+    pub const fn pixels(self) -> u32 {
+        match self {
+            Self::Px8 => 8,
+            Self::Px16 => 16,
+            Self::Px32 => 32,
+        }
     }
 }
 

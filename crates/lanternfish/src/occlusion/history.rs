@@ -38,7 +38,7 @@ impl SteadyOcclusion {
         let shader = DECLARED.link("occlusion/history", &[])?;
         let kernel = |entry: &str| ComputeKernel::new(device, &shader, entry, &format!("occlusion/{entry}"));
         // What occludes is in its new place at once, but in images of before that are asked for some frames.
-        let lasts = if settings.occlusion.uses_deep_images() { settings.deep_images.slices.max(1) } else { 1 };
+        let lasts = settings.occlusion.update_frames(settings);
         let histories = Histories::new(device, Doubt { lasts, counts: 0.0 })?;
         Ok(Self { found, gather: kernel("gather"), spread: kernel("spread"), histories })
     }
@@ -78,6 +78,6 @@ impl OcclusionPasses for SteadyOcclusion {
             .texture("openness_target", &target)
             .texture("environment_sums_target", &environment_sums);
         frame.dispatch(&self.spread, &spreading, groups);
-        Ok(Openness { texture: target, environment_sums, images: openness.images })
+        Ok(Openness { texture: target, environment_sums, counters: openness.counters })
     }
 }

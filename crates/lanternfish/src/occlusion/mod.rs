@@ -5,8 +5,8 @@
 //! answer imports `openness.wesl`.
 
 mod by_normal;
-pub(crate) mod deep;
-pub(crate) mod hbao;
+pub mod deep;
+pub mod hbao;
 mod history;
 #[cfg(test)]
 mod tests;
@@ -17,13 +17,8 @@ use glam::UVec2;
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
 
 use self::history::SteadyOcclusion;
-pub use self::{
-    deep::{Deep, DirectionRun},
-    hbao::{Hbao, HbaoParameters},
-};
 use crate::{
     context::ViewContext,
-    deep_images::DeepCounts,
     error::RenderError,
     gpu_scene::Parts,
     prepass::Surface,
@@ -53,9 +48,9 @@ impl<T: Technique + OcclusionTechnique> From<T> for Occlusion {
 }
 
 impl Occlusion {
-    /// Whether the chosen room looks along deep images.
-    pub fn uses_deep_images(&self) -> bool {
-        self.technique().is_some_and(|room| room.uses_deep_images())
+    /// Frames after a change of the scene until what is found is of nothing older.
+    pub(crate) fn update_frames(&self, settings: &Settings) -> u32 {
+        self.technique().map_or(1, |technique| technique.update_frames(settings))
     }
 
     /// Whether what the chosen room finds may be mixed with that of the frames before.
@@ -83,9 +78,9 @@ pub trait OcclusionTechnique: AnyTechnique {
     /// Distance from which on nothing occludes, m; none: everything occludes, however far.
     fn max_distance(&self) -> Option<f32>;
 
-    /// Whether the room looks along deep images.
-    fn uses_deep_images(&self) -> bool {
-        false
+    /// Frames after a change of the scene until what it finds is of nothing older.
+    fn update_frames(&self, _settings: &Settings) -> u32 {
+        1
     }
 
     /// Whether what it finds has noise that differs from frame to frame, and is mixed with that of the frames before where there is a history.
@@ -129,8 +124,8 @@ pub struct Openness {
     pub texture: wgpu::TextureView,
     /// What arrives from the surroundings: `shading/environment_light.wesl`.
     pub environment_sums: wgpu::TextureView,
-    /// Counts of the deep images that the openness was found by, where it was.
-    pub images: Option<DeepCounts>,
+    /// Exact counts, by name, of what the openness was found by.
+    pub counters: Vec<(&'static str, u64)>,
 }
 
 impl Openness {

@@ -1,5 +1,7 @@
 //! `meter.wesl` in plain Rust.
 
+use crate::settings::Exposure;
+
 const BIN_COUNT: usize = 512;
 const BIN_SHIFT: u32 = 20;
 const FIRST_BIN: u32 = 760;
@@ -19,6 +21,16 @@ pub(super) const CONSTANTS: [(&str, f64); 7] = [
     ("MIDDLE", MIDDLE as f64),
     ("STEPS_A_STOP", STEPS_A_STOP as f64),
 ];
+
+impl Exposure {
+    /// What a picture is shown at, EV: linear radiance, nits, and the share of the pixel that surfaces cover.
+    pub fn of(self, pixels: impl IntoIterator<Item = [f32; 4]>) -> f32 {
+        match self {
+            Self::Auto => metered_exposure(pixels),
+            Self::Ev(ev) => ev,
+        }
+    }
+}
 
 /// The exposure, EV, that [`crate::settings::Exposure::Auto`] gives pictures that are shown together: linear radiance, nits, and
 /// the share of the pixel that surfaces cover (0 to 1). Pixels may come in any order.

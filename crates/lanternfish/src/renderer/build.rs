@@ -9,7 +9,7 @@ use crate::{
     deep_images::KeptDeepImages,
     error::RenderError,
     frame::Passes,
-    gpu_scene::{Needs, Parts, Shading, anisotropy},
+    gpu_scene::{Needs, Parts, Shading, automatic_anisotropy},
     indirect,
     indirect::Indirect,
     light_culling::LightCulling,
@@ -19,7 +19,10 @@ use crate::{
     prepass::{DEPTH_FORMAT, Prepass, ShownViews},
     progressive::Progressive,
     rays::Tracer,
-    settings::{DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting, TextureBinding, ToneMap},
+    settings::{
+        Anisotropy, DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting, TextureBinding,
+        ToneMap,
+    },
     shading::{self, Forward, LightSums, NearestBlended, OpenShares},
     shadows::{self, Shadows},
     sky::Sky,
@@ -162,6 +165,18 @@ fn check_samples(device: &wgpu::Device, settings: &Settings) -> Result<(), Rende
         feature: "so many samples a pixel",
         instead: "`samples 4`",
     })
+}
+
+/// Samples along the long axis of a footprint, at most, of a setting on an adapter.
+fn anisotropy(setting: Anisotropy, adapter: &wgpu::AdapterInfo) -> u16 {
+    let samples = setting.samples().unwrap_or_else(|| automatic_anisotropy(adapter));
+    if setting == Anisotropy::Auto && samples == 1 {
+        tracing::info!(
+            driver = adapter.driver_info,
+            "textures are not filtered anisotropically: this driver stalls on it"
+        );
+    }
+    samples
 }
 
 fn texture_arrays(device: &wgpu::Device, setting: TextureBinding) -> Result<bool, RenderError> {

@@ -12,6 +12,7 @@ use crate::{
     frame::FrameResult,
     gpu_scene::GpuScene,
     request::{SurfaceSource, Target, ViewRequest},
+    settings::{Samples, Settings},
     texture::target,
     view::View,
 };
@@ -217,7 +218,10 @@ impl Renderer {
     fn requested(&self, scene: &GpuScene, views: &[ViewRequest<'_>]) -> Result<Vec<View>, RenderError> {
         scene.check(&self.device, &self.needs)?;
         let view = |request: &ViewRequest<'_>| {
-            request.check(&self.device, &self.settings)?;
+            if matches!(request.target, Target::Sums { .. }) {
+                check_sums(&self.settings)?;
+            }
+            request.check(&self.device)?;
             let [clip_from_view, world_from_view] = request.matrices();
             // An image of the surroundings stands in the sky's place.
             let sky = if scene.environment.is_some() { Vec3::ZERO } else { scene.sky };
@@ -241,4 +245,16 @@ impl Renderer {
 /// An error where the device is lost: it would do nothing, and say nothing of that.
 pub(super) fn check_lost(device: &wgpu::Device) -> Result<(), RenderError> {
     if is_lost(device) { Err(GpuError::Lost.into()) } else { Ok(()) }
+}
+
+/// An error unless sums can be asked for under these settings.
+fn check_sums(settings: &Settings) -> Result<(), RenderError> {
+    let needed = "pictures of its own (`Target::Sums` takes one sample a pixel, `accumulate 1` and no debug view)";
+    let faults = [
+        (settings.samples != Samples::One, "`samples`"),
+        (settings.accumulate > 1, "`accumulate`"),
+        (settings.debug_view.is_some(), "`debug-view`"),
+    ];
+    let fault = faults.iter().find(|(is_fault, _)| *is_fault);
+    fault.map_or(Ok(()), |(_, setting)| Err(RenderError::Together { setting, needed }))
 }

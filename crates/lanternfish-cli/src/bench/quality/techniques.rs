@@ -207,7 +207,7 @@ fn occlusion_rooms(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
 
 /// A room's name, and the deep images that it is judged with: of three resolutions, where it looks along them.
 fn with_images(occlusion: Occlusion, default: &DeepImageSettings) -> Vec<(String, DeepImageSettings)> {
-    if !occlusion.uses_deep_images() {
+    if !occlusion.is::<Deep>() {
         return vec![(occlusion.name().to_owned(), *default)];
     }
     let of = |resolution| (format!("{} {resolution}", occlusion.name()), DeepImageSettings { resolution, ..*default });

@@ -98,7 +98,7 @@ fn gpu_images_that_are_too_full_for_one_chunk_are_split() {
 fn gpu_long_lists_are_sorted() {
     let test = "gpu_long_lists_are_sorted";
     let Some(gpu) = testing::gpu(test) else { return };
-    if crate::gpu_scene::anisotropy(crate::settings::Anisotropy::Auto, &gpu.device.adapter_info()) == 1 {
+    if crate::gpu_scene::automatic_anisotropy(&gpu.device.adapter_info()) == 1 {
         return testing::left_out(
             test,
             "this driver ends a shader's loops after 65,536 turns: 4 of 40,000 fragments are left",

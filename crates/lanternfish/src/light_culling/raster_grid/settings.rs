@@ -5,7 +5,7 @@ use lanternfish_gpu::Feature;
 use super::{CULLING_RASTER_GRID, DECLARED, RasterGridCulling};
 use crate::{
     error::RenderError,
-    light_culling::{CullingTechnique, LightCullingPasses, tiled::TileSize},
+    light_culling::{CullingTechnique, LightCullingPasses, TileSize},
     settings::Samples,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},

@@ -6,10 +6,7 @@ mod settings;
 use glam::UVec2;
 use lanternfish_gpu::{ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
 
-pub use self::{
-    contents::TileContents,
-    settings::{TileSize, Tiled},
-};
+pub use self::{contents::TileContents, settings::Tiled};
 use super::{LightCullingPasses, LightLists, Reach, Volume};
 use crate::{
     context::ViewContext,

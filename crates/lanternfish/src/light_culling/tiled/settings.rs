@@ -1,12 +1,11 @@
 //! What can be chosen of tiles.
 
 use lanternfish_gpu::Feature;
-use lanternfish_scene::named_enum;
 
 use super::{CULLING_TILED, DECLARED, TiledCulling};
 use crate::{
     error::RenderError,
-    light_culling::{CullingTechnique, LightCullingPasses},
+    light_culling::{CullingTechnique, LightCullingPasses, TileSize},
     settings::Samples,
     shaders::Shaders,
     technique::{Parameter, Range, Technique},
@@ -25,29 +24,6 @@ pub struct Tiled {
 impl Default for Tiled {
     fn default() -> Self {
         Self { tile_size: TileSize::Px16, aabb_test: true }
-    }
-}
-
-named_enum! {
-    /// Edge of a screen tile, pixels.
-    TileSize {
-        /// 8 × 8.
-        Px8 = "8": "Fewest lights a pixel, most lists",
-        /// 16 × 16.
-        Px16 = "16": "A good balance",
-        /// 32 × 32.
-        Px32 = "32": "Fewest lists, most lights a pixel",
-    }
-}
-
-impl TileSize {
-    /// Edge, pixels.
-    pub const fn pixels(self) -> u32 {
-        match self {
-            Self::Px8 => 8,
-            Self::Px16 => 16,
-            Self::Px32 => 32,
-        }
     }
 }
 

@@ -9,9 +9,9 @@ use self::cells::CellRadiances;
 use super::{DISTANCE, OcclusionPasses, OcclusionTechnique, Openness, TILE, openness_target};
 use crate::{
     context::ViewContext,
-    deep_images::settings::DeepImageSettings,
     deep_images::{
-        DEPTH_16, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST, directions::Directions,
+        DEPTH_16, DeepCounts, KeptDeepImages, LINEAR_STEPS, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST,
+        directions::Directions, settings::DeepImageSettings,
     },
     environment_light::{ENVIRONMENT, sums_target},
     error::RenderError,
@@ -73,8 +73,8 @@ impl OcclusionTechnique for Deep {
         self.max_distance
     }
 
-    fn uses_deep_images(&self) -> bool {
-        true
+    fn update_frames(&self, settings: &Settings) -> u32 {
+        settings.deep_images.slices.max(1)
     }
 
     /// Texels are drawn.
@@ -225,6 +225,8 @@ impl OcclusionPasses for DeepOcclusion {
             .texture("openness_target", &target)
             .texture("environment_sums_target", &environment_sums);
         frame.dispatch(&kernels.resolve, &resolving, groups);
-        Ok(Openness { texture: target, environment_sums, images: Some(images.counts) })
+        let DeepCounts { kept, bytes, .. } = images.counts;
+        let counters = vec![("deep_images/fragments", kept), ("deep_images/bytes", bytes)];
+        Ok(Openness { texture: target, environment_sums, counters })
     }
 }

@@ -101,7 +101,7 @@ impl OcclusionPasses for HbaoOcclusion {
             frame.dispatch(kernel, &bindings, groups);
         }
         let environment_sums = sums_target(frame, surface.size);
-        let openness = Openness { texture: down, environment_sums, images: None };
+        let openness = Openness { texture: down, environment_sums, counters: Vec::new() };
         self.light.record(frame, view, surface, &openness);
         Ok(openness)
     }

@@ -1,0 +1,273 @@
+//! Imports of every crate, file by file: no large cycle, and no technique named outside its folder.
+//!
+//! An edge leads from a file to the file that an imported path names, as far as the path is one of files: an item that a module
+//! re-exports counts as that module's. Tests import what they like.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+};
+
+/// The files of a crate by module path and language, each with the files that it imports.
+type Imports = BTreeMap<File, BTreeSet<File>>;
+
+/// `("rs", "gpu_scene/bvh")`; the root is `("rs", "")`.
+type File = (&'static str, String);
+
+/// Files of the largest cycle that a crate may have.
+const LARGEST_CYCLE: usize = 15;
+
+/// The largest cycle of crates that are being taken apart, until they are.
+const STILL_LARGER: &[(&str, usize)] = &[("lanternfish-cli", 64)];
+
+/// Folders of techniques of the library. Beside their own files only these may import from them.
+const TECHNIQUES: &[&str] = &[
+    "indirect/photon_splatting",
+    "indirect/sampled",
+    "indirect/virtual_lights",
+    "light_culling/clustered",
+    "light_culling/raster_grid",
+    "light_culling/tiled",
+    "occlusion/deep",
+    "occlusion/hbao",
+];
+
+/// The one list that names techniques.
+const REGISTRATION: &str = "techniques";
+
+/// The imports between the files below a crate's `src`.
+fn imports(source: &Path) -> Imports {
+    let mut texts = BTreeMap::new();
+    visit(source, &mut Vec::new(), &mut texts);
+    let files: BTreeSet<File> = texts.keys().cloned().collect();
+    let of = |(file, text): (&File, &String)| {
+        let mut imported: BTreeSet<File> =
+            paths(file, text).iter().filter_map(|path| named(&files, file.0, path)).collect();
+        imported.remove(file);
+        (file.clone(), imported)
+    };
+    texts.iter().map(of).collect()
+}
+
+/// Reads every source file that is no test.
+fn visit(folder: &Path, module: &mut Vec<String>, texts: &mut BTreeMap<File, String>) {
+    for entry in fs::read_dir(folder).expect("a folder of the crate").filter_map(Result::ok) {
+        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+        if path.is_dir() {
+            if !["tests", "testing"].contains(&&*name) {
+                module.push(name);
+                visit(&path, module, texts);
+                module.pop();
+            }
+            continue;
+        }
+        let Some((stem, ending)) = name.split_once('.') else { continue };
+        let language = match ending {
+            "rs" => "rs",
+            "wesl" => "wesl",
+            _ => continue,
+        };
+        // CPU references are for tests alone.
+        if ["tests", "twin"].contains(&stem) {
+            continue;
+        }
+        let is_folder = language == "rs" && ["mod", "lib", "main"].contains(&stem);
+        let own = if is_folder { None } else { Some(stem.to_owned()) };
+        let path_of_module: Vec<String> = module.iter().cloned().chain(own).collect();
+        texts.insert((language, path_of_module.join("/")), fs::read_to_string(&path).expect("source is text"));
+    }
+}
+
+/// The file that a path names: its longest beginning that is one.
+fn named(files: &BTreeSet<File>, language: &'static str, path: &[String]) -> Option<File> {
+    let begins = (0..=path.len()).rev().map(|length| (language, path[..length].join("/")));
+    begins.into_iter().find(|file| files.contains(file))
+}
+
+/// Everything that a file imports of its own crate, as paths from the crate's root.
+fn paths((language, module): &File, text: &str) -> Vec<Vec<String>> {
+    let code = without_tests(text);
+    let module: Vec<String> = module.split('/').filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    let mut found = Vec::new();
+    for root in ["crate::", "package::", "super::", "self::"] {
+        for (at, _) in code.match_indices(root) {
+            // Not the end of a longer path, nor a macro's `$crate`.
+            let before = code[..at].chars().next_back();
+            if before.is_some_and(|c| c.is_alphanumeric() || "_:$".contains(c)) {
+                continue;
+            }
+            let mut rest = &code[at + root.len()..];
+            let mut base = match root {
+                "self::" => module.clone(),
+                "super::" => module[..module.len().saturating_sub(1)].to_vec(),
+                _ => Vec::new(),
+            };
+            while let Some(further) = rest.strip_prefix("super::") {
+                base.pop();
+                rest = further;
+            }
+            found.extend(tree(rest).0.into_iter().map(|path| [base.clone(), path].concat()));
+        }
+    }
+    let is_item = |name: &String| *language == "rs" && name == "self";
+    found.iter_mut().for_each(|path| path.retain(|name| !is_item(name)));
+    found
+}
+
+/// A file without comments and without what is compiled for tests alone.
+fn without_tests(text: &str) -> String {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let mut kept = String::new();
+    let mut is_test = false;
+    for line in code.lines() {
+        let line = line.trim_start();
+        if line == "#[cfg(test)]" {
+            is_test = true;
+        } else if is_test && line.ends_with(';') {
+            is_test = false;
+        } else if !line.starts_with("//") && !is_test {
+            kept += line;
+            kept.push('\n');
+        } else if is_test && line.ends_with('{') {
+            is_test = false;
+        }
+    }
+    kept
+}
+
+/// The paths of an import tree that a text begins with (`a::{b, c::d}`), and what comes behind it.
+fn tree(text: &str) -> (Vec<Vec<String>>, &str) {
+    let text = text.trim_start();
+    if let Some(mut rest) = text.strip_prefix('{') {
+        let mut all = Vec::new();
+        loop {
+            rest = rest.trim_start().trim_start_matches(',').trim_start();
+            if let Some(behind) = rest.strip_prefix('}') {
+                return (all, behind);
+            }
+            let (paths, behind) = tree(rest);
+            if behind.len() == rest.len() {
+                return (all, behind);
+            }
+            all.extend(paths);
+            // ` as name`
+            let end = behind.find([',', '}']).unwrap_or(behind.len());
+            rest = &behind[end..];
+        }
+    }
+    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
+    let (name, rest) = text.split_at(end);
+    if name.is_empty() {
+        return (vec![Vec::new()], rest);
+    }
+    let Some(further) = rest.strip_prefix("::") else { return (vec![vec![name.to_owned()]], rest) };
+    let (paths, behind) = tree(further);
+    (paths.into_iter().map(|path| [vec![name.to_owned()], path].concat()).collect(), behind)
+}
+
+/// The files of each cycle: those that lead to each other, by however many imports. The largest first.
+fn cycles(imports: &Imports) -> Vec<BTreeSet<File>> {
+    let reach = |file: &File| {
+        let (mut reached, mut next) = (BTreeSet::new(), vec![file.clone()]);
+        while let Some(file) = next.pop() {
+            let more = imports.get(&file).into_iter().flatten().filter(|other| reached.insert((*other).clone()));
+            next.extend(more.cloned());
+        }
+        reached
+    };
+    let reached: BTreeMap<&File, BTreeSet<File>> = imports.keys().map(|file| (file, reach(file))).collect();
+    let of = |file: &File| {
+        let all = reached[file].iter().filter(|other| reached.get(other).is_some_and(|back| back.contains(file)));
+        all.cloned().collect::<BTreeSet<File>>()
+    };
+    let mut cycles: Vec<_> = imports.keys().map(of).filter(|cycle| cycle.len() > 1).collect();
+    cycles.sort_by(|a, b| b.len().cmp(&a.len()).then_with(|| a.cmp(b)));
+    cycles.dedup();
+    cycles
+}
+
+/// Imports of a technique's folder from outside it, other than by the registration.
+fn outside(imports: &Imports, techniques: &[&str]) -> Vec<String> {
+    let is_in = |(_, module): &File, folder: &str| {
+        module.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+    };
+    let mut found = Vec::new();
+    for (file, imported) in imports.iter().filter(|((_, module), _)| module != REGISTRATION) {
+        for folder in techniques.iter().filter(|folder| !is_in(file, folder)) {
+            let names = imported.iter().filter(|other| is_in(other, folder));
+            found.extend(names.map(|other| format!("{}.{} imports {}", file.1, file.0, other.1)));
+        }
+    }
+    found
+}
+
+fn source(name: &str) -> std::path::PathBuf {
+    crate::command::workspace().join("crates").join(name).join("src")
+}
+
+#[test]
+fn no_crate_has_a_large_cycle_of_files() {
+    let crates = fs::read_dir(crate::command::workspace().join("crates")).unwrap().filter_map(Result::ok);
+    let mut files = 0;
+    for name in crates.map(|entry| entry.file_name().to_string_lossy().into_owned()) {
+        let imports = imports(&source(&name));
+        files += imports.len();
+        let most = STILL_LARGER.iter().find(|(other, _)| *other == name).map_or(LARGEST_CYCLE, |(_, most)| *most);
+        let largest = cycles(&imports).into_iter().next().unwrap_or_default();
+        assert!(largest.len() <= most, "{name}: {} files import each other: {largest:?}", largest.len());
+    }
+    assert!(files > 500, "{files}");
+}
+
+#[test]
+fn techniques_are_named_by_the_registration_alone() {
+    let imports = imports(&source("lanternfish"));
+    for folder in TECHNIQUES {
+        assert!(imports.keys().any(|(_, module)| module.starts_with(folder)), "there is no {folder}");
+    }
+    let known = [
+        // Until shaders choose a module when they are linked.
+        "debug_views/debug.wesl imports light_culling/clustered/cluster_grid",
+        "light_culling/light_list.wesl imports light_culling/clustered/cluster_grid",
+        "light_culling/light_list.wesl imports light_culling/raster_grid/cell",
+        "light_culling/light_list.wesl imports light_culling/tiled/cell",
+        // Until the radiance cache has its own folder.
+        "indirect/radiance_cache.rs imports indirect/sampled",
+    ];
+    let found = outside(&imports, TECHNIQUES);
+    let unknown: Vec<_> = found.iter().filter(|found| !known.contains(&&***found)).collect();
+    assert!(unknown.is_empty(), "{unknown:#?}");
+}
+
+#[test]
+fn cycles_and_names_are_found() {
+    let file = |module: &str| ("rs", module.to_owned());
+    let imports = |edges: &[(&str, &str)]| {
+        let mut imports = Imports::new();
+        for (from, to) in edges {
+            imports.entry(file(to)).or_default();
+            imports.entry(file(from)).or_default().insert(file(to));
+        }
+        imports
+    };
+    assert!(cycles(&imports(&[("a", "b"), ("b", "c"), ("a", "c")])).is_empty());
+    let found = cycles(&imports(&[("a", "b/x"), ("b/x", "c"), ("c", "a"), ("c", "d"), ("d", "e"), ("e", "d")]));
+    assert_eq!(found, [[file("a"), file("b/x"), file("c")].into(), [file("d"), file("e")].into()]);
+    let edges = imports(&[("a", "t/x"), ("t", "t/x"), ("t/x", "a"), (REGISTRATION, "t"), ("u", "tt")]);
+    assert_eq!(outside(&edges, &["t"]), ["a.rs imports t/x"]);
+}
+
+#[test]
+fn imports_are_read() {
+    let names = |file: &File, text| paths(file, text).iter().map(|path| path.join("/")).collect::<BTreeSet<_>>();
+    let rust = "//! [`crate::no`]\nuse crate::{\n    a::{b, c as x},\n    d,\n};\nuse super::{e, f::g};\nuse self::h::I;\n\
+                fn k() { crate::l::m() }\n#[cfg(test)]\nuse crate::no;\n#[cfg(test)]\nmod tests {\n use crate::no;\n}";
+    let found = names(&("rs", "p/q".to_owned()), rust);
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["a/b", "a/c", "d", "l/m", "p/e", "p/f/g", "p/q/h/I"]);
+    let shader = names(&("wesl", "x".to_owned()), "// package::no::x\n@if(y) import package::a::b::{c, d};");
+    assert_eq!(shader.into_iter().collect::<Vec<_>>(), ["a/b/c", "a/b/d"]);
+    let files: BTreeSet<File> = ["", "a", "a/b"].map(|module| ("rs", module.to_owned())).into();
+    let named = |path: &str| named(&files, "rs", &path.split('/').map(str::to_owned).collect::<Vec<_>>());
+    assert_eq!([named("a/b/c"), named("a/x"), named("y")], ["a/b", "a", ""].map(|file| Some(("rs", file.to_owned()))));
+}
