@@ -1,6 +1,6 @@
 //! WESL sources: linked into WGSL, validated and reflected without a GPU.
 
-use std::{borrow::Cow, collections::BTreeMap, sync::Arc};
+use std::{borrow::Cow, collections::BTreeMap, fmt, sync::Arc};
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use wesl::{
@@ -15,9 +15,55 @@ use crate::{
     engine,
 };
 
-/// A choice that a shader makes when it is linked: the name of an `@if`. A constant where what it means is declared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Feature(pub &'static str);
+/// A choice that a shader makes when it is linked: the name of an `@if`, or a module in the place of a `package::chosen::…`. A constant
+/// where what it means is declared.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Feature {
+    name: &'static str,
+    chosen: Option<Chosen>,
+}
+
+/// A module that a shader imports by the name of what it is for.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct Chosen {
+    purpose: &'static str,
+    module: &'static str,
+    sources: &'static [ShaderSource],
+}
+
+impl Feature {
+    /// The name of an `@if`.
+    pub const fn new(name: &'static str) -> Self {
+        Self { name, chosen: None }
+    }
+
+    /// The same, and what a shader imports from `package::chosen::PURPOSE` is that of `module` (a path, as `"tiled/cell"`). `sources`: the
+    /// files of the package that it lies in.
+    pub const fn choosing(
+        name: &'static str,
+        purpose: &'static str,
+        module: &'static str,
+        sources: &'static [ShaderSource],
+    ) -> Self {
+        Self { name, chosen: Some(Chosen { purpose, module, sources }) }
+    }
+
+    /// Whether it chooses a module.
+    pub const fn is_choice(self) -> bool {
+        self.chosen.is_some()
+    }
+
+    /// The name of its `@if`.
+    pub const fn name(self) -> &'static str {
+        self.name
+    }
+}
+
+impl fmt::Debug for Feature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Feature").field(&self.name).finish()
+    }
+}
 
 /// One WESL file: its module path below the package (`"light_culling/tiled/assign"`), and its text.
 pub type ShaderSource = (&'static str, &'static str);
@@ -25,6 +71,7 @@ pub type ShaderSource = (&'static str, &'static str);
 /// The WESL package of a crate.
 #[derive(Clone, Copy, Debug)]
 pub struct ShaderLibrary {
+    base: Option<&'static ShaderLibrary>,
     sources: &'static [ShaderSource],
 }
 
@@ -44,7 +91,12 @@ pub struct LinkedShader {
 impl ShaderLibrary {
     /// A package of these files.
     pub const fn new(sources: &'static [ShaderSource]) -> Self {
-        Self { sources }
+        Self { base: None, sources }
+    }
+
+    /// A package of these files, which may import those of another one as if they were of one package: `package::view::view`.
+    pub const fn extending(base: &'static ShaderLibrary, sources: &'static [ShaderSource]) -> Self {
+        Self { base: Some(base), sources }
     }
 
     /// The files of the package.
@@ -84,15 +136,17 @@ impl ShaderLibrary {
         let label = label(module, features);
         let fail = |what: String| GpuError::Shader { shader: label.clone(), what };
 
+        let chosen = || features.iter().filter_map(|feature| feature.chosen);
         let mut resolver = VirtualResolver::new();
-        for (path, text) in self.sources {
+        let base = self.base.map_or(&[][..], |base| base.sources);
+        for (path, text) in chosen().flat_map(|chosen| chosen.sources).chain(base).chain(self.sources) {
             let text = texts.get(*path).map_or(*text, String::as_str);
-            resolver.add_module(module_path(path), Cow::Borrowed(text));
+            resolver.add_module(module_path(path), with_chosen(text, chosen()));
         }
         let mut linker = Wesl::new_barebones().set_custom_resolver(resolver);
         linker.set_options(CompileOptions { validate: false, ..Default::default() });
         linker.set_custom_mangler(ItemFirst).use_sourcemap(true).set_missing_feature_behavior(Switch::Disable);
-        linker.set_features(features.iter().map(|feature| (feature.0.to_owned(), true)));
+        linker.set_features(features.iter().map(|feature| (feature.name.to_owned(), true)));
         let mut linked = linker.compile(&module_path(module)).map_err(|e| fail(e.to_string()))?;
         put_in_order(&mut linked.syntax);
         number_bindings(&mut linked.syntax).map_err(fail)?;
@@ -106,8 +160,22 @@ impl ShaderLibrary {
     }
 }
 
+/// A file's text with the chosen modules in the place of what they are for.
+fn with_chosen(text: &str, chosen: impl Iterator<Item = Chosen>) -> Cow<'_, str> {
+    if !text.contains(CHOSEN) {
+        return Cow::Borrowed(text);
+    }
+    let replaced = chosen.fold(text.to_owned(), |text, Chosen { purpose, module, .. }| {
+        text.replace(&format!("{CHOSEN}{purpose}"), &format!("package::{}", module.replace('/', "::")))
+    });
+    Cow::Owned(replaced)
+}
+
+/// How imports of a module begin that a feature chooses.
+const CHOSEN: &str = "package::chosen::";
+
 fn label(module: &str, features: &[Feature]) -> String {
-    features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{}", feature.0))
+    features.iter().fold(module.to_owned(), |label, feature| format!("{label}+{}", feature.name))
 }
 
 impl LinkedShader {
@@ -216,7 +284,7 @@ fn module_path(path: &str) -> ModulePath {
 mod tests {
     use super::*;
 
-    const LIBRARY: ShaderLibrary = ShaderLibrary::new(&[
+    static LIBRARY: ShaderLibrary = ShaderLibrary::new(&[
         ("common/math", "const PI = 3.14159;\nfn unused() -> f32 { return 1.0; }"),
         (
             "room/kernel",
@@ -247,13 +315,19 @@ mod tests {
              @compute @workgroup_size(1) fn one() { out[0] = by_hand(); }\n\
              @compute @workgroup_size(1) fn two() { out[0] = other(); }",
         ),
+        (
+            "room/asking",
+            "import package::chosen::scale as chosen;\n@group(2) var<storage, read_write> out: array<f32>;\n\
+                         @compute @workgroup_size(1) fn main() { out[0] = chosen::scale(); }",
+        ),
+        ("scales/one", "fn scale() -> f32 { return 1.0; }"),
         ("room/broken", "@compute @workgroup_size(1) fn main() { let x: u32 = 1.0; }"),
     ]);
 
     #[test]
     fn imports_features_and_stripping() {
         let plain = LIBRARY.link("room/kernel", &[]).unwrap();
-        let double = LIBRARY.link("room/kernel", &[Feature("double")]).unwrap();
+        let double = LIBRARY.link("room/kernel", &[Feature::new("double")]).unwrap();
         assert!(plain.source.contains("SCALE = 1.0") && double.source.contains("SCALE = 2.0"));
         assert!(!plain.source.contains("unused"));
         assert_eq!(plain.workgroup_size("main"), [64, 1, 1]);
@@ -267,6 +341,27 @@ mod tests {
         numbers.sort_by_key(|b| (b.group, b.binding));
         let numbers: Vec<_> = numbers.iter().map(|b| (b.group, b.binding)).collect();
         assert_eq!(numbers, [(1, 0), (2, 0), (2, 1)], "{}", linked.source);
+    }
+
+    /// Also one of another package, which may import from this one.
+    #[test]
+    fn a_feature_chooses_a_module() {
+        const OTHER: &[ShaderSource] =
+            &[("other/pi", "import package::common::math::PI;\nfn scale() -> f32 { return PI; }")];
+        static EXTENDED: ShaderLibrary = ShaderLibrary::extending(&LIBRARY, OTHER);
+        let of_base = EXTENDED.link("room/bound", &[]).unwrap();
+        assert_eq!(
+            of_base.source,
+            LIBRARY.link("room/bound", &[]).unwrap().source,
+            "a package has the files of its base"
+        );
+        let own = Feature::choosing("one", "scale", "scales/one", &[]);
+        let other = Feature::choosing("pi", "scale", "other/pi", OTHER);
+        let [own, other] = [own, other].map(|feature| LIBRARY.link("room/asking", &[feature]).unwrap());
+        assert!(own.source.contains("return 1.0") && !own.source.contains("PI"), "{}", own.source);
+        assert!(other.source.contains("return PI") && other.source.contains("3.14159"), "{}", other.source);
+        let error = LIBRARY.link("room/asking", &[]).unwrap_err().to_string();
+        assert!(error.contains("chosen"), "{error}");
     }
 
     #[test]

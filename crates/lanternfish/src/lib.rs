@@ -91,6 +91,7 @@ mod testing;
 mod texture;
 pub mod view;
 
+pub use context::ViewContext;
 pub use error::RenderError;
 pub use gpu_scene::{GpuScene, Sent};
 pub use lanternfish_gpu::Engine;

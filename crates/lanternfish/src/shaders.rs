@@ -114,6 +114,11 @@ impl Root {
 }
 
 impl Package {
+    /// The shaders of another crate, by their paths (`"fog/find"`). They may import those of this one: `package::view::view`.
+    pub const fn new(sources: &'static [ShaderSource]) -> Self {
+        Self(ShaderLibrary::extending(&SHADERS.0, sources))
+    }
+
     /// The files.
     pub fn sources(&self) -> &'static [ShaderSource] {
         self.0.sources()

@@ -88,6 +88,13 @@ fn hottest(view: DebugView) -> f32 {
     }
 }
 
+/// There are clusters to be shown.
+const CLUSTERS: Feature = Feature::new("clusters");
+
+fn has_clusters(culling: &Culling) -> bool {
+    culling.technique().is_some_and(|culling| culling.has_clusters())
+}
+
 /// An error where a view shows clusters and there are none.
 fn check_clusters(view: DebugView, culling: &Culling) -> Result<(), RenderError> {
     let setting = match view {
@@ -95,7 +102,7 @@ fn check_clusters(view: DebugView, culling: &Culling) -> Result<(), RenderError>
         DebugView::ClusterFragments => "`debug-view cluster-fragments`",
         _ => return Ok(()),
     };
-    match culling.technique().is_some_and(|culling| culling.has_clusters()) {
+    match has_clusters(culling) {
         true => Ok(()),
         false => Err(RenderError::Together { setting, needed: "`culling clustered`" }),
     }
@@ -105,7 +112,11 @@ fn check_clusters(view: DebugView, culling: &Culling) -> Result<(), RenderError>
 pub(crate) fn features(settings: &Settings) -> Vec<Feature> {
     let of = |view: DebugView, feature: Feature| (settings.debug_view == Some(view)).then_some(feature);
     let rooms = [LightCulling::feature(&settings.culling)].into_iter().chain(occlusion::feature(&settings.occlusion));
-    rooms.chain(of(DebugView::Motion, MOTION)).chain(of(DebugView::Indirect, INDIRECT)).collect()
+    rooms
+        .chain(has_clusters(&settings.culling).then_some(CLUSTERS))
+        .chain(of(DebugView::Motion, MOTION))
+        .chain(of(DebugView::Indirect, INDIRECT))
+        .collect()
 }
 
 impl DebugViews {

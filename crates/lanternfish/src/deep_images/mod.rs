@@ -75,17 +75,17 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 );
 
 /// Fragments are put into linear arrays.
-pub(crate) const APPEND: Feature = Feature("append");
+pub(crate) const APPEND: Feature = Feature::new("append");
 /// Fragments are in linked lists, in no order.
-pub(crate) const LINKED_LIST: Feature = Feature("linked_list");
+pub(crate) const LINKED_LIST: Feature = Feature::new("linked_list");
 /// Fragments are in linked lists, the nearest first.
-pub(crate) const SORTED_LINKED_LIST: Feature = Feature("sorted_linked_list");
+pub(crate) const SORTED_LINKED_LIST: Feature = Feature::new("sorted_linked_list");
 /// Fragments know their triangles.
-pub(crate) const PAYLOAD: Feature = Feature("payload");
+pub(crate) const PAYLOAD: Feature = Feature::new("payload");
 /// Depths of fragments have 16 bits.
-pub(crate) const DEPTH_16: Feature = Feature("depth_16");
+pub(crate) const DEPTH_16: Feature = Feature::new("depth_16");
 /// Lists in linear arrays are searched one fragment after the other.
-pub(crate) const LINEAR_STEPS: Feature = Feature("linear_steps");
+pub(crate) const LINEAR_STEPS: Feature = Feature::new("linear_steps");
 
 gpu_struct! {
     /// Where deep images lie.

@@ -36,7 +36,7 @@ use crate::{
 };
 
 /// The surroundings are an image.
-pub(crate) const ENVIRONMENT: Feature = Feature("environment");
+pub(crate) const ENVIRONMENT: Feature = Feature::new("environment");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

@@ -11,9 +11,9 @@ use super::{
 use crate::{error::RenderError, lights::AREA_LIGHTS, shaders::Shaders};
 
 /// What a mask closes is discarded.
-pub(crate) const MASKED: Feature = Feature("masked");
+pub(crate) const MASKED: Feature = Feature::new("masked");
 /// Textures are an array of all, chosen by index.
-pub(crate) const BINDING_ARRAYS: Feature = Feature("binding_arrays");
+pub(crate) const BINDING_ARRAYS: Feature = Feature::new("binding_arrays");
 
 /// How textures reach a shader.
 pub(crate) const TEXTURES: &[&[Feature]] = &[&[], &[BINDING_ARRAYS]];

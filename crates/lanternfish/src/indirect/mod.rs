@@ -35,7 +35,7 @@ pub(crate) use self::counters::Counters;
 pub use self::smoothing::{IndirectClamp, IndirectResolution};
 
 /// Shading adds what arrives from other surfaces.
-pub(crate) const INDIRECT: Feature = Feature("indirect");
+pub(crate) const INDIRECT: Feature = Feature::new("indirect");
 
 /// Layers of [`IndirectSums`]: diffuse and glossy, each at normal and at grazing incidence.
 const LAYERS: u32 = 4;
@@ -161,14 +161,20 @@ pub struct IndirectSums {
 }
 
 impl IndirectSums {
+    /// The four layers: those of [`layers_target`], written.
+    pub fn new(layers: wgpu::TextureView) -> Self {
+        Self { layers, counters: Vec::new() }
+    }
+
     /// Bindings under the names that the shaders use.
     pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().texture("indirect_sums", &self.layers)
     }
 }
 
-/// A texture for the four layers.
-pub(crate) fn layers_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+/// A texture for the four layers, for compute passes to write: RGBA, 16-bit floats, an array of four. Diffuse light at normal and at grazing
+/// incidence (irradiance over π, nits), then glossy light at both (radiance, nits).
+pub fn layers_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     frame_layers(frame, "indirect/layers", size, wgpu::TextureFormat::Rgba16Float, LAYERS)
 }
 

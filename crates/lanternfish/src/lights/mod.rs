@@ -17,7 +17,7 @@ pub use self::set::{LightCount, LightSet};
 use crate::shaders::Shaders;
 
 /// The scene has lights with an area: disks or rectangles, whose points are sampled.
-pub(crate) const AREA_LIGHTS: Feature = Feature("area_lights");
+pub(crate) const AREA_LIGHTS: Feature = Feature::new("area_lights");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

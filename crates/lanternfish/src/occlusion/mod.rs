@@ -33,7 +33,7 @@ pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::new("occlusion/by_normal"), Root::new("occlusion/history")], &[]);
 
 /// [`Openness`] is read.
-pub(crate) const OCCLUSION: Feature = Feature("occlusion");
+pub(crate) const OCCLUSION: Feature = Feature::new("occlusion");
 
 /// Pixels a side of a workgroup: the shaders' `TILE`.
 const TILE: u32 = 8;

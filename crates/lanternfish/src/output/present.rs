@@ -10,7 +10,7 @@ use super::{DISPLAY_FORMAT, cover, show};
 use crate::{error::RenderError, shaders::Root, texture::target};
 
 /// The picture is sRGB-encoded, and the texture encodes what is written to it.
-const DECODED: Feature = Feature("decoded");
+const DECODED: Feature = Feature::new("decoded");
 
 pub(super) const ROOT: Root = Root::of("output/present", &[&[&[], &[DECODED]]]);
 

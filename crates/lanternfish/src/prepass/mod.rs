@@ -30,9 +30,9 @@ pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub const SURFACE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Uint;
 
 /// Blended surfaces are drawn.
-const BLENDED: Feature = Feature("blended");
+const BLENDED: Feature = Feature::new("blended");
 /// A pixel has several samples.
-pub(crate) const MULTISAMPLED: Feature = Feature("multisampled");
+pub(crate) const MULTISAMPLED: Feature = Feature::new("multisampled");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

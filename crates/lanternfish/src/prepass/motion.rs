@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// How far what pixels show has come since the frame before is written, or read.
-pub(crate) const MOTION: Feature = Feature("motion");
+pub(crate) const MOTION: Feature = Feature::new("motion");
 
 /// Motion in uv, as `motion.wesl` has it. Steps are at most 1/1024 of the motion, so that 16 pixels are off by less than 1/64 of a
 /// pixel, and at least 2⁻²⁴.

@@ -22,7 +22,7 @@ use crate::{
 pub(crate) const DECLARED: Shaders = Shaders::new(&[Root::of("progressive/mean", &[&[&[], &[LATER]]])], &[]);
 
 /// Frames do not wait for the device: those that are not whole do not count.
-const LATER: Feature = Feature("later");
+const LATER: Feature = Feature::new("later");
 
 /// Linear radiance, nits; 32 bits, so that the share of the thousandth frame is not lost.
 pub const MEAN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;

@@ -143,7 +143,7 @@ impl From<Tracer> for TracerChoice {
 }
 
 /// The answers come in parts, one for each chunk of deep images.
-pub(crate) const IN_CHUNKS: Feature = Feature("in_chunks");
+pub(crate) const IN_CHUNKS: Feature = Feature::new("in_chunks");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =

@@ -36,11 +36,11 @@ pub(crate) use self::{
 pub(crate) use self::{open_shares::open_share_features, sums::sums_features};
 
 /// Blended surfaces: the colour is premultiplied.
-const TRANSPARENT: Feature = Feature("transparent");
+const TRANSPARENT: Feature = Feature::new("transparent");
 /// Visibility bits are read.
-const SHADOW_BITS: Feature = Feature("shadow_bits");
+const SHADOW_BITS: Feature = Feature::new("shadow_bits");
 /// Shadow rays are traced where a surface is shaded.
-const SHADOW_RAYS: Feature = Feature("shadow_rays");
+const SHADOW_RAYS: Feature = Feature::new("shadow_rays");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

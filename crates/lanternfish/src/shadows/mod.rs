@@ -50,20 +50,20 @@ gpu_struct! {
 }
 
 /// Lights have a size: several rays go to each.
-pub(crate) const SOFT: Feature = Feature("soft");
+pub(crate) const SOFT: Feature = Feature::new("soft");
 /// Shadows have a history: rays to lights that have a size end on other points in each frame, and shading mixes the share of their light that
 /// arrives with that of the frames before.
-pub(crate) const SHADOW_HISTORY: Feature = Feature("shadow_history");
+pub(crate) const SHADOW_HISTORY: Feature = Feature::new("shadow_history");
 /// Visibility bits are written, not read.
-const VISIBILITY_WRITTEN: Feature = Feature("visibility_written");
+const VISIBILITY_WRITTEN: Feature = Feature::new("visibility_written");
 /// Normals from two samples of depth an axis decide which rays are not traced.
-const CULL_NAIVE: Feature = Feature("cull_naive");
+const CULL_NAIVE: Feature = Feature::new("cull_naive");
 /// Normals from five samples of depth an axis decide it.
-const CULL_IMPROVED: Feature = Feature("cull_improved");
+const CULL_IMPROVED: Feature = Feature::new("cull_improved");
 /// The surface's own normals decide it.
-const CULL_SURFACE: Feature = Feature("cull_surface");
+const CULL_SURFACE: Feature = Feature::new("cull_surface");
 /// The rays of each pixel are counted.
-const RAY_COUNTS: Feature = Feature("ray_counts");
+const RAY_COUNTS: Feature = Feature::new("ray_counts");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

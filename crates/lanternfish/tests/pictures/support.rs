@@ -1,7 +1,7 @@
 //! Rendering and comparing in a line.
 
 use glam::{Affine3A, Vec2, Vec3};
-use lanternfish::{Picture, Renderer, Settings, settings::Anisotropy};
+use lanternfish::{Picture, Renderer, Settings};
 use lanternfish_gpu::Gpu;
 use lanternfish_metrics::RgbImage;
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
@@ -9,7 +9,7 @@ use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection,
 /// Whether the driver is an old software one, without anisotropic filtering (Debian 12's own, Mesa 22.3.6); the test is
 /// then left out and says so, with what was measured there.
 pub fn left_out_on_old_software(test: &str, gpu: &Gpu, measured: &str) -> bool {
-    let old = lanternfish::gpu_scene::anisotropy(Anisotropy::Auto, &gpu.device.adapter_info()) == 1;
+    let old = lanternfish::gpu_scene::automatic_anisotropy(&gpu.device.adapter_info()) == 1;
     if old {
         lanternfish_gpu::testing::left_out(test, &format!("{}: {measured}", gpu.description.driver));
     }

@@ -57,11 +57,11 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 );
 
 /// The BVH's triangles are posed.
-const BVH: Feature = Feature("bvh");
+const BVH: Feature = Feature::new("bvh");
 /// What hits are shaded with is turned.
-const HITS: Feature = Feature("hits");
+const HITS: Feature = Feature::new("hits");
 /// Corners of the adapter's own structure are posed.
-const TLAS: Feature = Feature("tlas");
+const TLAS: Feature = Feature::new("tlas");
 
 fn variants() -> Vec<Vec<Feature>> {
     vec![vec![BVH], vec![BVH, HITS], vec![TLAS], vec![BVH, TLAS], vec![BVH, HITS, TLAS]]

@@ -20,7 +20,7 @@ pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::of("indirect/history/mix", &[&[&[], &[LATER]]])], &[SharedStruct::of::<HistoryParameters>()]);
 
 /// Frames do not wait for the device: one that is not whole is not mixed in.
-const LATER: Feature = Feature("later");
+const LATER: Feature = Feature::new("later");
 
 gpu_struct! {
     /// What the pass is told.

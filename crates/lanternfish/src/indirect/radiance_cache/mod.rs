@@ -43,7 +43,7 @@ use crate::{
 };
 
 /// What a hit sends is wanted for all sides together.
-const EVENLY_SENT: Feature = Feature("evenly_sent");
+const EVENLY_SENT: Feature = Feature::new("evenly_sent");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

@@ -38,7 +38,7 @@ use crate::{
 };
 
 /// Glossy rays are traced beside diffuse ones.
-const GLOSSY_RAYS: Feature = Feature("glossy_rays");
+const GLOSSY_RAYS: Feature = Feature::new("glossy_rays");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

@@ -43,7 +43,7 @@ use crate::{
 };
 
 /// Lights are chosen for rays, instead of being added up.
-const SHADOWED: Feature = Feature("shadowed");
+const SHADOWED: Feature = Feature::new("shadowed");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

@@ -58,9 +58,10 @@ gpu_struct! {
 }
 
 /// This room is behind `light_list`.
-pub(crate) const CULLING_CLUSTERED: Feature = Feature("culling_clustered");
+pub(crate) const CULLING_CLUSTERED: Feature =
+    Feature::choosing("culling_clustered", "culling", "light_culling/clustered/cluster_grid", &[]);
 /// A tree over the lights is walked.
-const HIERARCHY: Feature = Feature("hierarchy");
+const HIERARCHY: Feature = Feature::new("hierarchy");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

@@ -50,7 +50,8 @@ gpu_struct! {
 }
 
 /// This room is behind `light_list`.
-pub(crate) const CULLING_RASTER_GRID: Feature = Feature("culling_raster_grid");
+pub(crate) const CULLING_RASTER_GRID: Feature =
+    Feature::choosing("culling_raster_grid", "culling", "light_culling/raster_grid/cell", &[]);
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

@@ -36,7 +36,8 @@ gpu_struct! {
 }
 
 /// This room is behind `light_list`.
-pub(crate) const CULLING_TILED: Feature = Feature("culling_tiled");
+pub(crate) const CULLING_TILED: Feature =
+    Feature::choosing("culling_tiled", "culling", "light_culling/tiled/cell", &[]);
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders = Shaders::new(

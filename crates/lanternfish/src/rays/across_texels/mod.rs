@@ -7,6 +7,6 @@ use super::{Structure, TracerInfo};
 pub(super) const INFO: TracerInfo = TracerInfo {
     name: "across-texels",
     words: "Every texel of a deep image that a ray crosses",
-    feature: Feature("tracer_across_texels"),
+    feature: Feature::choosing("tracer_across_texels", "tracer", "rays/across_texels/tracer", &[]),
     structure: Structure::DeepImages,
 };

@@ -7,6 +7,6 @@ use super::{Structure, TracerInfo};
 pub(super) const INFO: TracerInfo = TracerInfo {
     name: "bvh",
     words: "The bounding volume hierarchy in compute: exact, on any adapter",
-    feature: Feature("tracer_bvh"),
+    feature: Feature::choosing("tracer_bvh", "tracer", "rays/bvh/tracer", &[]),
     structure: Structure::Bvh,
 };

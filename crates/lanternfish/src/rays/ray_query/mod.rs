@@ -7,6 +7,6 @@ use super::{Structure, TracerInfo};
 pub(super) const INFO: TracerInfo = TracerInfo {
     name: "ray-query",
     words: "The adapter's own acceleration structure: exact",
-    feature: Feature("tracer_ray_query"),
+    feature: Feature::choosing("tracer_ray_query", "tracer", "rays/ray_query/tracer", &[]),
     structure: Structure::RayQuery,
 };

@@ -7,6 +7,6 @@ use super::{Structure, TracerInfo};
 pub(super) const INFO: TracerInfo = TracerInfo {
     name: "within-texel",
     words: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
-    feature: Feature("tracer_within_texel"),
+    feature: Feature::choosing("tracer_within_texel", "tracer", "rays/within_texel/tracer", &[]),
     structure: Structure::DeepImages,
 };
