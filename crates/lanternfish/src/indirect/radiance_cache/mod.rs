@@ -15,7 +15,11 @@ mod growth;
 mod parameters;
 mod planes;
 mod reading;
+#[cfg(test)]
+mod reference;
 mod table;
+#[cfg(test)]
+mod tests;
 mod update;
 
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};

@@ -1,0 +1,59 @@
+//! Entries read along their hit lists what others send.
+
+use glam::Vec3;
+
+use super::{
+    LISTED, Table,
+    accumulate::{earlier_count, outgoing, unpack_reflectance},
+};
+use crate::indirect::radiance_cache::{RadianceCacheParameters, parameters::DueCell};
+
+/// No colours: every entry reads in each sweep.
+const ALL: u32 = 2;
+
+/// Colour of an entry: entries of one colour read in a sweep, those of the other keep what they send.
+pub(in super::super) fn color(key: u32) -> u32 {
+    key % 2
+}
+
+/// One sweep over all entries: `relax`.
+pub(in super::super) fn sweep(table: &mut Table, parameters: &RadianceCacheParameters) {
+    let [from, to] = [parameters.read_level, parameters.written_level].map(|level| level as usize);
+    let taken: Vec<usize> = table.taken().collect();
+    for slot in taken {
+        if parameters.turn == ALL || color(table.keys[slot]) == parameters.turn {
+            read_hits(table, slot, parameters);
+        } else {
+            table.light[to][slot] = table.light[from][slot];
+        }
+    }
+}
+
+/// One sweep over the entries of a list: `relax_due`.
+pub(in super::super) fn sweep_scheduled(table: &mut Table, list: &[DueCell], parameters: &RadianceCacheParameters) {
+    list.iter().for_each(|entry| read_hits(table, entry.slot as usize, parameters));
+}
+
+/// What they have written goes where it is read: `put_back`.
+pub(in super::super) fn copy_back(table: &mut Table, list: &[DueCell], parameters: &RadianceCacheParameters) {
+    for slot in list.iter().map(|entry| entry.slot as usize) {
+        table.light[parameters.read_level as usize][slot] = table.light[parameters.written_level as usize][slot];
+    }
+}
+
+/// What an entry sends: the mean of its own samples, and over all its hits of what the entries there send, reflected.
+fn read_hits(table: &mut Table, slot: usize, parameters: &RadianceCacheParameters) {
+    let own = table.light[1][slot];
+    let light = &table.light[parameters.read_level as usize];
+    let listed = (own.w as usize).min(LISTED);
+    let hits = table.hits[slot][..listed].iter().filter(|hit| hit.reflectance != 0);
+    let mut sum = hits.fold(Vec3::ZERO, |sum, hit| {
+        sum + unpack_reflectance(hit.reflectance) * outgoing(light, hit.slot as usize, slot)
+    });
+    let earlier = earlier_count(own.w, parameters.most);
+    if earlier > 0.0 {
+        sum += earlier * table.earlier[parameters.step as usize][slot].truncate();
+    }
+    let from_others = sum / (listed as f32 + earlier).max(1.0);
+    table.light[parameters.written_level as usize][slot] = (own.truncate() + from_others).extend(own.w);
+}
