@@ -85,7 +85,7 @@ pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledCell], 
 fn drop_last(table: &mut Table, slot: usize, samples: f32, parameters: &RadianceCacheParameters) {
     let last = table.hits[slot][LISTED - 1];
     for step in 0..parameters.earlier_steps as usize {
-        let light = &table.light[parameters.read_level as usize + step];
+        let light = &table.light[parameters.first_level as usize + step];
         let brought = unpack_reflectance(last.reflectance) * outgoing(light, last.slot as usize, slot);
         let mean = &mut table.earlier[step][slot];
         let ratio = 1.0 / (earlier_count(samples, parameters.most) + 1.0);

@@ -2,13 +2,13 @@
 //!
 //! | here | shaders |
 //! |---|---|
-//! | `hashing` | `cell.wesl` |
-//! | `table` | `table.wesl`, `words.wesl`, `rehash.wesl` |
-//! | `vote` | `table.wesl`, `sample.wesl`, `meet.wesl`, `sampled/ray_end.wesl` |
-//! | `schedule` | `due.wesl` |
-//! | `accumulate` | `commit.wesl`, `keep_link.wesl` |
-//! | `propagate` | `relax.wesl` |
-//! | `rgbe` | `packed_radiance.wesl`, `pack.wesl` |
+//! | `hashing` | `hashing.wesl` |
+//! | `table` | `table.wesl`, `rehash.wesl` |
+//! | `vote` | `vote.wesl`, `planes.wesl`, `intersect.wesl`, `sampled/ray_end.wesl` |
+//! | `schedule` | `schedule.wesl` |
+//! | `accumulate` | `accumulate.wesl` |
+//! | `propagate` | `propagate.wesl` |
+//! | `rgbe` | `rgbe.wesl` |
 
 pub(super) mod accumulate;
 pub(super) mod hashing;
@@ -40,7 +40,7 @@ pub(super) struct Table {
     pub requested: Vec<u32>,
     /// Where the entry is sampled, and its rank.
     pub samples: Vec<CellSample>,
-    /// Outgoing radiance of each level, and its number of samples: `bounce_levels.wesl`.
+    /// Outgoing radiance of each level, and its number of samples: `level_at` of `table.wesl`.
     pub light: Vec<Vec<Vec4>>,
     /// Its last hits, the newest first.
     pub hits: Vec<[Link; LISTED]>,

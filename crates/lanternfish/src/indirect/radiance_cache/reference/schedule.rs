@@ -2,7 +2,7 @@
 
 use super::{Table, vote};
 use crate::indirect::radiance_cache::{
-    RadianceCacheParameters,
+    CacheUpdate, RadianceCacheParameters,
     parameters::{DueCell, SampledCell},
 };
 
@@ -39,18 +39,28 @@ fn scheduled(table: &Table, slot: usize, samples: u32, parameters: &RadianceCach
 }
 
 /// The first list of an update, of all entries; updates what they know: `choose`.
-pub(in super::super) fn choose(table: &mut Table, parameters: &RadianceCacheParameters) -> Vec<DueCell> {
+pub(in super::super) fn choose(
+    table: &mut Table,
+    parameters: &RadianceCacheParameters,
+    of_update: &CacheUpdate,
+) -> Vec<DueCell> {
     let taken: Vec<usize> = table.taken().collect();
-    taken.into_iter().filter_map(|slot| choose_one(table, slot, parameters)).collect()
+    taken.into_iter().filter_map(|slot| choose_one(table, slot, parameters, of_update)).collect()
 }
 
-fn choose_one(table: &mut Table, slot: usize, parameters: &RadianceCacheParameters) -> Option<DueCell> {
-    let RadianceCacheParameters { update, share, most_share, remembered, most, .. } = *parameters;
+fn choose_one(
+    table: &mut Table,
+    slot: usize,
+    parameters: &RadianceCacheParameters,
+    of_update: &CacheUpdate,
+) -> Option<DueCell> {
+    let RadianceCacheParameters { most_share, most, .. } = *parameters;
+    let CacheUpdate { update, share, remembered, fades, .. } = *of_update;
     let key = table.keys[slot];
     if table.votes[slot] != 0 {
         table.requested[slot] = parameters.frame;
         table.votes[slot] = 0;
-    } else if parameters.fades != 0 && has_turn(key, update, AGES) {
+    } else if fades != 0 && has_turn(key, update, AGES) {
         let rank = vote::rank(table.samples[slot]);
         table.samples[slot] = vote::with_rank(table.samples[slot], (rank + 1).min(vote::LAST_RANK));
     }

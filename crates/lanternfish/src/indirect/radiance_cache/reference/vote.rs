@@ -104,21 +104,21 @@ pub(in super::super) fn intersect(
     table: &mut Table,
     sampled: &mut [SampledCell],
     planes: &[TrianglePlane],
-    eye: Vec3,
-    parameters: &RadianceCacheParameters,
+    (eye, parameters): (Vec3, &RadianceCacheParameters),
+    update: u32,
 ) -> u32 {
     let mut lost = 0;
     for sampled in sampled.iter_mut().filter(|sampled| sampled.triangle != NOTHING) {
         let p_world = sampled.p_world + sampled.distance * unit(sampled.direction_met);
         let [x, y, z] = p_world.to_array().map(f32::to_bits);
-        let u = random_units(UVec2::new((x ^ z) & 0xffff, (y ^ z) & 0xffff), parameters.update, 0, SEED);
+        let u = random_units(UVec2::new((x ^ z) & 0xffff, (y ^ z) & 0xffff), update, 0, SEED);
         let (on_plane, normal, _) = face(sampled, planes);
         let slot = table.insert(entry_at(parameters, eye, on_plane, normal, Vec2::new(u.x, u.y)));
         sampled.slot_met = slot.unwrap_or(NO_SLOT);
         match slot {
             None => lost += 1,
             Some(slot) => {
-                let own = priority(table.keys[sampled.slot as usize], parameters.update);
+                let own = priority(table.keys[sampled.slot as usize], update);
                 table.votes[slot as usize] = table.votes[slot as usize].max(own);
             }
         }
@@ -127,20 +127,15 @@ pub(in super::super) fn intersect(
 }
 
 /// Those that have won say where the entry that they hit is sampled, unless its rank is lower than theirs would make it: `place`.
-pub(in super::super) fn select(
-    table: &mut Table,
-    sampled: &mut [SampledCell],
-    planes: &[TrianglePlane],
-    parameters: &RadianceCacheParameters,
-) {
+pub(in super::super) fn select(table: &mut Table, sampled: &mut [SampledCell], planes: &[TrianglePlane], update: u32) {
     for sampled in sampled.iter_mut().filter(|sampled| sampled.slot_met != NO_SLOT) {
         let slot = sampled.slot_met as usize;
-        let own = priority(table.keys[sampled.slot as usize], parameters.update);
+        let own = priority(table.keys[sampled.slot as usize], update);
         if own == 0 || table.votes[slot] != own {
             continue;
         }
         sampled.has_won = 1;
-        let next = (sampled.generation + 1).min(LAST_RANK);
+        let next = (sampled.rank + 1).min(LAST_RANK);
         if next <= rank(table.samples[slot]) {
             table.samples[slot] = with_rank(face(sampled, planes).2, next);
         }

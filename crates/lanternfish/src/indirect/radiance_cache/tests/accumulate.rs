@@ -10,7 +10,7 @@ fn caches() -> [RadianceCacheParameters; 3] {
     let all = parameters(SLOTS);
     [
         RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..all },
-        RadianceCacheParameters { bounce_levels: 3, read_level: 1, earlier_steps: 3, ..all },
+        RadianceCacheParameters { bounce_levels: 3, first_level: 1, earlier_steps: 3, ..all },
         all,
     ]
 }
@@ -30,10 +30,10 @@ pub(super) fn compare(bench: &Bench) -> Compared {
             memory.bind(&["due"], &due_words(&list, SLOTS));
             memory.bind(&["sampled_cells"], &samples);
             if parameters.bounce_levels > 0 {
-                bench.run(&mut memory, "keep_link", "keep", over(list.len() as u32));
+                bench.run(&mut memory, "accumulate", "keep", over(list.len() as u32));
                 accumulate::append_hits(&mut table, &samples, parameters);
             }
-            bench.run(&mut memory, "commit", "commit", over(list.len() as u32));
+            bench.run(&mut memory, "accumulate", "commit", over(list.len() as u32));
             accumulate::accumulate(&mut table, &samples, parameters);
             let mut found = table_of(&memory, &table);
             if bench.is_gpu() {

@@ -18,8 +18,8 @@ use lanternfish_gpu::{
 };
 
 use super::{
-    RadianceCacheParameters,
-    parameters::{CellSample, DueCell, Link, SampledCell},
+    CacheUpdate, RadianceCacheParameters,
+    parameters::{CacheSweep, CellSample, DueCell, Link, SampledCell},
     reference::{Entry, LISTED, Table, vote::with_rank},
 };
 use crate::{common::workgroups, testing::Random, view::View};
@@ -144,30 +144,27 @@ fn random_entries(random: &mut Random, count: usize, homes: u32) -> Vec<Entry> {
     entries
 }
 
-/// Parameters of an update in which nothing changes, of a cache of which every bounce is asked for.
+/// What passes are told of a frame, by a cache of which every bounce is asked for.
 fn parameters(slots: u32) -> RadianceCacheParameters {
     RadianceCacheParameters {
         slot_mask: slots - 1,
-        update: 1_000_003,
         edge: 0.25,
         near: 32.0,
-        share: 8,
-        most_share: 8,
+        frame: 1000,
+        kept: 128,
         fewest: 4,
         most: 128.0,
-        kept: 128,
-        remembered: f32::MAX,
-        frame: 1000,
-        fades: 1,
+        most_share: 8,
         changes: 5,
         bounce_levels: 2,
-        written_level: 2,
         earlier_steps: 1,
-        turn: 2,
-        counts: 1,
         ..Default::default()
     }
 }
+
+/// An update in which nothing changes.
+const UPDATE: CacheUpdate =
+    CacheUpdate { update: 1_000_003, share: 8, remembered: f32::MAX, fades: 1, counts: 1, _pad: 0 };
 
 /// A table with so many entries of any state; those of any age up to 200 frames.
 fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &RadianceCacheParameters) -> Table {
@@ -253,6 +250,8 @@ fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
     let mut memory = Memory::new();
     memory.bind(&["view"], &[View { eye: EYE, ..Default::default() }]);
     memory.bind(&["radiance_cache"], &[*parameters]);
+    memory.bind(&["cache_update"], &[UPDATE]);
+    memory.bind(&["cache_sweep"], &[CacheSweep::default()]);
     memory.bind(&["cell_counters"], &[0u32; 4]);
     bind_table(&mut memory, table, "cell_", "earlier_links");
     memory

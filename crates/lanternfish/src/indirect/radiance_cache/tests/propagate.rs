@@ -1,7 +1,7 @@
 //! Entries read what others send.
 
 use super::*;
-use crate::indirect::radiance_cache::{Bounces, bounces::Step, reference::propagate};
+use crate::indirect::radiance_cache::{Bounces, reference::propagate};
 
 const SLOTS: u32 = 128;
 
@@ -10,7 +10,7 @@ pub(super) fn compare(bench: &Bench) -> Compared {
     for bounces in [Bounces::UpTo(2), Bounces::UpTo(4), Bounces::All] {
         let parameters = RadianceCacheParameters {
             bounce_levels: bounces.levels(),
-            read_level: bounces.read_level(),
+            first_level: bounces.first_level(),
             earlier_steps: bounces.earlier_steps(),
             ..parameters(SLOTS)
         };
@@ -21,25 +21,21 @@ pub(super) fn compare(bench: &Bench) -> Compared {
         list.sort_by_key(|entry| table.light[1][entry.slot as usize].w as u32);
         let mut memory = memory_of(&table, &parameters);
         memory.bind(&["due"], &due_words(&list, SLOTS));
-        let tell = |memory: &mut Memory, step: &Step| {
-            let parameters = step.parameters(&parameters);
-            memory.set("radiance_cache", &[parameters]);
-            parameters
-        };
-        for step in bounces.steps(2) {
-            let parameters = tell(&mut memory, &step);
-            bench.run(&mut memory, "relax", "relax", over(SLOTS));
-            propagate::sweep(&mut table, &parameters);
+        let most = parameters.most;
+        for sweep in bounces.steps(2) {
+            memory.set("cache_sweep", &[sweep]);
+            bench.run(&mut memory, "propagate", "relax", over(SLOTS));
+            propagate::sweep(&mut table, (&sweep, most));
             same_tables(bench, &table_of(&memory, &table), &table)?;
         }
-        for step in bounces.steps_of_some(2) {
-            let parameters = tell(&mut memory, &step);
-            bench.run(&mut memory, "relax", "relax_due", over(list.len() as u32));
-            propagate::sweep_scheduled(&mut table, &list, &parameters);
+        for sweep in bounces.steps_of_some(2) {
+            memory.set("cache_sweep", &[sweep]);
+            bench.run(&mut memory, "propagate", "relax_due", over(list.len() as u32));
+            propagate::sweep_scheduled(&mut table, &list, (&sweep, most));
             same_tables(bench, &table_of(&memory, &table), &table)?;
             if bounces == Bounces::All {
-                bench.run(&mut memory, "relax", "put_back", over(list.len() as u32));
-                propagate::copy_back(&mut table, &list, &parameters);
+                bench.run(&mut memory, "propagate", "put_back", over(list.len() as u32));
+                propagate::copy_back(&mut table, &list, &sweep);
             }
             same_tables(bench, &table_of(&memory, &table), &table)?;
         }

@@ -5,29 +5,28 @@ use crate::indirect::radiance_cache::reference::schedule;
 
 const SLOTS: u32 = 256;
 
-/// Parameters of frames of every kind.
-fn frames() -> Vec<RadianceCacheParameters> {
-    let usual = parameters(SLOTS);
-    let new = RadianceCacheParameters { share: 0, fades: 0, fewest: 16, ..usual };
+/// What passes are told in frames of every kind.
+fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
+    let (frame, update) = (parameters(SLOTS), UPDATE);
+    let first = RadianceCacheParameters { fewest: 16, ..frame };
+    let of_first = CacheUpdate { share: 0, fades: 0, ..update };
+    let doubted = RadianceCacheParameters { most_share: 1, ..frame };
     let mut frames = vec![
-        usual,
-        RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..usual },
-        RadianceCacheParameters { share: 1, ..usual },
-        RadianceCacheParameters { share: 1, most_share: 1, ..usual },
+        (frame, update),
+        (RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..frame }, update),
+        (frame, CacheUpdate { share: 1, ..update }),
+        (doubted, CacheUpdate { share: 1, ..update }),
         // A change that comes alone, and one of many.
-        RadianceCacheParameters { remembered: 0.0, share: 1, most_share: 1, ..usual },
-        RadianceCacheParameters { remembered: 3.0, share: 1, most_share: 1, changes: 65_533, ..usual },
-        new,
-        RadianceCacheParameters { fewest: 128, counts: 0, ..new },
-        RadianceCacheParameters { fewest: 1, ..usual },
+        (doubted, CacheUpdate { remembered: 0.0, share: 1, ..update }),
+        (RadianceCacheParameters { changes: 65_533, ..doubted }, CacheUpdate { remembered: 3.0, share: 1, ..update }),
+        (first, of_first),
+        (RadianceCacheParameters { fewest: 128, ..first }, CacheUpdate { counts: 0, ..of_first }),
+        (RadianceCacheParameters { fewest: 1, ..frame }, update),
     ];
-    frames.extend((0..8).map(|i| RadianceCacheParameters { update: 7 * i, ..new }));
+    frames.extend((0..8).map(|i| (first, CacheUpdate { update: 7 * i, ..of_first })));
     // Updates that follow each other.
-    frames.extend((1..20).map(|i| RadianceCacheParameters {
-        update: usual.update + i,
-        share: if i < 10 { 8 } else { 1 },
-        ..usual
-    }));
+    let following = |i| CacheUpdate { update: update.update + i, share: if i < 10 { 8 } else { 1 }, ..update };
+    frames.extend((1..20).map(|i| (frame, following(i))));
     frames
 }
 
@@ -37,20 +36,25 @@ fn sorted(mut list: Vec<DueCell>) -> Vec<[u32; 2]> {
 }
 
 /// The lists of an update's first and second round.
-fn compare_lists(bench: &Bench, frame: usize, parameters: &RadianceCacheParameters) -> Compared {
+fn compare_lists(
+    bench: &Bench,
+    frame: usize,
+    (parameters, update): &(RadianceCacheParameters, CacheUpdate),
+) -> Compared {
     let mut random = Random::new(61 + frame as u64);
     let mut table = random_table(&mut random, SLOTS, 160, parameters);
     let entries = table.taken().count() as u32;
     let mut memory = memory_of(&table, parameters);
+    memory.set("cache_update", &[*update]);
     memory.set("cell_counters", &[77u32, 1000, 0, 0]);
     memory.bind(&["found_due"], &due_words(&[DueCell::default(); 9], SLOTS));
     memory.bind(&["due"], &due_words(&[], SLOTS));
     memory.bind(&["due_dispatch"], &[9u32; 3]);
     memory.bind(&["sampled_cells"], &vec![SampledCell::default(); SLOTS as usize]);
-    bench.run(&mut memory, "due", "clear", [1; 3]);
-    bench.run(&mut memory, "due", "choose", over(SLOTS));
-    bench.run(&mut memory, "due", "measure", [1; 3]);
-    let list = schedule::choose(&mut table, parameters);
+    bench.run(&mut memory, "schedule", "clear", [1; 3]);
+    bench.run(&mut memory, "schedule", "choose", over(SLOTS));
+    bench.run(&mut memory, "schedule", "measure", [1; 3]);
+    let list = schedule::choose(&mut table, parameters, update);
     let found = list_of(&memory.get("found_due"));
     if bench.is_in_order() {
         same("entry of the list", &found, &list)?;
@@ -59,7 +63,7 @@ fn compare_lists(bench: &Bench, frame: usize, parameters: &RadianceCacheParamete
     same_tables(bench, &table_of(&memory, &table), &table)?;
     let count = list.len() as u32;
     same("workgroups along", &memory.get("due_dispatch"), &schedule::workgroups(count))?;
-    let counted = if parameters.counts == 1 { entries } else { 77 };
+    let counted = if update.counts == 1 { entries } else { 77 };
     same("counter", &memory.get("cell_counters"), &[counted, 1000 + count, 0, 0])?;
 
     // Behind the samples of the first round.
@@ -76,14 +80,14 @@ fn compare_lists(bench: &Bench, frame: usize, parameters: &RadianceCacheParamete
     memory.set("due", &due_words(&list, SLOTS));
     samples.resize(SLOTS as usize, SampledCell::default());
     memory.set("sampled_cells", &samples);
-    bench.run(&mut memory, "due", "clear", [1; 3]);
-    bench.run(&mut memory, "due", "choose_again", over(count));
+    bench.run(&mut memory, "schedule", "clear", [1; 3]);
+    bench.run(&mut memory, "schedule", "choose_again", over(count));
     let again = schedule::choose_again(&table, &list, &samples, parameters);
     same("entry that is scheduled again", &sorted(list_of(&memory.get("found_due"))), &sorted(again))
 }
 
 pub(super) fn compare(bench: &Bench) -> Compared {
-    frames().iter().enumerate().try_for_each(|(frame, parameters)| compare_lists(bench, frame, parameters))?;
+    frames().iter().enumerate().try_for_each(|(frame, told)| compare_lists(bench, frame, told))?;
     compare_lengths(bench)
 }
 
@@ -93,7 +97,7 @@ fn compare_lengths(bench: &Bench) -> Compared {
         let mut memory = memory_of(&Table::new(64, 1, 0), &parameters(64));
         memory.bind(&["found_due"], &[count, 0, 0]);
         memory.bind(&["due_dispatch"], &[9u32; 3]);
-        bench.run(&mut memory, "due", "measure", [1; 3]);
+        bench.run(&mut memory, "schedule", "measure", [1; 3]);
         same(&format!("workgroups of {count} along"), &memory.get("due_dispatch"), &schedule::workgroups(count))?;
     }
     Ok(())

@@ -46,7 +46,7 @@ fn compare_searches(bench: &Bench, table: &Table, inserted: &[Entry]) -> Compare
     let all: Vec<Entry> = inserted.iter().chain(&others).copied().collect();
     let queries: Vec<_> = all.iter().map(|entry| [entry.key, entry.hash, 0, 0]).collect();
     let mut memory = memory_of(table, &parameters(SLOTS));
-    let found = bench.ask(&mut memory, "testing/radiance_cache_rays", "look_up", &queries, 1);
+    let found = bench.ask(&mut memory, "testing/radiance_cache", "look_up", &queries, 1);
     let found: Vec<Option<u32>> = found.iter().map(|answer| Some(answer[0]).filter(|slot| *slot < SLOTS)).collect();
     same("slot that is found", &found, &all.iter().map(|entry| table.find(*entry)).collect::<Vec<_>>())
 }

@@ -1,7 +1,6 @@
 //! Who says where an entry is sampled.
 
 use glam::IVec2;
-use lanternfish_gpu::GpuStruct;
 
 use super::*;
 use crate::indirect::{
@@ -9,7 +8,7 @@ use crate::indirect::{
         planes::TrianglePlane,
         reference::{schedule, vote},
     },
-    sampled::SampledParameters,
+    sampled::SampledRounds,
 };
 
 const SLOTS: u32 = 256;
@@ -17,18 +16,16 @@ const SLOTS: u32 = 256;
 /// Priorities, and who wins a slot.
 fn compare_priorities(bench: &Bench) -> Compared {
     let mut random = Random::new(51);
-    let parameters = parameters(SLOTS);
     let mut candidates: Vec<u32> = (0..500).map(|_| word(&mut random)).collect();
     candidates.extend(0..100);
     let mut queries: Vec<[u32; 4]> =
         candidates.iter().map(|candidate| [below(&mut random, 40), *candidate, 0, 0]).collect();
     // Whose priority is 0, in a slot that nobody else votes for.
-    candidates.push(vote::candidate(0, parameters.update));
+    candidates.push(vote::candidate(0, UPDATE.update));
     queries.push([40, candidates[600], 0, 0]);
-    let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters);
-    let voted = bench.ask(&mut memory, "testing/radiance_cache", "vote", &queries, 1);
-    let priorities: Vec<u32> =
-        candidates.iter().map(|candidate| vote::priority(*candidate, parameters.update)).collect();
+    let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters(SLOTS));
+    let voted = bench.ask(&mut memory, "testing/radiance_cache", "cast_vote", &queries, 1);
+    let priorities: Vec<u32> = candidates.iter().map(|candidate| vote::priority(*candidate, UPDATE.update)).collect();
     let expected: Vec<[u32; 4]> =
         priorities.iter().zip(&candidates).map(|(priority, of)| [*priority, *of, 0, 0]).collect();
     same("priority and candidate", &voted, &expected)?;
@@ -40,7 +37,7 @@ fn compare_priorities(bench: &Bench) -> Compared {
     // Nobody wins who has not voted.
     let others: Vec<u32> = (0..200).map(|_| word(&mut random)).collect();
     queries.extend(others.iter().map(|candidate| [below(&mut random, 60), *candidate, 0, 0]));
-    let priorities = priorities.into_iter().chain(others.iter().map(|of| vote::priority(*of, parameters.update)));
+    let priorities = priorities.into_iter().chain(others.iter().map(|of| vote::priority(*of, UPDATE.update)));
     let priorities: Vec<u32> = priorities.collect();
     let won = bench.ask(&mut memory, "testing/radiance_cache", "count_votes", &queries, 1);
     let won: Vec<bool> = won.iter().map(|answer| answer[0] == 1).collect();
@@ -56,25 +53,31 @@ fn compare_priorities(bench: &Bench) -> Compared {
 /// Pixels' rays: their priorities, and for which entries they may vote.
 fn compare_rays(bench: &Bench) -> Compared {
     let mut random = Random::new(52);
-    let parameters = parameters(SLOTS);
-    for (round, mask, step) in [(0, 7, 0), (0, 7, 1), (24, 3, 1), (5, 0, 0)] {
-        let sampled = SampledParameters { round, asking_mask: mask, asking_step: step, ..Default::default() };
-        let queries: Vec<[u32; 4]> = (0..300)
-            .map(|_| [below(&mut random, 1 << 26), round + below(&mut random, 32), word(&mut random), 0])
-            .collect();
-        let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters);
-        memory.bind(&["sampled"], &[sampled]);
+    let empty = Table::new(SLOTS, 1, 0);
+    for first in [0, 24, 5] {
+        let queries: Vec<[u32; 4]> =
+            (0..300).map(|_| [below(&mut random, 1 << 26), first + below(&mut random, 32), 0, 0]).collect();
+        let mut memory = memory_of(&empty, &parameters(SLOTS));
+        memory.bind(&["sampled_rounds"], &[SampledRounds { round: first, ..Default::default() }]);
         let found = bench.ask(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
-        let expected = queries.iter().map(|[place, sample, key, _]| {
-            let priority = vote::ray_priority(*place, *sample, round, parameters.update);
-            let ray = vote::ray_with(priority, round, parameters.update);
+        let expected = queries.iter().map(|[place, sample, ..]| {
+            let priority = vote::ray_priority(*place, *sample, first, UPDATE.update);
+            let ray = vote::ray_with(priority, first, UPDATE.update);
             assert_eq!(ray.to_array(), [*place, *sample]);
-            let may_vote = schedule::is_voted_for(*key, parameters.update, *sample, mask + 1, step);
-            [priority, ray.x, ray.y, may_vote.into()]
+            [priority, ray.x, ray.y, 0]
         });
-        same(&format!("ray of {}", SampledParameters::NAME), &found, &expected.collect::<Vec<_>>())?;
+        same("priority and ray", &found, &expected.collect::<Vec<_>>())?;
     }
-    Ok(())
+    let mask_and_step = [[7, 0], [7, 1], [3, 1], [0, 0]];
+    let queries = (0..1200)
+        .map(|i| [word(&mut random), below(&mut random, 40), mask_and_step[i % 4][0], mask_and_step[i % 4][1]]);
+    let queries: Vec<[u32; 4]> = queries.collect();
+    let may_vote =
+        bench.ask(&mut memory_of(&empty, &parameters(SLOTS)), "testing/radiance_cache", "may_vote", &queries, 1);
+    let expected = queries.iter().map(|[key, sample, mask, step]| {
+        [schedule::is_voted_for(*key, UPDATE.update, *sample, mask + 1, *step).into(), 0, 0, 0]
+    });
+    same("whether rays vote", &may_vote, &expected.collect::<Vec<_>>())
 }
 
 /// Planes across the axes, and samples whose rays hit them, all of numbers that are exact in a float: what is computed of them is the same on any device.
@@ -89,7 +92,7 @@ fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledC
         sample.p_world = Vec3::new(dyadic(random), dyadic(random), dyadic(random));
         sample.distance = below(random, 64) as f32 / 16.0;
         sample.direction_met = normal(i / 3);
-        sample.generation = below(random, 8);
+        sample.rank = below(random, 8);
         (sample.slot_met, sample.has_won) = (u32::MAX, 0);
         // Few places, so that some are voted for by many.
         if i % 2 == 0 {
@@ -114,20 +117,20 @@ fn compare_hits(bench: &Bench) -> Compared {
         memory.bind(&["due"], &due_words(&list, slots));
         memory.bind(&["sampled_cells"], &samples);
         memory.bind(&["triangle_planes"], &planes);
-        bench.run(&mut memory, "meet", "meet", over(list.len() as u32));
-        let lost = vote::intersect(&mut table, &mut samples, &planes, EYE, &parameters);
+        bench.run(&mut memory, "intersect", "meet", over(list.len() as u32));
+        let lost = vote::intersect(&mut table, &mut samples, &planes, (EYE, &parameters), UPDATE.update);
         assert_eq!(lost > 0, are_lost, "{lost} of {}", samples.len());
         if are_lost && !bench.is_in_order() {
             // Which are lost depends on the order.
             continue;
         }
         same("counter", &memory.get::<u32>("cell_counters"), &[0, 0, lost, 0])?;
-        bench.run(&mut memory, "meet", "place", over(list.len() as u32));
-        vote::select(&mut table, &mut samples, &planes, &parameters);
+        bench.run(&mut memory, "intersect", "place", over(list.len() as u32));
+        vote::select(&mut table, &mut samples, &planes, UPDATE.update);
         let found = table_of(&memory, &table);
         same_tables(bench, &found, &table)?;
         let hit = |table: &Table, sample: &SampledCell| {
-            (table.keys.get(sample.slot_met as usize).copied(), sample.has_won, sample.generation, sample.triangle)
+            (table.keys.get(sample.slot_met as usize).copied(), sample.has_won, sample.rank, sample.triangle)
         };
         let read: Vec<SampledCell> = memory.get("sampled_cells");
         let read: Vec<_> = read.iter().map(|sample| hit(&found, sample)).collect();
