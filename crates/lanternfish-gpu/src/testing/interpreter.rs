@@ -1,8 +1,8 @@
 //! Runs compute entry points of linked shaders on the CPU, from naga's view of them: tests of integer logic need no adapter.
 //!
 //! Invocations run one after the other. Arithmetic is that of the shader's text: f32 operations in the order in which they are written, none
-//! contracted. An index out of bounds, a read of a buffer that is not bound and anything that is not supported panic: barriers, images, derivatives,
-//! ray queries, f16 and 64-bit numbers.
+//! contracted. An index out of bounds, a read of a buffer that is not bound and anything that is not supported panic: barriers, workgroup and private
+//! variables, images, derivatives, ray queries, f16 and 64-bit numbers.
 
 mod eval;
 mod math;
@@ -10,9 +10,7 @@ mod types;
 
 use std::rc::Rc;
 
-use naga::{
-    AddressSpace, Block, BuiltIn, Function, Handle, Statement, SwitchValue, proc::Layouter, valid::FunctionInfo,
-};
+use naga::{Block, BuiltIn, Function, Handle, Statement, SwitchValue, proc::Layouter, valid::FunctionInfo};
 
 use super::Memory;
 use crate::{LinkedShader, shader::item_name};
@@ -119,19 +117,10 @@ impl<'a> Machine<'a> {
     fn new(shader: &'a LinkedShader, memory: &mut Memory) -> Self {
         let mut layouter = Layouter::default();
         layouter.update(shader.module.to_ctx()).expect("a validated module has layouts");
-        let mut memories = std::mem::take(&mut memory.buffers);
-        let mut globals = Vec::new();
-        for (_, variable) in shader.module.global_variables.iter() {
-            globals.push(match variable.space {
-                AddressSpace::Private | AddressSpace::WorkGroup => {
-                    memories.push(vec![0; layouter[variable.ty].size as usize]);
-                    assert!(variable.init.is_none(), "initial values of private variables are not supported");
-                    Some(memories.len() - 1)
-                }
-                _ => memory.names.get(item_name(variable.name.as_deref().unwrap_or_default())).copied(),
-            });
-        }
-        // Private variables would need their own for each invocation; none of the package's files has any.
+        let memories = std::mem::take(&mut memory.buffers);
+        let name = |variable: &'a naga::GlobalVariable| item_name(variable.name.as_deref().unwrap_or_default());
+        let variables = shader.module.global_variables.iter();
+        let globals = variables.map(|(_, variable)| memory.names.get(name(variable)).copied()).collect();
         Self { shader, layouter, memories, globals }
     }
 

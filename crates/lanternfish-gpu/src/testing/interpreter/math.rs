@@ -130,15 +130,18 @@ pub(super) fn function(fun: Fun, kind: ScalarKind, arguments: &[&[u32]]) -> Vec<
     }
 }
 
+/// One component of each argument.
+type Arguments<'a> = dyn Fn(usize) -> f32 + 'a;
+
 fn of_floats(fun: Fun, arguments: &[&[u32]]) -> Vec<u32> {
     let vectors: Vec<Vec<f32>> =
         arguments.iter().map(|words| words.iter().map(|word| f32_of(*word)).collect()).collect();
     let a = &vectors[0];
     let dot = |b: &[f32]| (1..a.len()).fold(a[0] * b[0], |sum, i| sum + a[i] * b[i]);
     // A scalar beside vectors stands for each component.
-    let each = |apply: &dyn Fn(&dyn Fn(usize) -> f32) -> f32| -> Vec<u32> {
-        let of = |i: usize| move |j: usize, all: &[Vec<f32>]| all[j][if all[j].len() == 1 { 0 } else { i }];
-        (0..a.len()).map(|i| apply(&|j| of(i)(j, &vectors)).to_bits()).collect()
+    let at = |j: usize, i: usize| vectors[j][if vectors[j].len() == 1 { 0 } else { i }];
+    let each = |apply: &dyn Fn(&Arguments) -> f32| -> Vec<u32> {
+        (0..a.len()).map(|i| apply(&|j| at(j, i)).to_bits()).collect()
     };
     let snorm = |value: f32| ((0.5 + 32767.0 * value.clamp(-1.0, 1.0)).floor() as i32 & 0xffff) as u32;
     match fun {

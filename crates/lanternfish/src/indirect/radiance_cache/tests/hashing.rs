@@ -96,7 +96,7 @@ fn compare_packed_slots(bench: &Bench) -> Compared {
     let parameters = parameters(256);
     let mut table = random_table(&mut random, 256, 150, &parameters);
     let mut memory = memory_of(&table, &parameters);
-    bench.run(&mut memory, "propagate", "pack", over(256));
+    bench.run(&mut memory, "propagate", "pack", workgroups(256));
     let taken: Vec<usize> = table.taken().collect();
     rgbe::pack_slots(&mut table, taken);
     same_tables(bench, &table_of(&memory, &table), &table)?;
@@ -104,7 +104,7 @@ fn compare_packed_slots(bench: &Bench) -> Compared {
     table.light[0].iter_mut().for_each(|light| *light *= Vec4::new(3.0, 5.0, 0.5, 1.0));
     memory.set("cell_light", &table.light.concat());
     memory.bind(&["due"], &due_words(&list, 256));
-    bench.run(&mut memory, "propagate", "pack_due", over(list.len() as u32));
+    bench.run(&mut memory, "propagate", "pack_due", workgroups(list.len() as u32));
     rgbe::pack_slots(&mut table, list.iter().map(|entry| entry.slot as usize));
     same_tables(bench, &table_of(&memory, &table), &table)
 }

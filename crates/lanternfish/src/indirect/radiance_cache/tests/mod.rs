@@ -359,8 +359,3 @@ fn same_tables(bench: &Bench, found: &Table, expected: &Table) -> Compared {
     }
     Ok(())
 }
-
-/// Workgroups over all slots.
-fn over(slots: u32) -> [u32; 3] {
-    workgroups(slots)
-}

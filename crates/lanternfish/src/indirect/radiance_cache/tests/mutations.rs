@@ -241,5 +241,7 @@ fn edits_are_made() {
     let same_again = ("hashing", "MOST_LEVEL = 15", "MOST_LEVEL = 16 - 1");
     assert!(!is_found_out(hashing::compare, same_again));
     let edit = |module: &str, text: &str| catch_unwind(|| crate::testing::edited_library(module, text, "")).is_err();
-    assert!(edit("indirect/radiance_cache/cell", "MOST_LEVEL = 99") && edit("indirect/radiance_cache/nothing", "cell"));
+    assert!(
+        edit("indirect/radiance_cache/hashing", "MOST_LEVEL = 99") && edit("indirect/radiance_cache/nothing", "LIFT")
+    );
 }

@@ -24,17 +24,17 @@ pub(super) fn compare(bench: &Bench) -> Compared {
         let most = parameters.most;
         for sweep in bounces.steps(2) {
             memory.set("cache_sweep", &[sweep]);
-            bench.run(&mut memory, "propagate", "relax", over(SLOTS));
+            bench.run(&mut memory, "propagate", "relax", workgroups(SLOTS));
             propagate::sweep(&mut table, (&sweep, most));
             same_tables(bench, &table_of(&memory, &table), &table)?;
         }
         for sweep in bounces.steps_of_some(2) {
             memory.set("cache_sweep", &[sweep]);
-            bench.run(&mut memory, "propagate", "relax_due", over(list.len() as u32));
+            bench.run(&mut memory, "propagate", "relax_due", workgroups(list.len() as u32));
             propagate::sweep_scheduled(&mut table, &list, (&sweep, most));
             same_tables(bench, &table_of(&memory, &table), &table)?;
             if bounces == Bounces::All {
-                bench.run(&mut memory, "propagate", "put_back", over(list.len() as u32));
+                bench.run(&mut memory, "propagate", "put_back", workgroups(list.len() as u32));
                 propagate::copy_back(&mut table, &list, &sweep);
             }
             same_tables(bench, &table_of(&memory, &table), &table)?;

@@ -52,7 +52,7 @@ fn compare_lists(
     memory.bind(&["due_dispatch"], &[9u32; 3]);
     memory.bind(&["sampled_cells"], &vec![SampledCell::default(); SLOTS as usize]);
     bench.run(&mut memory, "schedule", "clear", [1; 3]);
-    bench.run(&mut memory, "schedule", "choose", over(SLOTS));
+    bench.run(&mut memory, "schedule", "choose", workgroups(SLOTS));
     bench.run(&mut memory, "schedule", "measure", [1; 3]);
     let list = schedule::choose(&mut table, parameters, update);
     let found = list_of(&memory.get("found_due"));
@@ -81,7 +81,7 @@ fn compare_lists(
     samples.resize(SLOTS as usize, SampledCell::default());
     memory.set("sampled_cells", &samples);
     bench.run(&mut memory, "schedule", "clear", [1; 3]);
-    bench.run(&mut memory, "schedule", "choose_again", over(count));
+    bench.run(&mut memory, "schedule", "choose_again", workgroups(count));
     let again = schedule::choose_again(&table, &list, &samples, parameters);
     same("entry that is scheduled again", &sorted(list_of(&memory.get("found_due"))), &sorted(again))
 }

@@ -75,7 +75,7 @@ pub(super) fn compare_migration(bench: &Bench) -> Compared {
         // The new table's words are what is bound to the other names.
         memory.bind(&["moved_to"], &vec![0u32; slots as usize]);
         for entry in ["rehash", "carry", "carry_links"] {
-            bench.run(&mut memory, "rehash", entry, over(slots));
+            bench.run(&mut memory, "rehash", entry, workgroups(slots));
         }
         let (expected, _) = old.migrate(new_slots, &parameters);
         let staying = expected.taken().count();

@@ -117,7 +117,7 @@ fn compare_hits(bench: &Bench) -> Compared {
         memory.bind(&["due"], &due_words(&list, slots));
         memory.bind(&["sampled_cells"], &samples);
         memory.bind(&["triangle_planes"], &planes);
-        bench.run(&mut memory, "intersect", "meet", over(list.len() as u32));
+        bench.run(&mut memory, "intersect", "meet", workgroups(list.len() as u32));
         let lost = vote::intersect(&mut table, &mut samples, &planes, (EYE, &parameters), UPDATE.update);
         assert_eq!(lost > 0, are_lost, "{lost} of {}", samples.len());
         if are_lost && !bench.is_in_order() {
@@ -125,7 +125,7 @@ fn compare_hits(bench: &Bench) -> Compared {
             continue;
         }
         same("counter", &memory.get::<u32>("cell_counters"), &[0, 0, lost, 0])?;
-        bench.run(&mut memory, "intersect", "place", over(list.len() as u32));
+        bench.run(&mut memory, "intersect", "place", workgroups(list.len() as u32));
         vote::select(&mut table, &mut samples, &planes, UPDATE.update);
         let found = table_of(&memory, &table);
         same_tables(bench, &found, &table)?;
