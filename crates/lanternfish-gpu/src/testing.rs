@@ -1,10 +1,14 @@
-//! For tests: the software adapter, and a record of what had to be left out.
+//! For tests: the software adapter, a record of what had to be left out, and an interpreter of compute shaders.
+
+mod interpreter;
+mod memory;
 
 use std::{
     io::Write,
     sync::{Mutex, OnceLock, PoisonError},
 };
 
+pub use self::{interpreter::Order, memory::Memory};
 use crate::{AdapterChoice, Engine, Gpu, GpuError, is_same_device};
 
 /// The adapter for tests: a software one unless `LANTERNFISH_TEST_ADAPTER` names another (`auto` is the best there

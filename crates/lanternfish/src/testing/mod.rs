@@ -22,7 +22,7 @@ use crate::{
     view::{View, ViewBuffer},
 };
 
-const PROBES: [ShaderSource; 14] = [
+const PROBES: [ShaderSource; 16] = [
     ("testing/cell_table", include_str!("cell_table.wesl")),
     ("testing/deep_hits", include_str!("deep_hits.wesl")),
     ("testing/directions", include_str!("directions.wesl")),
@@ -32,6 +32,8 @@ const PROBES: [ShaderSource; 14] = [
     ("testing/motion", include_str!("motion.wesl")),
     ("testing/pixels", include_str!("pixels.wesl")),
     ("testing/put_fragments", include_str!("put_fragments.wesl")),
+    ("testing/radiance_cache", include_str!("radiance_cache.wesl")),
+    ("testing/radiance_cache_rays", include_str!("radiance_cache_rays.wesl")),
     ("testing/random", include_str!("random.wesl")),
     ("testing/ray_weights", include_str!("ray_weights.wesl")),
     ("testing/roulette", include_str!("roulette.wesl")),
@@ -46,6 +48,19 @@ pub(crate) fn library() -> ShaderLibrary {
         let all: Vec<_> = SHADERS.sources().iter().copied().chain(PROBES).collect();
         all.leak()
     }))
+}
+
+/// The same with an edit of one file, which has to have the text; where it stands more than once, all of them are replaced.
+pub(crate) fn edited_library(module: &str, text: &str, by: &str) -> ShaderLibrary {
+    let edit = |(path, whole): &ShaderSource| {
+        if *path != module {
+            return (*path, *whole);
+        }
+        assert!(whole.contains(text) && text != by, "{module} has no {text:?}");
+        (*path, &*whole.replace(text, by).leak())
+    };
+    assert!(library().sources().iter().any(|(path, _)| *path == module), "there is no {module}");
+    ShaderLibrary::new(library().sources().iter().map(edit).collect::<Vec<_>>().leak())
 }
 
 /// One entry point of a probe.

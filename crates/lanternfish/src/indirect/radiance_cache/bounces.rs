@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use lanternfish_scene::Setting;
 
-use super::parameters::RadianceCacheParameters;
+use super::parameters::CacheSweep;
 
 /// How often light is reflected on its way to a surface from which it goes straight to the eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ impl Bounces {
         self != Self::ONE
     }
 
-    /// Parts of `bounce_levels.wesl` that cells keep beside all that is asked for: numbers of bounces below it, or two of every bounce.
+    /// Levels of radiance that entries keep beside all that is asked for (`level_at` of `table.wesl`): numbers of bounces below it, or two of every bounce.
     pub(super) fn levels(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
@@ -35,35 +35,35 @@ impl Bounces {
         }
     }
 
-    /// The part that cells read of each other first.
-    pub(super) fn read_level(self) -> u32 {
+    /// The level that entries read of each other first.
+    pub(super) fn first_level(self) -> u32 {
         u32::from(matches!(self, Self::UpTo(2..)))
     }
 
-    /// The parts that cells read of each other and write, one after the other, and which mean of earlier rays belongs to them, so that all that
-    /// is asked for comes by way of the cells' rays. `turns`, where every bounce is asked for: each half of the cells takes so many.
-    pub(super) fn steps(self, turns: u32) -> Vec<Step> {
+    /// The sweeps by which all that is asked for comes by way of the entries' hits. `turns`, where every bounce is asked for: each half of the entries
+    /// reads in so many.
+    pub(super) fn steps(self, turns: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(bounces) => (1..bounces)
-                .map(|k| Step { read: k, written: (k + 1) % bounces, earlier: k - 1, turn: ALL_CELLS })
+                .map(|k| CacheSweep { read_level: k, written_level: (k + 1) % bounces, step: k - 1, turn: ALL_CELLS })
                 .collect(),
             Self::All => {
-                let there = Step { read: 0, written: 2, earlier: 0, turn: 0 };
-                let back = Step { read: 2, written: 0, earlier: 0, turn: 1 };
+                let there = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: 0 };
+                let back = CacheSweep { read_level: 2, written_level: 0, step: 0, turn: 1 };
                 [there, back].repeat(turns as usize)
             }
         }
     }
 
-    /// The same for some of the cells, while the others stay as they are. Where every bounce is asked for, what is written is then put back.
-    pub(super) fn steps_of_some(self, turns: u32) -> Vec<Step> {
+    /// The same for some of the entries, while the others stay as they are. Where every bounce is asked for, what is written is then put back.
+    pub(super) fn steps_of_some(self, turns: u32) -> Vec<CacheSweep> {
         match self {
             Self::UpTo(_) => self.steps(1),
-            Self::All => vec![Step { read: 0, written: 2, earlier: 0, turn: ALL_CELLS }; turns as usize],
+            Self::All => vec![ALL_READ; turns as usize],
         }
     }
 
-    /// Means of what earlier rays have brought: one of each part that is read, or of every bounce together.
+    /// Means of what earlier hits have brought: one of each level that is read, or of every bounce together.
     pub(super) fn earlier_steps(self) -> u32 {
         match self {
             Self::UpTo(bounces) => bounces.saturating_sub(1),
@@ -72,26 +72,11 @@ impl Bounces {
     }
 }
 
-/// Every cell reads in a step: `relax.wesl`.
+/// Every entry reads in a sweep: `propagate.wesl`.
 const ALL_CELLS: u32 = 2;
 
-/// One pass in which cells read each other: the parts of `bounce_levels.wesl` that they read and write, and the mean of `links.wesl`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Step {
-    pub read: u32,
-    pub written: u32,
-    pub earlier: u32,
-    /// Which half of the cells does so, 0 or 1; [`ALL_CELLS`].
-    pub turn: u32,
-}
-
-impl Step {
-    /// What the pass is told.
-    pub fn parameters(self, of_frame: &RadianceCacheParameters) -> RadianceCacheParameters {
-        let Self { read: read_level, written: written_level, earlier: step, turn } = self;
-        RadianceCacheParameters { read_level, written_level, step, turn, ..*of_frame }
-    }
-}
+/// The sweep over some of the entries, where every bounce is asked for.
+const ALL_READ: CacheSweep = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: ALL_CELLS };
 
 impl fmt::Display for Bounces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -143,7 +128,7 @@ mod tests {
 
     #[test]
     fn turns_are_the_shaders() {
-        assert_eq!(crate::shaders::constant("indirect/radiance_cache/relax", "ALL_CELLS"), f64::from(ALL_CELLS));
+        assert_eq!(crate::shaders::constant("indirect/radiance_cache/propagate", "ALL_CELLS"), f64::from(ALL_CELLS));
     }
 
     #[test]
@@ -166,12 +151,19 @@ mod tests {
         for bounces in (1..=Bounces::MOST).map(Bounces::UpTo).chain([Bounces::All]) {
             for turns in [1, 3] {
                 let steps = bounces.steps(turns);
-                assert!(steps.windows(2).all(|pair| pair[0].written == pair[1].read), "{bounces}: {steps:?}");
-                assert!(steps.iter().all(|step| step.read <= bounces.levels() && step.written <= bounces.levels()));
+                assert!(
+                    steps.windows(2).all(|pair| pair[0].written_level == pair[1].read_level),
+                    "{bounces}: {steps:?}"
+                );
+                assert!(
+                    steps
+                        .iter()
+                        .all(|step| step.read_level <= bounces.levels() && step.written_level <= bounces.levels())
+                );
                 // What lights send is nobody's to write.
-                assert!(steps.iter().all(|step| step.written != 1 && step.earlier < bounces.earlier_steps()));
-                assert_eq!(steps.last().map_or(0, |step| step.written), 0, "{bounces}");
-                assert_eq!(steps.first().map_or(0, |step| step.read), bounces.read_level(), "{bounces}");
+                assert!(steps.iter().all(|step| step.written_level != 1 && step.step < bounces.earlier_steps()));
+                assert_eq!(steps.last().map_or(0, |step| step.written_level), 0, "{bounces}");
+                assert_eq!(steps.first().map_or(0, |step| step.read_level), bounces.first_level(), "{bounces}");
                 let of_some = bounces.steps_of_some(turns);
                 match bounces {
                     Bounces::UpTo(n) => {
@@ -182,8 +174,7 @@ mod tests {
                     // Each cell takes as many, in whichever half it is.
                     Bounces::All => {
                         // What is written is put back where it is read.
-                        let there = Step { read: 0, written: 2, earlier: 0, turn: ALL_CELLS };
-                        assert_eq!(of_some, vec![there; turns as usize]);
+                        assert_eq!(of_some, vec![ALL_READ; turns as usize]);
                         let taken = |turn| steps.iter().filter(|step| step.turn == turn).count();
                         assert_eq!([0, 1, ALL_CELLS].map(taken), [turns as usize, turns as usize, 0]);
                     }

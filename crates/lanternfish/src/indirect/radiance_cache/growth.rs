@@ -24,7 +24,7 @@ pub(super) fn first_cells() -> u32 {
     FIRST_CELLS
 }
 
-/// What is counted: `counters.wesl`. The first one is the length of the list that the table's room goes by.
+/// What is counted: `bindings.wesl`. The first one is the length of the list that the table's room goes by.
 pub(super) const COUNTERS: &[&str] =
     &["radiance_cache/cells", "radiance_cache/samples", "radiance_cache/lost", "indirect/lost_cells"];
 /// Name of that list.
@@ -81,7 +81,7 @@ impl RadianceCache {
 #[cfg(test)]
 #[test]
 fn counters_are_the_shaders() {
-    let constant = |name| crate::shaders::constant("indirect/radiance_cache/counters", name);
+    let constant = |name| crate::shaders::constant("indirect/radiance_cache/bindings", name);
     assert_eq!(constant("CELL_COUNTERS"), COUNTERS.len() as f64);
     assert_eq!(["CELLS", "SAMPLES", "LOST", "LOST_OF_PIXELS"].map(constant), [0.0, 1.0, 2.0, 3.0]);
 }
@@ -89,6 +89,6 @@ fn counters_are_the_shaders() {
 #[cfg(test)]
 #[test]
 fn the_smallest_table_is_looked_through() {
-    let constant = |module: &str, name| crate::shaders::constant(&format!("indirect/radiance_cache/{module}"), name);
-    assert_eq!(constant("words", "BUCKET") * constant("table", "PROBES"), f64::from(LEAST_SLOTS));
+    let constant = |name| crate::shaders::constant("indirect/radiance_cache/table", name);
+    assert_eq!(constant("BUCKET") * constant("PROBES"), f64::from(LEAST_SLOTS));
 }

@@ -1,21 +1,27 @@
-//! Light that is kept where rays end: cells in space, each with the mean radiance that the surfaces in it send.
+//! World-space radiance cache: entries for voxels of space, each with the mean radiance that the surfaces there send.
 //!
-//! 1. Whoever has traced rays looks up the cells in which they ended (`table.wesl`), and says for one of the rays that ended in each where
-//!    the cell's light is sampled next.
-//! 2. Update: cells that are new, and a share of the others, or all for some frames after a change, get another sample (`due.wesl`): one light and
-//!    the ray to it (`light.wesl`, `shadow.wesl`), which is added to a mean (`commit.wesl`); and, for more than one bounce, a ray whose end is kept
-//!    in the cell's list (`trace.wesl`, `meet.wesl`, `keep_link.wesl`).
-//! 3. For more than one bounce cells read along the rays of their lists what others send (`relax.wesl`).
-//! 4. Whoever has traced rays reads what the cells send: where nothing has changed for long, when they are looked up, of all that have samples
-//!    (`pack.wesl`).
-//! 5. Cells that nothing asks for any more are left out now and then (`rehash.wesl`).
+//! 1. Whoever has traced rays looks up the entries that they hit (`hashing.wesl`, `table.wesl`), and votes for one of the rays that hit each to say
+//!    where the entry is sampled next (`vote.wesl`).
+//! 2. Update: entries that are new, and a share of the others, or all for some frames after a change, get another sample (`schedule.wesl`): one light
+//!    and the ray to it (`light.wesl`, `shadow.wesl`), which is added to a mean (`accumulate.wesl`); and, for more than one bounce, a ray whose hit is
+//!    put into the entry's list (`trace.wesl`, `intersect.wesl`, `accumulate.wesl`).
+//! 3. For more than one bounce entries read along their hit lists what others send (`propagate.wesl`).
+//! 4. Whoever has traced rays reads what the entries send: where nothing has changed for long, when they are looked up, of all that have samples
+//!    (`rgbe.wesl`).
+//! 5. Entries that nothing requests any more are evicted now and then (`rehash.wesl`).
+//!
+//! `reference/` says in plain Rust what the shaders decide; `tests/` compares them.
 
 mod bounces;
 mod growth;
 mod parameters;
 mod planes;
 mod reading;
+#[cfg(test)]
+mod reference;
 mod table;
+#[cfg(test)]
+mod tests;
 mod update;
 
 use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growth, SharedStruct};
@@ -23,15 +29,15 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Feature, Frame, Growt
 pub use self::bounces::Bounces;
 #[cfg(test)]
 pub(crate) use self::growth::FIRST_CELLS_IN_TESTS;
-pub(crate) use self::parameters::RadianceCacheParameters;
+pub(crate) use self::parameters::{CacheUpdate, RadianceCacheParameters};
 use self::{
     growth::{CELLS, COUNTERS, first_cells, slots_for},
-    parameters::{CellSample, DueCell, Link, SampledCell},
+    parameters::{CacheSweep, CellSample, DueCell, Link, SampledCell},
     planes::{Planes, TrianglePlane},
     reading::Readers,
     table::{Change, Rehash, Slots, Table},
 };
-use super::{Counters, history::DOUBTED, sampled::Sampled};
+use super::{Counters, history::DOUBTED};
 use crate::{
     common::workgroups,
     context::ViewContext,
@@ -49,19 +55,19 @@ const EVENLY_SENT: Feature = Feature::new("evenly_sent");
 pub(crate) const DECLARED: Shaders = Shaders::new(
     &[
         Root::new("indirect/radiance_cache/planes"),
-        Root::new("indirect/radiance_cache/due"),
+        Root::new("indirect/radiance_cache/schedule"),
         Root::of("indirect/radiance_cache/light", &[&[&[EVENLY_SENT], &[EVENLY_SENT, ENVIRONMENT]]]),
         Root::computed("indirect/radiance_cache/shadow", rays::exact_tracers),
         Root::computed("indirect/radiance_cache/trace", || rays::every_tracer(true)),
-        Root::new("indirect/radiance_cache/meet"),
-        Root::new("indirect/radiance_cache/keep_link"),
-        Root::new("indirect/radiance_cache/commit"),
-        Root::new("indirect/radiance_cache/relax"),
-        Root::new("indirect/radiance_cache/pack"),
+        Root::new("indirect/radiance_cache/intersect"),
+        Root::new("indirect/radiance_cache/accumulate"),
+        Root::new("indirect/radiance_cache/propagate"),
         Root::new("indirect/radiance_cache/rehash"),
     ],
     &[
         SharedStruct::of::<RadianceCacheParameters>(),
+        SharedStruct::of::<CacheUpdate>(),
+        SharedStruct::of::<CacheSweep>(),
         SharedStruct::of::<TrianglePlane>(),
         SharedStruct::of::<CellSample>(),
         SharedStruct::of::<SampledCell>(),
@@ -74,7 +80,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 const NEAR_EDGES: f32 = 128.0;
 /// One of so many cells gets another sample in a frame, but while what pixels know is doubted: then all do. In pictures that are waited for, so do
 /// those that pixels see, where there is more than one bounce: what their rays find is noisier than what lights send them. Those of which much is
-/// known get one in every second or fourth frame then: `due.wesl`.
+/// known get one in every second or fourth frame then: `schedule.wesl`.
 const SHARE: u32 = 8;
 const _: () = assert!(SHARE.is_power_of_two());
 /// Samples that a cell of generation 0 gets at least in the frame that it is new in.
@@ -99,8 +105,10 @@ pub(crate) struct RadianceCache {
     most_cells: u32,
     /// A frame has ended with a table of so many.
     has_had_room: bool,
-    /// Samples of a cell of generation 0 in a picture's first frame.
+    /// Samples of an entry of rank 0 in a picture's first frame.
     first_samples: u32,
+    /// See [`CacheSettings::blur`].
+    blur: f32,
     kernels: Kernels,
     rehash: Rehash,
     planes: Planes,
@@ -133,10 +141,26 @@ struct Kernels {
     pack_due: ComputeKernel,
 }
 
+/// What the cache is made for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CacheSettings {
+    pub bounces: Bounces,
+    /// Entries that there is room for at most.
+    pub most_cells: u32,
+    /// Samples of an entry of rank 0 in a picture's first frame.
+    pub first_samples: u32,
+    /// Of entries' rays.
+    pub tracer: Tracer,
+    /// Roughness of the surface that would see as much of the environment at once as one of [`RadianceCache::MOST_SAMPLES`] stands for.
+    pub blur: f32,
+}
+
 /// What one frame needs of the cache, for its rays.
 #[derive(Debug)]
 pub(crate) struct CacheOfFrame {
     parameters: RadianceCacheParameters,
+    /// The next update.
+    update: CacheUpdate,
     /// All cells are.
     is_new: bool,
     /// Nothing has changed for long: what cells have kept so far is as good as what a frame adds.
@@ -144,7 +168,8 @@ pub(crate) struct CacheOfFrame {
     /// The frame may start over with a larger table: it waits, and nothing has read the table before.
     may_start_over: bool,
     readers: Readers,
-    uniform: BufferPart,
+    /// What passes are told of the frame, and of its first update.
+    uniforms: [BufferPart; 2],
     slots: Slots,
     planes: wgpu::Buffer,
     /// Of an update: which cells are due, and were before; what is found of each, workgroups for all of them.
@@ -161,7 +186,7 @@ impl CacheOfFrame {
 
     /// One of so many cells gets another sample in the frame's first update, whatever it has; 0: none.
     pub fn share(&self) -> u32 {
-        self.parameters.share
+        self.update.share
     }
 
     /// Slots of the table.
@@ -174,11 +199,15 @@ impl CacheOfFrame {
         self.is_steady
     }
 
+    /// Bindings of the table, and of what passes are told of the frame.
+    fn told(&self) -> Bindings<'_> {
+        self.slots.bindings().part("radiance_cache", &self.uniforms[0])
+    }
+
     /// Bindings by which cells are looked up, put in, asked for, counted and read.
     pub fn bindings(&self) -> Bindings<'_> {
-        self.slots
-            .bindings()
-            .part("radiance_cache", &self.uniform)
+        self.told()
+            .part("cache_update", &self.uniforms[1])
             .buffer("cell_counters", self.counters.buffer())
             .buffer("triangle_planes", &self.planes)
     }
@@ -205,47 +234,50 @@ fn every_cell_gets_its_turn() {
 }
 
 impl RadianceCache {
-    /// Rays of a cell that are listed: `links.wesl`.
+    /// Hits that an entry lists.
     pub const LISTED: u32 = table::LINKS;
 
-    /// Compiles the passes. `settings`: of the rays that read it; `exact`: of rays to lights.
+    /// From this sample on each counts as much as that one.
+    pub const MOST_SAMPLES: u32 = MOST as u32;
+
+    /// Compiles the passes. `exact`: of rays to lights.
     pub fn new(
         device: &wgpu::Device,
-        settings: &Sampled,
+        settings: CacheSettings,
         exact: Tracer,
         images: &DeepImageSettings,
     ) -> Result<Self, RenderError> {
-        let Sampled { bounces, cache_cells, cache_samples, tracer, .. } = *settings;
-        let tracer = tracer.fixed();
+        let CacheSettings { bounces, most_cells, first_samples, tracer, blur } = settings;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/radiance_cache/{file}"), features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("radiance_cache/{entry}")))
         };
         let kernels = Kernels {
-            clear: kernel("due", &[], "clear")?,
-            choose: kernel("due", &[], "choose")?,
-            choose_again: kernel("due", &[], "choose_again")?,
-            measure: kernel("due", &[], "measure")?,
+            clear: kernel("schedule", &[], "clear")?,
+            choose: kernel("schedule", &[], "choose")?,
+            choose_again: kernel("schedule", &[], "choose_again")?,
+            measure: kernel("schedule", &[], "measure")?,
             light: kernel("light", &[EVENLY_SENT], "light")?,
             light_environment: kernel("light", &[EVENLY_SENT, ENVIRONMENT], "light")?,
             shadow: kernel("shadow", &exact.features(images), "shadow")?,
             trace: TracePass::new(tracer, kernel("trace", &tracer.features(images), "trace")?),
-            meet: kernel("meet", &[], "meet")?,
-            place: kernel("meet", &[], "place")?,
-            keep: kernel("keep_link", &[], "keep")?,
-            commit: kernel("commit", &[], "commit")?,
-            relax: kernel("relax", &[], "relax")?,
-            relax_due: kernel("relax", &[], "relax_due")?,
-            put_back: kernel("relax", &[], "put_back")?,
-            pack: kernel("pack", &[], "pack")?,
-            pack_due: kernel("pack", &[], "pack_due")?,
+            meet: kernel("intersect", &[], "meet")?,
+            place: kernel("intersect", &[], "place")?,
+            keep: kernel("accumulate", &[], "keep")?,
+            commit: kernel("accumulate", &[], "commit")?,
+            relax: kernel("propagate", &[], "relax")?,
+            relax_due: kernel("propagate", &[], "relax_due")?,
+            put_back: kernel("propagate", &[], "put_back")?,
+            pack: kernel("propagate", &[], "pack")?,
+            pack_due: kernel("propagate", &[], "pack_due")?,
         };
         Ok(Self {
             bounces,
-            slots: slots_for(cache_cells.min(first_cells())),
-            most_cells: cache_cells,
+            slots: slots_for(most_cells.min(first_cells())),
+            most_cells,
+            blur,
             has_had_room: false,
-            first_samples: cache_samples,
+            first_samples,
             kernels,
             rehash: Rehash::new(device)?,
             planes: Planes::new(device)?,
@@ -302,9 +334,22 @@ impl RadianceCache {
         let is_doubted = change != Change::Long && is_first_view;
         let parameters = RadianceCacheParameters {
             slot_mask: self.slots - 1,
-            update: self.update,
             edge: table.edge,
             near: NEAR_EDGES * table.edge,
+            most_share: if is_doubted { 1 } else { SHARE },
+            fewest: if is_new { self.first_samples } else { FEWEST },
+            most: MOST,
+            kept: KEPT,
+            blur: self.blur,
+            frame: self.frame,
+            changes: self.changes,
+            bounce_levels: self.bounces.levels(),
+            first_level: self.bounces.first_level(),
+            earlier_steps: self.bounces.earlier_steps(),
+            ..Default::default()
+        };
+        let update = CacheUpdate {
+            update: self.update,
             share: if is_new {
                 0
             } else if is_doubted || (waits && is_first_view && self.bounces.needs_rays()) {
@@ -312,30 +357,20 @@ impl RadianceCache {
             } else {
                 SHARE
             },
-            most_share: if is_doubted { 1 } else { SHARE },
-            fewest: if is_new { self.first_samples } else { FEWEST },
-            most: MOST,
-            kept: KEPT,
-            blur: super::sampled::diffuse_blur(1, MOST as u32),
             remembered: match change {
                 Change::Alone => NONE,
                 Change::Ongoing => REMEMBERED,
                 Change::Recent | Change::Long => ALL,
             },
-            frame: self.frame,
             fades: u32::from(!is_new),
-            changes: self.changes,
-            bounce_levels: self.bounces.levels(),
-            read_level: self.bounces.read_level(),
-            earlier_steps: self.bounces.earlier_steps(),
             ..Default::default()
         };
         self.rehash.record(frame, table, &parameters)?;
-        let uniform = frame.uniform(&parameters);
+        let uniforms = [frame.uniform(&parameters), frame.uniform(&update)];
         let is_steady = change == Change::Long && !is_new;
         let was_packed = std::mem::replace(&mut table.is_packed, is_steady);
         if is_steady && !was_packed {
-            let bindings = table.slots.bindings().part("radiance_cache", &uniform);
+            let bindings = table.slots.bindings().part("radiance_cache", &uniforms[0]);
             frame.dispatch(&self.kernels.pack, &bindings, workgroups(self.slots));
         }
         let counters = Counters::new(frame, "radiance_cache/counters", 1, COUNTERS)?;
@@ -348,8 +383,9 @@ impl RadianceCache {
             frame.indirect("radiance_cache/workgroups")?,
         ];
         Ok(CacheOfFrame {
-            uniform,
+            uniforms,
             parameters,
+            update,
             is_new,
             is_steady,
             may_start_over: is_first && is_first_view,

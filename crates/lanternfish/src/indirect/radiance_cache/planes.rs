@@ -1,4 +1,4 @@
-//! Planes of the scene's triangles, by which cells are found: `plane.wesl`.
+//! Planes of the scene's triangles, by which entries are found: `planes.wesl`.
 
 use super::DECLARED;
 use lanternfish_gpu::{ComputeKernel, Frame, gpu_struct, storage_buffer};

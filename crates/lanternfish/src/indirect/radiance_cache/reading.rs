@@ -1,4 +1,4 @@
-//! Cells read each other: what they send of light that comes from other cells (`relax.wesl`).
+//! Entries read each other: what they send of light that comes from other entries (`propagate.wesl`).
 
 use lanternfish_gpu::Frame;
 
@@ -78,9 +78,9 @@ impl RadianceCache {
     /// Where all cells are [`Readers`]: brings what they send of light from other cells up to date, by way of the rays that they have sent.
     pub fn relax(&self, frame: &mut Frame<'_>, cache: &CacheOfFrame) {
         let Some(turns) = cache.readers.turns_of_all() else { return };
-        for step in self.bounces.steps(turns) {
-            let uniform = frame.uniform(&step.parameters(&cache.parameters));
-            let bindings = cache.slots.bindings().part("radiance_cache", &uniform);
+        for sweep in self.bounces.steps(turns) {
+            let uniform = frame.uniform(&sweep);
+            let bindings = cache.told().part("cache_sweep", &uniform);
             frame.dispatch(&self.kernels.relax, &bindings, workgroups(self.slots));
         }
     }
@@ -94,9 +94,9 @@ impl RadianceCache {
         is_first: bool,
         [due, workgroups_due]: [&wgpu::Buffer; 2],
     ) {
-        for step in self.bounces.steps_of_some(if is_first { 1 } else { TURNS_OF_FEW }) {
-            let uniform = frame.uniform(&step.parameters(&cache.parameters));
-            let bindings = cache.slots.bindings().part("radiance_cache", &uniform).buffer("due", due);
+        for sweep in self.bounces.steps_of_some(if is_first { 1 } else { TURNS_OF_FEW }) {
+            let uniform = frame.uniform(&sweep);
+            let bindings = cache.told().part("cache_sweep", &uniform).buffer("due", due);
             frame.dispatch_indirect(&self.kernels.relax_due, &bindings, workgroups_due);
             if self.bounces == Bounces::All {
                 frame.dispatch_indirect(&self.kernels.put_back, &bindings, workgroups_due);

@@ -11,7 +11,7 @@ use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirec
 
 /// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
 const CELLS_ALONG: f32 = 128.0;
-/// Rays of a cell that are kept: `links.wesl`.
+/// Hits that an entry lists: `accumulate.wesl`.
 pub(super) const LINKS: u32 = 16;
 
 /// The buffers of a table, an element a slot.
@@ -19,7 +19,7 @@ pub(super) const LINKS: u32 = 16;
 pub(super) struct Slots {
     /// A power of two.
     pub count: u32,
-    /// Keys, and what cells send, packed: `words.wesl`. Bound as atomic numbers, as numbers, and as four each.
+    /// Keys, and what cells send, packed: `table.wesl`. Bound as atomic numbers, as numbers, and as four each.
     words: wgpu::Buffer,
     hashes: wgpu::Buffer,
     winners: wgpu::Buffer,
@@ -88,7 +88,7 @@ pub(super) struct Table {
     /// Edge of the smallest cells, m.
     pub edge: f32,
     pub slots: Slots,
-    /// What each of them sends is packed (`packed_radiance.wesl`), as it is.
+    /// What each of them sends is packed (`rgbe.wesl`), as it is.
     pub is_packed: bool,
     /// Once they have moved.
     other: Option<Slots>,
@@ -234,5 +234,5 @@ impl Rehash {
 #[cfg(test)]
 #[test]
 fn lists_are_as_long_as_the_shaders() {
-    assert_eq!(crate::shaders::constant("indirect/radiance_cache/links", "LINKS"), f64::from(LINKS));
+    assert_eq!(crate::shaders::constant("indirect/radiance_cache/accumulate", "LINKS"), f64::from(LINKS));
 }

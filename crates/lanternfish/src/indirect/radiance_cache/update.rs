@@ -2,7 +2,7 @@
 
 use lanternfish_gpu::Frame;
 
-use super::{ALL, CacheOfFrame, Kernels, RadianceCache, parameters::RadianceCacheParameters};
+use super::{ALL, CacheOfFrame, Kernels, RadianceCache, parameters::CacheUpdate};
 use crate::{common::workgroups, context::ViewContext};
 
 impl RadianceCache {
@@ -33,19 +33,12 @@ impl RadianceCache {
         for round in 0..rounds {
             // New cells get one sample after the other, and those that their rays meet; the others one in the first round.
             let is_first = round == 0;
-            let parameters = cache.parameters;
-            // Rays have asked for cells whose turn it is by that number.
-            debug_assert!(!is_first || parameters.share == 0 || self.update == parameters.update);
-            let uniform = frame.uniform(&RadianceCacheParameters {
-                update: self.update,
-                share: if is_first { parameters.share } else { 0 },
-                remembered: if is_first { parameters.remembered } else { ALL },
-                fades: if is_first { parameters.fades } else { 0 },
-                counts: is_first.into(),
-                ..parameters
-            });
+            // Rays have voted for entries whose turn it is by that number.
+            debug_assert!(!is_first || cache.update.share == 0 || self.update == cache.update.update);
+            let of_round = if is_first { CacheUpdate { counts: 1, ..cache.update } } else { CacheUpdate::NEW_ONES };
+            let uniform = frame.uniform(&CacheUpdate { update: self.update, ..of_round });
             self.update += 1;
-            let bindings = shared.clone().part("radiance_cache", &uniform);
+            let bindings = shared.clone().part("cache_update", &uniform);
             std::mem::swap(&mut due, &mut due_before);
             let choosing = bindings
                 .clone()
@@ -84,7 +77,12 @@ impl RadianceCache {
                 self.relax(frame, cache);
             }
         }
-        // Once a frame it is all cells' turn, they fade, and what was known counts for little.
-        cache.parameters = RadianceCacheParameters { share: 0, remembered: ALL, fades: 0, ..cache.parameters };
+        // Once a frame it is all entries' turn, they age, and the history is cut.
+        cache.update = CacheUpdate { update: cache.update.update, ..CacheUpdate::NEW_ONES };
     }
+}
+
+impl CacheUpdate {
+    /// An update in which new entries alone are scheduled.
+    const NEW_ONES: Self = Self { update: 0, share: 0, remembered: ALL, fades: 0, counts: 0, _pad: 0 };
 }

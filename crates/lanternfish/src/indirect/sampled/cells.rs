@@ -7,7 +7,7 @@ use glam::{UVec2, Vec3};
 use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame};
 
 use super::{
-    GLOSSY_RAYS, Sampled, SampledParameters,
+    GLOSSY_RAYS, Sampled, SampledParameters, SampledRounds, diffuse_blur,
     sample_order::{place_count, workgroups_in_rows},
     targets::{in_parts, traced_together},
 };
@@ -18,7 +18,7 @@ use crate::{
     error::RenderError,
     indirect::{
         Counters,
-        radiance_cache::{CacheOfFrame, RadianceCache},
+        radiance_cache::{CacheOfFrame, CacheSettings, RadianceCache},
     },
     rays::Tracer,
 };
@@ -57,8 +57,15 @@ impl Cells {
             let label = entry.strip_prefix("before_").map_or(entry, |_| "open");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &format!("indirect/cells/{label}")))
         };
+        let of_cache = CacheSettings {
+            bounces: settings.bounces,
+            most_cells: settings.cache_cells,
+            first_samples: settings.cache_samples,
+            tracer: settings.tracer.fixed(),
+            blur: diffuse_blur(1, RadianceCache::MOST_SAMPLES),
+        };
         Ok(Self {
-            cache: RadianceCache::new(device, settings, exact, deep_images)?,
+            cache: RadianceCache::new(device, of_cache, exact, deep_images)?,
             find: kernel("find_cells", of_rays, "find")?,
             find_and_add: kernel("find_cells", of_rays, "find_and_add")?,
             before_insert: kernel("open_passes", &[], "before_insert")?,
@@ -175,16 +182,11 @@ impl FrameCells<'_> {
         first..(first + self.together).min(self.rounds)
     }
 
-    /// The parameters of a round, as they are with cells.
+    /// The parameters of the frame, as they are with cells.
     pub fn parameters(&self, parameters: SampledParameters) -> SampledParameters {
-        let (found_end, asking) = match self.of_frame.first_samples() {
-            // A share of the samples is taken behind each round.
-            Some(_) => (parameters.round + 1, Asking::EACH),
-            None => (parameters.traced_end, Asking::of(self.share, self.rounds)),
-        };
+        let asking = if self.is_first() { Asking::EACH } else { Asking::of(self.share, self.rounds) };
         SampledParameters {
             has_cells: 1,
-            found_end,
             asking_mask: asking.mask,
             asking_step: asking.step,
             sky_is_dark: self.sky_is_dark,
@@ -193,9 +195,14 @@ impl FrameCells<'_> {
         }
     }
 
+    /// The round behind the last whose ends are looked up together, from this one on: where a share of the samples is taken behind each round, each.
+    pub fn found_end(&self, rounds: &SampledRounds) -> u32 {
+        if self.is_first() { rounds.round + 1 } else { rounds.traced_end }
+    }
+
     /// Whether ends are looked up in this round; else they were in one before.
-    pub fn looks_up(&self, parameters: &SampledParameters) -> bool {
-        self.is_first() || parameters.round == parameters.traced_first
+    pub fn looks_up(&self, rounds: &SampledRounds) -> bool {
+        self.is_first() || rounds.round == rounds.traced_first
     }
 
     /// The workgroups by which what is not in cells is shaded, and by which lights are looked for from there.

@@ -52,50 +52,61 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
         Root::new("indirect/sampled/open_passes"),
         Root::of("indirect/sampled/gather_cells", &[&[&[], &[GLOSSY_RAYS]]]),
     ],
-    &[SharedStruct::of::<SampledParameters>(), SharedStruct::of::<SampledHit>(), SharedStruct::of::<LightRay>()],
+    &[
+        SharedStruct::of::<SampledParameters>(),
+        SharedStruct::of::<SampledRounds>(),
+        SharedStruct::of::<SampledHit>(),
+        SharedStruct::of::<LightRay>(),
+    ],
 );
 
 gpu_struct! {
-    /// Parameters that the passes share.
+    /// What the passes of a frame are told.
     pub struct SampledParameters {
-        /// Number of the round's ray among those of a pixel: diffuse ones first, then glossy ones.
-        round: u32,
         /// How many diffuse rays a pixel has.
         diffuse_rays: u32,
         /// How many glossy rays a pixel has.
         glossy_rays: u32,
-        /// Roughness of the surface that would see as much of the surroundings at once as a diffuse ray stands for.
+        /// Roughness of the surface that would see as much of the environment at once as a diffuse ray stands for.
         diffuse_blur: f32,
         /// The same of a glossy ray, over its surface's roughness.
         glossy_blur: f32,
-        /// Rays from a pixel to emissive triangles; 0 where nothing shines.
-        emitter_rays: u32,
         /// Point of the pixel's sequence that the first of its diffuse rays goes by, and the first of those to emissive triangles.
         first_points: UVec2,
-        /// First of the rounds that are traced together.
-        traced_first: u32,
-        /// The round behind the last of those.
-        traced_end: u32,
-        /// First of the rounds whose ends are gathered from cells together.
-        first_round: u32,
-        /// The round behind the last of those.
-        end_round: u32,
-        /// 1: the ends of rays bring what the radiance cache keeps.
+        /// Point of the pixel's other sequence by which the hit point of its first ray is moved.
+        first_end: u32,
+        /// Rays from a pixel to emissive triangles; 0 where nothing is emissive.
+        emitter_rays: u32,
+        /// 1: hits bring what the radiance cache keeps.
         has_cells: u32,
-        /// The round behind the last whose ends are looked up together, from `round` on.
-        found_end: u32,
-        /// Rays ask for one of so many cells that are there, less 1; a power of two less 1.
+        /// Rays vote for one of so many entries that are there, less 1; a power of two less 1.
         asking_mask: u32,
         /// 1: for others in each round.
         asking_step: u32,
         /// 1: rays that leave the scene bring nothing.
         sky_is_dark: u32,
-        /// Point of the pixel's other sequence by which the end of its first ray is moved.
-        first_end: u32,
-        /// 1: what cells send that have samples is added where they are looked up.
+        /// 1: what entries send that have samples is added where they are looked up.
         adds_found: u32,
         /// Unused.
         _pad: u32,
+    }
+}
+
+gpu_struct! {
+    /// What the passes of a round are told: one ray from each pixel.
+    pub struct SampledRounds {
+        /// Number of the round's ray among those of a pixel: diffuse ones first, then glossy ones.
+        round: u32,
+        /// The round behind the last whose hits are looked up together, from `round` on.
+        found_end: u32,
+        /// First of the rounds that are traced together.
+        traced_first: u32,
+        /// The round behind the last of those.
+        traced_end: u32,
+        /// First of the rounds whose hits are gathered from the cache together.
+        first_round: u32,
+        /// The round behind the last of those.
+        end_round: u32,
     }
 }
 
@@ -228,7 +239,9 @@ impl IndirectPasses for SampledLight {
             ..Default::default()
         };
         let surfaces = buffer.bindings().with(&surface.bindings()).buffer("sample_order", &self.sample_order);
-        let seen = scene.bindings().with(&surfaces).with(&sums.bindings());
+        let parameters = cells.as_ref().map_or(parameters, |cells| cells.parameters(parameters));
+        let of_frame = frame.uniform(&parameters);
+        let seen = scene.bindings().with(&surfaces).with(&sums.bindings()).part("sampled", &of_frame);
         if scene.environment.is_some() {
             check_driver(&frame.device.adapter_info())?;
         }
@@ -245,17 +258,17 @@ impl IndirectPasses for SampledLight {
             }
             let of_cells = cells.as_ref().map_or(0..rounds, |cells| cells.gathered_with(round));
             let traced = targets.traced_with(round, of_cells.clone());
-            let parameters = SampledParameters {
+            let mut of_round = SampledRounds {
                 round,
+                found_end: 0,
                 traced_first: traced.start,
                 traced_end: traced.end,
                 first_round: of_cells.start,
                 end_round: of_cells.end,
-                ..parameters
             };
-            let parameters = cells.as_ref().map_or(parameters, |cells| cells.parameters(parameters));
-            let uniform = frame.uniform(&parameters);
-            let round_bindings = seen.clone().part("sampled", &uniform);
+            of_round.found_end = cells.as_ref().map_or(0, |cells| cells.found_end(&of_round));
+            let uniform = frame.uniform(&of_round);
+            let round_bindings = seen.clone().part("sampled_rounds", &uniform);
             let tracing = round_bindings.clone().buffer("sampled_hits", &targets.hits);
             if traced_first.replace(traced.start) != Some(traced.start) {
                 self.trace.dispatch(frame, view_context, &tracing, sample_order::workgroups(sums.size));
@@ -274,7 +287,7 @@ impl IndirectPasses for SampledLight {
                     frame.dispatch(&self.shadow, &looking, samples);
                 }
                 Some(cells) => {
-                    if cells.looks_up(&parameters) {
+                    if cells.looks_up(&of_round) {
                         cells.find(frame, &summing.clone().buffer("sampled_hits", &targets.hits));
                     }
                     let [to_shade, to_look] = cells.left_over();
@@ -329,7 +342,7 @@ fn frames_go_on_in_the_sequence_where_a_first_one_ends() {
 
 /// Roughness whose lobe about the mirror direction is as wide as the part of the hemisphere that one of so many rays, in each of so
 /// many frames, stands for: 2π over their number, a cone of whose directions half are within tan α of the half vector.
-pub(super) fn diffuse_blur(rays: u32, frames: u32) -> f32 {
+fn diffuse_blur(rays: u32, frames: u32) -> f32 {
     let cosine = 1.0 - 1.0 / (rays as f32 * frames as f32).max(1.0);
     let alpha = (cosine.acos() / (2.0 * std::f32::consts::SQRT_2)).tan();
     alpha.sqrt()

@@ -7,7 +7,7 @@ use lanternfish_gpu::{Bindings, storage_buffer, uniform_buffer_of};
 
 use super::*;
 use crate::{
-    indirect::radiance_cache::RadianceCacheParameters,
+    indirect::radiance_cache::{CacheUpdate, RadianceCacheParameters},
     testing::{Random, ask_module},
     view::View,
 };
@@ -76,9 +76,9 @@ fn gpu_levels_are_those_of_the_distance() {
 #[test]
 fn gpu_lots_say_whose_they_are() {
     let Some(gpu) = testing::gpu("gpu_lots_say_whose_they_are") else { return };
-    let parameters = RadianceCacheParameters { update: 12_345, ..Default::default() };
-    let uniform = uniform_buffer_of(&gpu.device, "radiance_cache", &parameters);
-    let about = Bindings::new().buffer("radiance_cache", &uniform);
+    let update = CacheUpdate { update: 12_345, ..Default::default() };
+    let uniform = uniform_buffer_of(&gpu.device, "cache_update", &update);
+    let about = Bindings::new().buffer("cache_update", &uniform);
     let mut random = Random::new(8);
     let halves: Vec<_> = (0..4000)
         .map(|_| [(); 2].map(|()| (65_536.0 * random.unit()).floor()))

@@ -1,0 +1,101 @@
+//! What a sample adds to its entry.
+
+use glam::{Vec3, Vec4};
+
+use super::{LISTED, Table, rgbe};
+use crate::indirect::radiance_cache::{
+    RadianceCacheParameters,
+    parameters::{Link, SampledCell},
+};
+
+const NOTHING: u32 = u32::MAX;
+const NO_SLOT: u32 = u32::MAX;
+
+fn mix(a: Vec3, b: Vec3, ratio: f32) -> Vec3 {
+    a * (1.0 - ratio) + b * ratio
+}
+
+/// Share of a sample in the mean of an entry that has so many already: from the sample `most` on each counts as much as that one.
+fn weight(samples: f32, most: f32) -> f32 {
+    1.0 / (samples.min(most) + 1.0)
+}
+
+/// Adds each sample to its entry's mean: `commit`.
+pub(in super::super) fn accumulate(table: &mut Table, sampled: &[SampledCell], parameters: &RadianceCacheParameters) {
+    for sampled in sampled {
+        let slot = sampled.slot as usize;
+        if sampled.slot_met != NO_SLOT {
+            // Who has voted for the entry that was hit is settled.
+            table.requested[sampled.slot_met as usize] = parameters.frame;
+            table.votes[sampled.slot_met as usize] = 0;
+        }
+        let level = parameters.bounce_levels.min(1) as usize;
+        let before = table.light[level][slot];
+        let is_new = before.w == 0.0;
+        let mut found = sampled.reflected + sampled.sent;
+        if !found.to_array().iter().all(|x| *x < 3e38) {
+            found = if is_new { Vec3::ZERO } else { before.truncate() };
+        }
+        let mixed = mix(before.truncate(), found, weight(before.w, parameters.most));
+        let mean = if is_new { found } else { mixed };
+        table.light[level][slot] = mean.extend(before.w + 1.0);
+        if level == 0 {
+            table.rgbe[slot] = rgbe::pack(mean);
+            continue;
+        }
+        let all = if is_new { mean } else { table.light[0][slot].truncate() };
+        table.light[0][slot] = all.extend(before.w + 1.0);
+    }
+}
+
+/// Hits that the mean of those that have left the list stands for, in an entry of so many samples.
+pub(in super::super) fn earlier_count(samples: f32, most: f32) -> f32 {
+    (samples.min(most) - LISTED as f32).max(0.0)
+}
+
+/// Square roots of three channels, 10 bits each.
+pub(in super::super) fn pack_reflectance(reflectance: Vec3) -> u32 {
+    let level = |x: f32| (1023.0 * x.clamp(0.0, 1.0).sqrt()).round_ties_even() as u32;
+    let [r, g, b] = reflectance.to_array().map(level);
+    r + (g << 10) + (b << 20)
+}
+
+pub(in super::super) fn unpack_reflectance(bits: u32) -> Vec3 {
+    let root = |shift: u32| (bits >> shift & 1023) as f32 / 1023.0;
+    Vec3::new(root(0), root(10), root(20)).map(|x| x * x)
+}
+
+/// Puts each sample's hit at the head of its entry's list; what the last one of a full list brings goes into the mean of earlier ones: `keep`.
+pub(in super::super) fn append_hits(table: &mut Table, sampled: &[SampledCell], parameters: &RadianceCacheParameters) {
+    for sampled in sampled {
+        let slot = sampled.slot as usize;
+        let samples = table.light[1][slot].w;
+        if samples >= LISTED as f32 {
+            drop_last(table, slot, samples, parameters);
+        }
+        table.hits[slot].rotate_right(1);
+        let is_there = sampled.triangle != NOTHING;
+        table.hits[slot][0] = Link {
+            slot: if sampled.slot_met == NO_SLOT { sampled.slot } else { sampled.slot_met },
+            reflectance: if is_there { pack_reflectance(sampled.reflectance) } else { 0 },
+        };
+    }
+}
+
+fn drop_last(table: &mut Table, slot: usize, samples: f32, parameters: &RadianceCacheParameters) {
+    let last = table.hits[slot][LISTED - 1];
+    for step in 0..parameters.earlier_steps as usize {
+        let light = &table.light[parameters.first_level as usize + step];
+        let brought = unpack_reflectance(last.reflectance) * outgoing(light, last.slot as usize, slot);
+        let mean = &mut table.earlier[step][slot];
+        let ratio = 1.0 / (earlier_count(samples, parameters.most) + 1.0);
+        // The first one that leaves is the mean, whatever was there.
+        let mixed = if samples < LISTED as f32 + 1.0 { brought } else { mix(mean.truncate(), brought, ratio) };
+        *mean = mixed.extend(0.0);
+    }
+}
+
+/// Outgoing radiance of an entry, as another one reads it: its own where nothing is known of that entry.
+pub(in super::super) fn outgoing(light: &[Vec4], of: usize, reader: usize) -> Vec3 {
+    light[if light[of].w > 0.0 { of } else { reader }].truncate()
+}

@@ -1,0 +1,59 @@
+//! Entries read along their hit lists what others send.
+
+use glam::Vec3;
+
+use super::{
+    LISTED, Table,
+    accumulate::{earlier_count, outgoing, unpack_reflectance},
+};
+use crate::indirect::radiance_cache::parameters::{CacheSweep, DueCell};
+
+/// No colours: every entry reads in each sweep.
+const ALL: u32 = 2;
+
+/// Colour of an entry: entries of one colour read in a sweep, those of the other keep what they send.
+pub(in super::super) fn color(key: u32) -> u32 {
+    key % 2
+}
+
+/// One sweep over all entries: `relax`. `most`: of the cache's parameters.
+pub(in super::super) fn sweep(table: &mut Table, (of_sweep, most): (&CacheSweep, f32)) {
+    let [from, to] = [of_sweep.read_level, of_sweep.written_level].map(|level| level as usize);
+    let taken: Vec<usize> = table.taken().collect();
+    for slot in taken {
+        if of_sweep.turn == ALL || color(table.keys[slot]) == of_sweep.turn {
+            read_hits(table, slot, (of_sweep, most));
+        } else {
+            table.light[to][slot] = table.light[from][slot];
+        }
+    }
+}
+
+/// One sweep over the entries of a list: `relax_due`.
+pub(in super::super) fn sweep_scheduled(table: &mut Table, list: &[DueCell], (of_sweep, most): (&CacheSweep, f32)) {
+    list.iter().for_each(|entry| read_hits(table, entry.slot as usize, (of_sweep, most)));
+}
+
+/// What they have written goes where it is read: `put_back`.
+pub(in super::super) fn copy_back(table: &mut Table, list: &[DueCell], of_sweep: &CacheSweep) {
+    for slot in list.iter().map(|entry| entry.slot as usize) {
+        table.light[of_sweep.read_level as usize][slot] = table.light[of_sweep.written_level as usize][slot];
+    }
+}
+
+/// What an entry sends: the mean of its own samples, and over all its hits of what the entries there send, reflected.
+fn read_hits(table: &mut Table, slot: usize, (of_sweep, most): (&CacheSweep, f32)) {
+    let own = table.light[1][slot];
+    let light = &table.light[of_sweep.read_level as usize];
+    let listed = (own.w as usize).min(LISTED);
+    let hits = table.hits[slot][..listed].iter().filter(|hit| hit.reflectance != 0);
+    let mut sum = hits.fold(Vec3::ZERO, |sum, hit| {
+        sum + unpack_reflectance(hit.reflectance) * outgoing(light, hit.slot as usize, slot)
+    });
+    let earlier = earlier_count(own.w, most);
+    if earlier > 0.0 {
+        sum += earlier * table.earlier[of_sweep.step as usize][slot].truncate();
+    }
+    let from_others = sum / (listed as f32 + earlier).max(1.0);
+    table.light[of_sweep.written_level as usize][slot] = (own.truncate() + from_others).extend(own.w);
+}

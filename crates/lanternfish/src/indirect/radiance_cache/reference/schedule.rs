@@ -1,0 +1,111 @@
+//! Which entries get another sample in an update.
+
+use super::{Table, vote};
+use crate::indirect::radiance_cache::{
+    CacheUpdate, RadianceCacheParameters,
+    parameters::{DueCell, SampledCell},
+};
+
+/// Updates after which an entry that pixels no longer request goes on to the next rank.
+const AGES: u32 = 128;
+/// Samples from which on an entry of rank 0 gets half as many others, and a quarter.
+const WELL_KNOWN: [u32; 2] = [24, 32];
+/// Times that numbers of samples are halved at most, by rank.
+const MOST_HALVINGS: u32 = 2;
+
+/// Whether an entry has its turn in this update, where one of `stride` entries has: a power of two.
+pub(in super::super) fn has_turn(key: u32, update: u32, stride: u32) -> bool {
+    (key / 256 % stride) == update % stride
+}
+
+/// Whether a sample's rays vote for an entry that is there, where one of `stride` entries is voted for, by `step` others in each sample.
+pub(in super::super) fn is_voted_for(key: u32, update: u32, sample: u32, stride: u32, step: u32) -> bool {
+    has_turn(key, update ^ (step * sample), stride)
+}
+
+/// Samples that an entry of this rank has at least.
+fn fewest(rank: u32, parameters: &RadianceCacheParameters) -> u32 {
+    match rank {
+        0 => parameters.fewest.max(1),
+        1 => (parameters.fewest / 2).max(1),
+        _ => (parameters.fewest / 4).max(1),
+    }
+}
+
+/// The number of an entry's next sample, and in the lower half by which its sequences are shifted.
+fn scheduled(table: &Table, slot: usize, samples: u32, parameters: &RadianceCacheParameters) -> DueCell {
+    let number = samples.wrapping_add(parameters.changes) % 65_536;
+    DueCell { slot: slot as u32, sample: table.keys[slot] / 65_536 + number * 65_536 }
+}
+
+/// The first list of an update, of all entries; updates what they know: `choose`.
+pub(in super::super) fn choose(
+    table: &mut Table,
+    parameters: &RadianceCacheParameters,
+    of_update: &CacheUpdate,
+) -> Vec<DueCell> {
+    let taken: Vec<usize> = table.taken().collect();
+    taken.into_iter().filter_map(|slot| choose_one(table, slot, parameters, of_update)).collect()
+}
+
+fn choose_one(
+    table: &mut Table,
+    slot: usize,
+    parameters: &RadianceCacheParameters,
+    of_update: &CacheUpdate,
+) -> Option<DueCell> {
+    let RadianceCacheParameters { most_share, most, .. } = *parameters;
+    let CacheUpdate { update, share, remembered, fades, .. } = *of_update;
+    let key = table.keys[slot];
+    if table.votes[slot] != 0 {
+        table.requested[slot] = parameters.frame;
+        table.votes[slot] = 0;
+    } else if fades != 0 && has_turn(key, update, AGES) {
+        let rank = vote::rank(table.samples[slot]);
+        table.samples[slot] = vote::with_rank(table.samples[slot], (rank + 1).min(vote::LAST_RANK));
+    }
+    let has_changed = remembered < most;
+    let is_requested = parameters.frame.wrapping_sub(table.requested[slot]) <= parameters.kept;
+    if has_changed {
+        // The history is cut, or reset.
+        let cut = if is_requested { remembered } else { 0.0 };
+        let levels = if parameters.bounce_levels == 0 { 1 } else { 2 };
+        table.light[..levels].iter_mut().for_each(|light| light[slot].w = light[slot].w.min(cut));
+    }
+    let samples = table.light[0][slot].w as u32;
+    let rank = vote::rank(table.samples[slot]);
+    let halvings = rank.min(MOST_HALVINGS);
+    let known = WELL_KNOWN.iter().filter(|well| samples >= **well >> halvings).count() as u32;
+    let stride = if share == 0 { 0 } else { (share << (rank + known)).min(most_share) };
+    let has_own_turn = share != 0 && has_turn(key, update, share) && has_turn(key, update, stride);
+    let is_scheduled = is_requested && (samples < fewest(rank, parameters) || has_own_turn);
+    is_scheduled.then(|| scheduled(table, slot, samples, parameters))
+}
+
+/// A further list of an update: entries of the one before that have too few samples still, and new ones that these have hit: `choose_again`.
+pub(in super::super) fn choose_again(
+    table: &Table,
+    before: &[DueCell],
+    sampled: &[SampledCell],
+    parameters: &RadianceCacheParameters,
+) -> Vec<DueCell> {
+    let mut list = Vec::new();
+    for (entry, sampled) in before.iter().zip(sampled) {
+        let slot = entry.slot as usize;
+        let samples = table.light[0][slot].w as u32;
+        if samples < fewest(vote::rank(table.samples[slot]), parameters) {
+            list.push(scheduled(table, slot, samples, parameters));
+        }
+        let hit = sampled.slot_met as usize;
+        if sampled.has_won == 1 && table.light[0][hit].w == 0.0 {
+            list.push(scheduled(table, hit, 0, parameters));
+        }
+    }
+    list
+}
+
+/// Workgroups along x, y and z for a list of this length.
+pub(in super::super) fn workgroups(count: u32) -> [u32; 3] {
+    let groups = count.div_ceil(64);
+    [groups.min(1024), groups.div_ceil(1024), 1]
+}

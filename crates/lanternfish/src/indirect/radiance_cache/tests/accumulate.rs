@@ -1,0 +1,76 @@
+//! What samples add to their entries.
+
+use super::*;
+use crate::indirect::radiance_cache::reference::accumulate;
+
+const SLOTS: u32 = 256;
+
+/// Caches of one bounce, of counted ones, and of all.
+fn caches() -> [RadianceCacheParameters; 3] {
+    let all = parameters(SLOTS);
+    [
+        RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..all },
+        RadianceCacheParameters { bounce_levels: 3, first_level: 1, earlier_steps: 3, ..all },
+        all,
+    ]
+}
+
+/// Hits are appended, and samples accumulated, in updates that follow each other.
+pub(super) fn compare(bench: &Bench) -> Compared {
+    for (cache, parameters) in caches().iter().enumerate() {
+        let mut random = Random::new(71 + cache as u64);
+        let mut table = random_table(&mut random, SLOTS, 150, parameters);
+        for _ in 0..4 {
+            let list = random_list(&mut random, &table, 0.5);
+            let mut samples = random_samples(&mut random, &table, &list);
+            // No numbers, and too large ones.
+            samples.iter_mut().step_by(3).for_each(|sample| sample.sent = Vec3::NAN);
+            samples.iter_mut().step_by(7).for_each(|sample| sample.sent = Vec3::splat(f32::INFINITY));
+            let mut memory = memory_of(&table, parameters);
+            memory.bind(&["due"], &due_words(&list, SLOTS));
+            memory.bind(&["sampled_cells"], &samples);
+            if parameters.bounce_levels > 0 {
+                bench.run(&mut memory, "accumulate", "keep", workgroups(list.len() as u32));
+                accumulate::append_hits(&mut table, &samples, parameters);
+            }
+            bench.run(&mut memory, "accumulate", "commit", workgroups(list.len() as u32));
+            accumulate::accumulate(&mut table, &samples, parameters);
+            let mut found = table_of(&memory, &table);
+            if bench.is_gpu() {
+                // Roots, and means of which a mantissa is made, are the device's own.
+                take_close_ones(&mut found, &table)?;
+            }
+            same_tables(bench, &found, &table)?;
+        }
+    }
+    Ok(())
+}
+
+/// Packed numbers that differ by one step are taken to be those of the other table.
+fn take_close_ones(found: &mut Table, expected: &Table) -> Compared {
+    let is_close = |a: u32, b: u32, bits: &[u32], mask: u32| {
+        bits.iter().all(|bit| (a >> bit & mask).abs_diff(b >> bit & mask) <= 1)
+    };
+    for slot in expected.taken() {
+        let (rgbe, expected_rgbe) = (&mut found.rgbe[slot], expected.rgbe[slot]);
+        if is_close(*rgbe, expected_rgbe, &[0, 8, 16], 0xff) && *rgbe >> 24 == expected_rgbe >> 24 {
+            *rgbe = expected_rgbe;
+        }
+        for (hit, expected) in found.hits[slot].iter_mut().zip(&expected.hits[slot]) {
+            if is_close(hit.reflectance, expected.reflectance, &[0, 10, 20], 1023) {
+                hit.reflectance = expected.reflectance;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn samples_are_accumulated_as_the_references() {
+    check(compare);
+}
+
+#[test]
+fn gpu_samples_are_accumulated_as_the_references() {
+    check_on_gpu("gpu_samples_are_accumulated_as_the_references", compare);
+}

@@ -1,0 +1,361 @@
+//! The shaders of the cache against its reference in Rust: bit for bit in the interpreter, which needs no adapter; and on a device, where slots and
+//! the rounding of floats are the device's own.
+
+mod accumulate;
+mod hashing;
+mod mutations;
+mod propagate;
+mod schedule;
+mod table;
+mod vote;
+
+use std::{cell::RefCell, collections::BTreeMap, fmt::Debug, sync::Arc};
+
+use glam::{Vec3, Vec4};
+use lanternfish_gpu::{
+    Gpu, LinkedShader, ShaderLibrary,
+    testing::{self, Memory, Order},
+};
+
+use super::{
+    CacheUpdate, RadianceCacheParameters,
+    parameters::{CacheSweep, CellSample, DueCell, Link, SampledCell},
+    reference::{Entry, LISTED, Table, vote::with_rank},
+};
+use crate::{common::workgroups, testing::Random, view::View};
+
+/// What a comparison finds: the first difference.
+type Compared = Result<(), String>;
+
+/// A comparison of one part of the cache.
+type Comparison = fn(&Bench) -> Compared;
+
+/// Where shaders run.
+#[derive(Clone, Copy, Debug)]
+enum Runner {
+    Interpreter(Order),
+    Gpu(&'static Gpu),
+}
+
+/// The shaders, and where they run.
+struct Bench {
+    library: ShaderLibrary,
+    runner: Runner,
+    linked: RefCell<BTreeMap<String, Arc<LinkedShader>>>,
+}
+
+/// What a panic about a shader that does not link begins with.
+const NOT_LINKED: &str = "not linked: ";
+
+impl Bench {
+    fn new(library: ShaderLibrary, runner: Runner) -> Self {
+        Self { library, runner, linked: RefCell::default() }
+    }
+
+    fn is_gpu(&self) -> bool {
+        matches!(self.runner, Runner::Gpu(_))
+    }
+
+    /// Whether slots are those of the reference, which goes through everything in order.
+    fn is_in_order(&self) -> bool {
+        matches!(self.runner, Runner::Interpreter(Order::Forward))
+    }
+
+    /// Largest error of floats, of their size: on a device some operations are not rounded as IEEE 754 has it.
+    fn tolerance(&self) -> f32 {
+        if self.is_gpu() { 1e-5 } else { 0.0 }
+    }
+
+    fn run(&self, memory: &mut Memory, module: &str, entry: &str, workgroups: [u32; 3]) {
+        let module = if module.starts_with("testing/") {
+            module.to_owned()
+        } else {
+            format!("indirect/radiance_cache/{module}")
+        };
+        let link = || self.library.link(&module, &[]).unwrap_or_else(|error| panic!("{NOT_LINKED}{error}"));
+        let shader = self.linked.borrow_mut().entry(module.clone()).or_insert_with(link).clone();
+        match self.runner {
+            Runner::Interpreter(order) => memory.interpret(&shader, entry, workgroups, order),
+            Runner::Gpu(gpu) => memory.run_on(gpu, &shader, entry, workgroups),
+        }
+    }
+
+    /// Runs a probe over these queries, so many each.
+    fn ask(&self, memory: &mut Memory, module: &str, entry: &str, queries: &[[u32; 4]], each: usize) -> Vec<[u32; 4]> {
+        let count = queries.len() / each;
+        memory.bind(&["queries"], queries);
+        memory.bind(&["answers"], &vec![[0u32; 4]; count]);
+        self.run(memory, module, entry, [count.div_ceil(64) as u32, 1, 1]);
+        memory.get("answers")
+    }
+}
+
+/// Compares in the interpreter, forwards and backwards.
+fn check(comparison: Comparison) {
+    for order in [Order::Forward, Order::Backward] {
+        let compared = comparison(&Bench::new(crate::testing::library(), Runner::Interpreter(order)));
+        compared.unwrap_or_else(|difference| panic!("{order:?}: {difference}"));
+    }
+}
+
+/// Compares on a device.
+fn check_on_gpu(test: &str, comparison: Comparison) {
+    let Some(gpu) = testing::gpu(test) else { return };
+    comparison(&Bench::new(crate::testing::library(), Runner::Gpu(gpu))).unwrap();
+}
+
+/// An error that says where lists differ first.
+fn same<T: PartialEq + Debug>(what: &str, found: &[T], expected: &[T]) -> Compared {
+    let at = found.iter().zip(expected).position(|(found, expected)| found != expected);
+    let at = at.or((found.len() != expected.len()).then_some(found.len().min(expected.len())));
+    at.map_or(Ok(()), |at| {
+        Err(format!("{what} {at} of {}: {:?} for {:?}", expected.len(), found.get(at), expected.get(at)))
+    })
+}
+
+fn bits<const N: usize>(floats: [f32; N]) -> [u32; N] {
+    floats.map(f32::to_bits)
+}
+
+/// A number below `end`.
+fn below(random: &mut Random, end: u32) -> u32 {
+    ((random.unit() * end as f32) as u32).min(end - 1)
+}
+
+/// A number of 32 bits.
+fn word(random: &mut Random) -> u32 {
+    below(random, 1 << 16) | (below(random, 1 << 16) << 16)
+}
+
+fn one_of<T: Copy>(random: &mut Random, all: &[T]) -> T {
+    all[below(random, all.len() as u32) as usize]
+}
+
+/// Different keys with hashes that name one of the first `homes` buckets.
+fn random_entries(random: &mut Random, count: usize, homes: u32) -> Vec<Entry> {
+    let mut keys = std::collections::BTreeSet::new();
+    while keys.len() < count {
+        keys.insert(word(random).max(1));
+    }
+    let hash = |random: &mut Random| (word(random) & !0xffff) | (4 * below(random, homes) + below(random, 4));
+    let mut entries: Vec<_> = keys.into_iter().map(|key| Entry { key, hash: hash(random) }).collect();
+    // In any order.
+    entries.sort_by_key(|entry| entry.key.wrapping_mul(0x9e37_79b9));
+    entries
+}
+
+/// What passes are told of a frame, by a cache of which every bounce is asked for.
+fn parameters(slots: u32) -> RadianceCacheParameters {
+    RadianceCacheParameters {
+        slot_mask: slots - 1,
+        edge: 0.25,
+        near: 32.0,
+        frame: 1000,
+        kept: 128,
+        fewest: 4,
+        most: 128.0,
+        most_share: 8,
+        changes: 5,
+        bounce_levels: 2,
+        earlier_steps: 1,
+        ..Default::default()
+    }
+}
+
+/// An update in which nothing changes.
+const UPDATE: CacheUpdate =
+    CacheUpdate { update: 1_000_003, share: 8, remembered: f32::MAX, fades: 1, counts: 1, _pad: 0 };
+
+/// A table with so many entries of any state; those of any age up to 200 frames.
+fn random_table(random: &mut Random, slots: u32, entries: usize, parameters: &RadianceCacheParameters) -> Table {
+    let levels = 1 + parameters.bounce_levels as usize;
+    let mut table = Table::new(slots, levels, parameters.earlier_steps as usize);
+    for entry in random_entries(random, entries, slots / 4) {
+        let slot = table.insert(entry).expect("there is room") as usize;
+        table.votes[slot] = if random.unit() < 0.3 { word(random).max(1) } else { 0 };
+        table.requested[slot] = parameters.frame - one_of(random, &[0, 1, 2, 50, 127, 128, 129, 130, 200]);
+        let triangle = below(random, 1 << 20) | (below(random, 2) << 31);
+        table.samples[slot] =
+            with_rank(CellSample { p_world: random.point(), triangle }, one_of(random, &[0, 0, 1, 1, 2, 3, 5, 6, 7]));
+        let samples =
+            one_of(random, &[0, 1, 1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 23, 24, 31, 32, 127, 128, 129, 300]);
+        for light in &mut table.light {
+            light[slot] = (Vec3::ONE + random.point()).extend(samples as f32);
+        }
+        for earlier in &mut table.earlier {
+            // Nothing that is read, where no hit has left the list.
+            let mean = if samples <= LISTED { Vec3::INFINITY } else { Vec3::ONE + random.point() };
+            earlier[slot] = mean.extend(0.0);
+        }
+    }
+    let taken: Vec<usize> = table.taken().collect();
+    for slot in taken.iter().copied() {
+        for hit in 0..LISTED {
+            let to = if random.unit() < 0.1 { slot } else { one_of(random, &taken) };
+            let reflectance = if random.unit() < 0.1 { 0 } else { word(random) & 0x3fff_ffff };
+            table.hits[slot][hit] = Link { slot: to as u32, reflectance };
+        }
+    }
+    table
+}
+
+/// Samples of entries of a list, whose rays have hit entries of the table, or what has no slot, or nothing.
+fn random_samples(random: &mut Random, table: &Table, list: &[DueCell]) -> Vec<SampledCell> {
+    let taken: Vec<usize> = table.taken().collect();
+    let mut samples = Vec::new();
+    for entry in list {
+        let hit = if random.unit() < 0.2 { u32::MAX } else { one_of(random, &taken) as u32 };
+        let color = |random: &mut Random| 0.5 * (Vec3::ONE + random.point());
+        samples.push(SampledCell {
+            slot: entry.slot,
+            reflected: color(random),
+            sent: color(random),
+            reflectance: color(random),
+            triangle: if hit == u32::MAX && random.unit() < 0.5 { u32::MAX } else { below(random, 16) },
+            slot_met: hit,
+            has_won: u32::from(hit != u32::MAX && random.unit() < 0.5),
+            ..Default::default()
+        });
+    }
+    samples
+}
+
+/// A list of different entries of a table: about so large a share of them.
+fn random_list(random: &mut Random, table: &Table, share: f32) -> Vec<DueCell> {
+    let taken: Vec<usize> = table.taken().collect();
+    let mut list = Vec::new();
+    for slot in taken {
+        if random.unit() < share {
+            list.push(DueCell { slot: slot as u32, sample: word(random) });
+        }
+    }
+    list
+}
+
+/// A list as passes read it: its length, and room for as many entries as the table has slots.
+fn due_words(list: &[DueCell], slots: u32) -> Vec<u32> {
+    let mut words = vec![list.len() as u32];
+    words.extend(list.iter().flat_map(|entry| [entry.slot, entry.sample]));
+    words.resize(1 + 2 * slots as usize, 0);
+    words
+}
+
+fn list_of(words: &[u32]) -> Vec<DueCell> {
+    let pairs = words[1..].chunks_exact(2).take(words[0] as usize);
+    pairs.map(|pair| DueCell { slot: pair[0], sample: pair[1] }).collect()
+}
+
+/// Memory with a table and what the passes are told.
+fn memory_of(table: &Table, parameters: &RadianceCacheParameters) -> Memory {
+    let mut memory = Memory::new();
+    memory.bind(&["view"], &[View { eye: EYE, ..Default::default() }]);
+    memory.bind(&["radiance_cache"], &[*parameters]);
+    memory.bind(&["cache_update"], &[UPDATE]);
+    memory.bind(&["cache_sweep"], &[CacheSweep::default()]);
+    memory.bind(&["cell_counters"], &[0u32; 4]);
+    bind_table(&mut memory, table, "cell_", "earlier_links");
+    memory
+}
+
+/// Where the eye is.
+const EYE: Vec3 = Vec3::new(3.0, -2.0, 0.5);
+
+fn bind_table(memory: &mut Memory, table: &Table, prefix: &str, earlier: &str) {
+    let name = |what: &str| format!("{prefix}{what}");
+    let words: Vec<u32> =
+        table.keys.chunks(4).zip(table.rgbe.chunks(4)).flat_map(|(keys, rgbe)| [keys, rgbe].concat()).collect();
+    memory.bind(&[&name("words"), "read_words", "found_words"], &words);
+    memory.bind(&[&name("hashes")], &table.hashes);
+    memory.bind(&[&name("winners")], &table.votes);
+    memory.bind(&[&name("asked")], &table.requested);
+    memory.bind(&[&name("samples")], &table.samples);
+    memory.bind(&[&name("light")], &table.light.concat());
+    memory.bind(&[&name("links")], &table.hits);
+    memory.bind(&[earlier], &if table.earlier.is_empty() { vec![Vec4::ZERO] } else { table.earlier.concat() });
+}
+
+/// The table that is there, with as many levels and steps as another one has.
+fn table_of(memory: &Memory, like: &Table) -> Table {
+    let words: Vec<u32> = memory.get("cell_words");
+    let half =
+        |first: usize| words.chunks(8).flat_map(|bucket| bucket[first..first + 4].to_vec()).collect::<Vec<u32>>();
+    let slots = words.len() / 2;
+    let parts = |name: &str, count: usize| {
+        let all: Vec<Vec4> = memory.get(name);
+        all.chunks(slots).take(count).map(<[Vec4]>::to_vec).collect()
+    };
+    Table {
+        keys: half(0),
+        rgbe: half(4),
+        hashes: memory.get("cell_hashes"),
+        votes: memory.get("cell_winners"),
+        requested: memory.get("cell_asked"),
+        samples: memory.get("cell_samples"),
+        light: parts("cell_light", like.light.len()),
+        hits: memory.get("cell_links"),
+        earlier: parts("earlier_links", like.earlier.len()),
+    }
+}
+
+/// What an entry has kept, whatever its slot is.
+#[derive(Debug, PartialEq)]
+struct Kept {
+    hash: u32,
+    rgbe: u32,
+    vote: u32,
+    requested: u32,
+    sample: [u32; 4],
+    /// Samples of each level.
+    counts: Vec<f32>,
+    /// Keys of the entries that it has hit, and reflectances.
+    hits: Vec<[u32; 2]>,
+}
+
+/// Of each key. An error where a key is not found in its slot.
+fn kept(table: &Table) -> Result<BTreeMap<u32, (Kept, Vec<Vec3>)>, String> {
+    let mut all = BTreeMap::new();
+    for slot in table.taken() {
+        let (key, hash) = (table.keys[slot], table.hashes[slot]);
+        if table.find(Entry { key, hash }) != Some(slot as u32) {
+            return Err(format!("the entry in slot {slot} is not found there"));
+        }
+        let CellSample { p_world, triangle } = table.samples[slot];
+        let [x, y, z] = bits(p_world.to_array());
+        // One a sample; of one bounce there are none.
+        let listed = table.light.get(1).map_or(0, |light| (light[slot].w as usize).min(LISTED));
+        let hits = table.hits[slot][..listed].iter().map(|hit| [table.keys[hit.slot as usize], hit.reflectance]);
+        let kept = Kept {
+            hash,
+            rgbe: table.rgbe[slot],
+            vote: table.votes[slot],
+            requested: table.requested[slot],
+            sample: [x, y, z, triangle],
+            counts: table.light.iter().map(|light| light[slot].w).collect(),
+            hits: hits.collect(),
+        };
+        let floats = table.light.iter().chain(&table.earlier).map(|light| light[slot].truncate()).collect();
+        if all.insert(key, (kept, floats)).is_some() {
+            return Err(format!("key {key} is there twice"));
+        }
+    }
+    Ok(all)
+}
+
+/// An error that names the first entry that differs.
+fn same_tables(bench: &Bench, found: &Table, expected: &Table) -> Compared {
+    if bench.is_in_order() {
+        same("key of slot", &found.keys, &expected.keys)?;
+    }
+    let (found, expected) = (kept(found)?, kept(expected)?);
+    same("key", &found.keys().collect::<Vec<_>>(), &expected.keys().collect::<Vec<_>>())?;
+    for ((key, (found, floats)), (expected, expected_floats)) in found.iter().zip(expected.values()) {
+        let is_close = |(found, expected): (&Vec3, &Vec3)| {
+            let is_close = |i: usize| (found[i] - expected[i]).abs() <= bench.tolerance() * expected[i].abs();
+            found == expected || (0..3).all(is_close)
+        };
+        if found != expected || !floats.iter().zip(expected_floats).all(is_close) {
+            return Err(format!("{key}: {found:?}, {floats:?}, for {expected:?}, {expected_floats:?}"));
+        }
+    }
+    Ok(())
+}

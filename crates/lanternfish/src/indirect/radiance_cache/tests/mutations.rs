@@ -1,0 +1,247 @@
+//! The comparisons can fail: shaders that are wrong by one are told from the reference.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use super::*;
+
+/// An edit of a file of `indirect/radiance_cache/`, or of another one below `src/`: what stands there, and what is put in its place.
+type Edit = (&'static str, &'static str, &'static str);
+
+fn path(module: &str) -> String {
+    if module.contains('/') { module.to_owned() } else { format!("indirect/radiance_cache/{module}") }
+}
+
+/// An edited shader may also read out of bounds, which the interpreter refuses.
+fn is_found_out(comparison: Comparison, (module, text, by): Edit) -> bool {
+    let library = crate::testing::edited_library(&path(module), text, by);
+    let compared = || comparison(&Bench::new(library, Runner::Interpreter(Order::Forward)));
+    match catch_unwind(AssertUnwindSafe(compared)) {
+        Ok(compared) => compared.is_err(),
+        Err(panic) => {
+            let message = panic.downcast_ref::<String>().map_or("", String::as_str);
+            assert!(!message.starts_with(NOT_LINKED), "{module}, {by:?}: {message}");
+            true
+        }
+    }
+}
+
+fn check_edits(comparison: Comparison, edits: &[Edit]) {
+    let overlooked: Vec<_> = edits.iter().filter(|edit| !is_found_out(comparison, **edit)).collect();
+    assert!(overlooked.is_empty(), "{overlooked:#?}");
+}
+
+#[test]
+fn another_hash_is_found_out() {
+    check_edits(
+        hashing::compare,
+        &[
+            ("hashing", "MOST_LEVEL = 15", "MOST_LEVEL = 14"),
+            ("hashing", "LIFT = 0.25", "LIFT = 0.3"),
+            ("hashing", "LAYERS = 2.0", "LAYERS = 1.0"),
+            ("hashing", "EXPONENT_OF_ONE = 127", "EXPONENT_OF_ONE = 126"),
+            ("hashing", "(exponent >> 1u) + 1", "(exponent >> 1u)"),
+            ("hashing", "(exponent >> 1u)", "(exponent / 2)"),
+            ("hashing", "(u - 0.5)", "(u + 0.5)"),
+            ("hashing", "u32(level) << 3u", "u32(level) << 2u"),
+            ("hashing", "layer << 7u", "layer << 8u"),
+            ("hashing", "max(words.x, 1u), words.y", "max(words.y, 1u), words.x"),
+            ("common/math", "size.y >= size.z", "size.y > size.z"),
+            ("common/math", "normal[axis] < 0.0", "normal[axis] > 0.0"),
+            ("common/random", "1664525u", "1664527u"),
+            ("common/random", "v >> vec4u(16u)", "v >> vec4u(15u)"),
+            ("rgbe", "LEAST_EXPONENT = 8u", "LEAST_EXPONENT = 9u"),
+            ("rgbe", "MOST_MANTISSA = 255.0", "MOST_MANTISSA = 254.0"),
+            ("rgbe", "WHOLE_BITS = 7u", "WHOLE_BITS = 6u"),
+            ("rgbe", "whole + 0.5", "whole"),
+            ("accumulate", "MOST_BITS = 1023.0", "MOST_BITS = 1024.0"),
+            ("accumulate", "levels.z << 20u", "levels.z << 21u"),
+            ("propagate", "light.w > 0.0", "light.w >= 0.0"),
+            ("propagate", "light.w > 0.0", "light.w > 1.0"),
+            ("propagate", "slot <= radiance_cache.slot_mask", "slot < radiance_cache.slot_mask"),
+            ("table", "key_at(slot) + BUCKET", "key_at(slot) + BUCKET + 1u"),
+        ],
+    );
+}
+
+#[test]
+fn another_table_is_found_out() {
+    check_edits(
+        table::compare_table,
+        &[
+            ("table", "PROBES = 16u", "PROBES = 15u"),
+            ("table", "PROBES = 16u", "PROBES = 17u"),
+            ("table", "i < PROBES", "i + 1u < PROBES"),
+            ("table", "bucket + probes + 1u", "bucket + probes"),
+            ("table", "bucket + probes + 1u", "bucket + probes + 2u"),
+            (
+                "table",
+                "(entry.hash & radiance_cache.slot_mask) / BUCKET",
+                "entry.hash & (radiance_cache.slot_mask / BUCKET)",
+            ),
+            ("table", "slot < BUCKET * (bucket + 1u)", "slot + 1u < BUCKET * (bucket + 1u)"),
+            (
+                "table",
+                "taken.exchanged { cell_hashes[slot] = entry.hash; }",
+                "taken.exchanged { cell_hashes[slot] = entry.key; }",
+            ),
+            ("table", "select(3u, 2u, is_there.z)", "select(2u, 3u, is_there.z)"),
+            ("table", "keys.w == EMPTY", "keys.x != EMPTY"),
+        ],
+    );
+}
+
+#[test]
+fn another_eviction_is_found_out() {
+    check_edits(
+        table::compare_migration,
+        &[
+            ("rehash", "<= radiance_cache.kept", "< radiance_cache.kept"),
+            ("rehash", "<= radiance_cache.kept", "<= radiance_cache.kept + 1u"),
+            ("rehash", "old >= old_slots()", "old + 1u >= old_slots()"),
+            ("rehash", "old_words[key_at(old)], old_hashes[old]", "old_words[key_at(old)], old_words[key_at(old)]"),
+            ("rehash", "level <= radiance_cache.bounce_levels", "level < radiance_cache.bounce_levels"),
+            ("rehash", "level * old_slots() + old", "level * (radiance_cache.slot_mask + 1u) + old"),
+            ("rehash", "select(end, slot, end == NO_SLOT)", "end"),
+            ("rehash", "i < LINKS", "i < LINKS - 1u"),
+            ("rehash", "step < radiance_cache.earlier_steps", "step + 1u < radiance_cache.earlier_steps"),
+            ("rehash", "cell_asked[slot] = old_asked[old]", "cell_asked[slot] = radiance_cache.frame"),
+            ("rehash", "radiance_cache.bounce_levels == 0u", "radiance_cache.bounce_levels <= 2u"),
+        ],
+    );
+}
+
+#[test]
+fn another_vote_is_found_out() {
+    check_edits(
+        vote::compare,
+        &[
+            ("vote", "x >> 16u)) * 0x7feb352du", "x >> 15u)) * 0x7feb352du"),
+            ("vote", "0x846ca68bu", "0x846ca68du"),
+            ("vote", "x >> 30u", "x >> 31u"),
+            ("vote", "cache_update.update * 0x9e3779b9u);", "(cache_update.update + 1u) * 0x9e3779b9u);"),
+            ("vote", "< priority { atomicMax", "> priority { atomicMax"),
+            ("vote", "priority != 0u && ", ""),
+            ("vote", "== priority;", "<= priority;"),
+            ("vote", "LAST_RANK = 7u", "LAST_RANK = 6u"),
+            ("vote", "RANK_SHIFT = 28u", "RANK_SHIFT = 27u"),
+            ("planes", "dot(normal, direction) > 0.0", "dot(normal, direction) >= 0.0"),
+            ("intersect", "rank + 1u", "rank"),
+            ("intersect", "rank > rank_of", "rank >= rank_of"),
+            ("intersect", "0xffffu", "0x7fffu"),
+            ("intersect", "SEED = 34u", "SEED = 33u"),
+            ("intersect", "has_won = 1u", "has_won = 2u"),
+            ("intersect", "atomicAdd(&cell_counters[LOST], 1u)", "atomicAdd(&cell_counters[LOST], 2u)"),
+            ("indirect/sampled/ray_end", "PLACE_BITS = 26u", "PLACE_BITS = 25u"),
+            ("indirect/sampled/ray_end", "ROUND_BITS = 5u", "ROUND_BITS = 4u"),
+            ("indirect/sampled/ray_end", "round - sampled_rounds.round", "round"),
+            ("vote", "step * sample", "step + sample"),
+            ("vote", "mask + 1u", "2u * (mask + 1u)"),
+        ],
+    );
+}
+
+#[test]
+fn another_schedule_is_found_out() {
+    check_edits(
+        schedule::compare,
+        &[
+            ("hashing", "key >> 8u", "key >> 7u"),
+            ("hashing", "stride - 1u", "stride"),
+            ("schedule", "FADES = 128u", "FADES = 64u"),
+            ("schedule", "array(24u, 32u)", "array(25u, 32u)"),
+            ("schedule", "array(24u, 32u)", "array(24u, 33u)"),
+            ("schedule", "MOST_HALVINGS = 2u", "MOST_HALVINGS = 1u"),
+            ("schedule", "MOST_HALVINGS), 1u)", "MOST_HALVINGS), 2u)"),
+            ("schedule", "u32(samples) + radiance_cache.changes", "u32(samples)"),
+            ("schedule", "own | (", "(own ^ 1u) | ("),
+            ("schedule", "slot > radiance_cache.slot_mask { return", "slot >= radiance_cache.slot_mask { return"),
+            ("schedule", "cache_update.counts == 1u { atomicAdd", "cache_update.counts == 0u { atomicAdd"),
+            ("schedule", "atomicStore(&cell_winners[slot], 0u);", ""),
+            ("schedule", "cell_asked[slot] = radiance_cache.frame;", ""),
+            ("schedule", "cache_update.fades != 0u && ", ""),
+            ("schedule", "cache_update.remembered < radiance_cache.most", "cache_update.remembered <= 0.0"),
+            ("schedule", "<= radiance_cache.kept", "< radiance_cache.kept"),
+            ("schedule", "has_changed && !is_requested", "has_changed"),
+            ("schedule", "cell_light[at].w > most", "cell_light[at].w > most + 1.0"),
+            (
+                "schedule",
+                "level <= min(radiance_cache.bounce_levels, 1u)",
+                "level < min(radiance_cache.bounce_levels, 1u)",
+            ),
+            ("schedule", "samples < f32(fewest_of(rank))", "samples <= f32(fewest_of(rank))"),
+            ("schedule", "samples >= f32(WELL_KNOWN[0]", "samples > f32(WELL_KNOWN[0]"),
+            ("schedule", "(rank + known)", "rank"),
+            ("schedule", "(rank + known)", "known"),
+            ("schedule", "known), radiance_cache.most_share", "known), 2u * radiance_cache.most_share"),
+            ("schedule", "cell_light[hit].w == 0.0", "cell_light[hit].w <= 1.0"),
+            ("schedule", "has_won == 1u", "has_won <= 1u"),
+            ("schedule", "count + WORKGROUP - 1u", "count + WORKGROUP"),
+            ("schedule", "groups + WIDTH - 1u", "groups + WIDTH"),
+            ("vote", "rank_of(point) < LAST_RANK", "rank_of(point) < LAST_RANK - 1u"),
+            ("bindings", "id.y * WIDTH", "id.y * 2u * WIDTH + WORKGROUP"),
+        ],
+    );
+}
+
+#[test]
+fn another_accumulation_is_found_out() {
+    check_edits(
+        accumulate::compare,
+        &[
+            ("accumulate", "radiance_cache.most) + 1.0", "radiance_cache.most) + 2.0"),
+            ("accumulate", "min(before.w, radiance_cache.most)", "min(before.w, radiance_cache.most - 1.0)"),
+            ("accumulate", "vec4f(mean, before.w + 1.0)", "vec4f(mean, before.w + 2.0)"),
+            ("accumulate", "met != NO_SLOT", "met == NO_SLOT"),
+            ("accumulate", "min(levels, 1u)", "0u"),
+            ("accumulate", "before.w > 0.0", "before.w > 1.0"),
+            ("accumulate", "found, before.w == 0.0", "found, before.w <= 1.0"),
+            ("accumulate", "mean, before.w == 0.0", "mean, before.w == 1.0"),
+            ("accumulate", "if levels == 0u", "if levels == 99u"),
+            ("accumulate", "samples >= f32(LINKS)", "samples > f32(LINKS)"),
+            ("accumulate", "samples < f32(LINKS) + 1.0", "samples < f32(LINKS)"),
+            ("accumulate", "earlier_count(samples) + 1.0", "earlier_count(samples)"),
+            ("accumulate", "LINKS + LINKS - 1u", "LINKS + LINKS - 2u"),
+            ("accumulate", "i > 0u", "i > 1u"),
+            ("accumulate", "radiance_cache.first_level + step", "step"),
+            ("accumulate", "select(met, slot, met == NO_SLOT)", "slot"),
+            ("accumulate", "triangle != NOTHING", "slot_met != NO_SLOT"),
+            ("accumulate", "met.w > 0.0", "met.w > 1.0"),
+            ("accumulate", "LINKS = 16u", "LINKS = 15u"),
+            ("accumulate", "step * (radiance_cache.slot_mask + 1u)", "step * radiance_cache.slot_mask"),
+        ],
+    );
+}
+
+#[test]
+fn another_propagation_is_found_out() {
+    check_edits(
+        propagate::compare,
+        &[
+            ("propagate", "key & 1u", "(key >> 1u) & 1u"),
+            ("propagate", "(key & 1u) != cache_sweep.turn", "(key & 1u) == cache_sweep.turn"),
+            ("propagate", "slot > radiance_cache.slot_mask", "slot >= radiance_cache.slot_mask / 2u"),
+            ("propagate", "place < due.count", "place + 1u < due.count"),
+            ("propagate", "place >= due.count", "place + 1u >= due.count"),
+            ("propagate", "min(u32(own_samples.w), LINKS)", "LINKS"),
+            ("propagate", "i < count", "i + 1u < count"),
+            ("propagate", "there.w > 0.0", "there.w > 1.0"),
+            ("propagate", "earlier_at(cache_sweep.step, slot)", "earlier_at(0u, slot)"),
+            ("propagate", "f32(count) + earlier, 1.0", "f32(count) + earlier, 2.0"),
+            ("propagate", "level_at(1u, slot)", "level_at(0u, slot)"),
+            ("propagate", "hit.reflectance == 0u", "hit.reflectance <= 1u || i == 3u"),
+            ("accumulate", "radiance_cache.most) - f32(LINKS)", "radiance_cache.most) - f32(LINKS + 1u)"),
+            ("table", "radiance_cache.slot_mask + 1u", "radiance_cache.slot_mask"),
+        ],
+    );
+}
+
+/// Texts as they are pass, and an edit of what is not there is refused.
+#[test]
+fn edits_are_made() {
+    let same_again = ("hashing", "MOST_LEVEL = 15", "MOST_LEVEL = 16 - 1");
+    assert!(!is_found_out(hashing::compare, same_again));
+    let edit = |module: &str, text: &str| catch_unwind(|| crate::testing::edited_library(module, text, "")).is_err();
+    assert!(
+        edit("indirect/radiance_cache/hashing", "MOST_LEVEL = 99") && edit("indirect/radiance_cache/nothing", "LIFT")
+    );
+}

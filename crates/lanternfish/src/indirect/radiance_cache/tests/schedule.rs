@@ -1,0 +1,127 @@
+//! Which entries get another sample.
+
+use super::*;
+use crate::indirect::radiance_cache::reference::schedule;
+
+const SLOTS: u32 = 256;
+
+/// What passes are told in frames of every kind.
+fn frames() -> Vec<(RadianceCacheParameters, CacheUpdate)> {
+    let (frame, update) = (parameters(SLOTS), UPDATE);
+    let first = RadianceCacheParameters { fewest: 16, ..frame };
+    let of_first = CacheUpdate { share: 0, fades: 0, ..update };
+    let doubted = RadianceCacheParameters { most_share: 1, ..frame };
+    let mut frames = vec![
+        (frame, update),
+        (RadianceCacheParameters { bounce_levels: 0, earlier_steps: 0, ..frame }, update),
+        (frame, CacheUpdate { share: 1, ..update }),
+        (doubted, CacheUpdate { share: 1, ..update }),
+        // A change that comes alone, and one of many.
+        (doubted, CacheUpdate { remembered: 0.0, share: 1, ..update }),
+        (RadianceCacheParameters { changes: 65_533, ..doubted }, CacheUpdate { remembered: 3.0, share: 1, ..update }),
+        (first, of_first),
+        (RadianceCacheParameters { fewest: 128, ..first }, CacheUpdate { counts: 0, ..of_first }),
+        (RadianceCacheParameters { fewest: 1, ..frame }, update),
+    ];
+    frames.extend((0..8).map(|i| (first, CacheUpdate { update: 7 * i, ..of_first })));
+    // Updates that follow each other.
+    let following = |i| CacheUpdate { update: update.update + i, share: if i < 10 { 8 } else { 1 }, ..update };
+    frames.extend((1..20).map(|i| (frame, following(i))));
+    frames
+}
+
+fn sorted(mut list: Vec<DueCell>) -> Vec<[u32; 2]> {
+    list.sort_by_key(|entry| entry.slot);
+    list.iter().map(|entry| [entry.slot, entry.sample]).collect()
+}
+
+/// The lists of an update's first and second round.
+fn compare_lists(
+    bench: &Bench,
+    frame: usize,
+    (parameters, update): &(RadianceCacheParameters, CacheUpdate),
+) -> Compared {
+    let mut random = Random::new(61 + frame as u64);
+    let mut table = random_table(&mut random, SLOTS, 160, parameters);
+    let entries = table.taken().count() as u32;
+    let mut memory = memory_of(&table, parameters);
+    memory.set("cache_update", &[*update]);
+    memory.set("cell_counters", &[77u32, 1000, 0, 0]);
+    memory.bind(&["found_due"], &due_words(&[DueCell::default(); 9], SLOTS));
+    memory.bind(&["due"], &due_words(&[], SLOTS));
+    memory.bind(&["due_dispatch"], &[9u32; 3]);
+    memory.bind(&["sampled_cells"], &vec![SampledCell::default(); SLOTS as usize]);
+    bench.run(&mut memory, "schedule", "clear", [1; 3]);
+    bench.run(&mut memory, "schedule", "choose", workgroups(SLOTS));
+    bench.run(&mut memory, "schedule", "measure", [1; 3]);
+    let list = schedule::choose(&mut table, parameters, update);
+    let found = list_of(&memory.get("found_due"));
+    if bench.is_in_order() {
+        same("entry of the list", &found, &list)?;
+    }
+    same("scheduled entry", &sorted(found), &sorted(list.clone()))?;
+    same_tables(bench, &table_of(&memory, &table), &table)?;
+    let count = list.len() as u32;
+    same("workgroups along", &memory.get("due_dispatch"), &schedule::workgroups(count))?;
+    let counted = if update.counts == 1 { entries } else { 77 };
+    same("counter", &memory.get("cell_counters"), &[counted, 1000 + count, 0, 0])?;
+
+    // Behind the samples of the first round.
+    for entry in &list {
+        let level = parameters.bounce_levels.min(1) as usize;
+        table.light[level][entry.slot as usize].w += 1.0;
+        table.light[0][entry.slot as usize].w = table.light[level][entry.slot as usize].w;
+    }
+    let mut samples = random_samples(&mut random, &table, &list);
+    // One wins each entry.
+    let mut won = std::collections::BTreeSet::new();
+    samples.iter_mut().for_each(|sample| sample.has_won &= u32::from(won.insert(sample.slot_met)));
+    memory.set("cell_light", &table.light.concat());
+    memory.set("due", &due_words(&list, SLOTS));
+    samples.resize(SLOTS as usize, SampledCell::default());
+    memory.set("sampled_cells", &samples);
+    bench.run(&mut memory, "schedule", "clear", [1; 3]);
+    bench.run(&mut memory, "schedule", "choose_again", workgroups(count));
+    let again = schedule::choose_again(&table, &list, &samples, parameters);
+    same("entry that is scheduled again", &sorted(list_of(&memory.get("found_due"))), &sorted(again))
+}
+
+pub(super) fn compare(bench: &Bench) -> Compared {
+    frames().iter().enumerate().try_for_each(|(frame, told)| compare_lists(bench, frame, told))?;
+    compare_lengths(bench)
+}
+
+/// Lists around the lengths of workgroups and of rows of them.
+fn compare_lengths(bench: &Bench) -> Compared {
+    for count in [0, 1, 63, 64, 65, 65_535, 65_536, 65_537, 131_073] {
+        let mut memory = memory_of(&Table::new(64, 1, 0), &parameters(64));
+        memory.bind(&["found_due"], &[count, 0, 0]);
+        memory.bind(&["due_dispatch"], &[9u32; 3]);
+        bench.run(&mut memory, "schedule", "measure", [1; 3]);
+        same(&format!("workgroups of {count} along"), &memory.get("due_dispatch"), &schedule::workgroups(count))?;
+    }
+    Ok(())
+}
+
+#[test]
+fn entries_are_scheduled_as_the_references() {
+    check(compare);
+}
+
+#[test]
+fn gpu_entries_are_scheduled_as_the_references() {
+    check_on_gpu("gpu_entries_are_scheduled_as_the_references", compare);
+}
+
+/// Turns of the reference itself: each entry has one in `stride` updates that follow each other, and those of a larger stride are among them.
+#[test]
+fn each_entry_has_one_turn() {
+    let mut random = Random::new(62);
+    for _ in 0..1000 {
+        let (key, first) = (word(&mut random), word(&mut random) >> 1);
+        let turns =
+            |stride| (first..first + 64).filter(|update| schedule::has_turn(key, *update, stride)).collect::<Vec<_>>();
+        assert_eq!([1, 8, 64].map(|stride| turns(stride).len()), [64, 8, 1]);
+        assert!(turns(64).iter().all(|turn| turns(8).contains(turn)));
+    }
+}

@@ -1,0 +1,110 @@
+//! Inserting, looking up and evicting entries.
+
+use super::*;
+
+const SLOTS: u32 = 1024;
+
+/// The last entries have no slot where all hashes name a few buckets.
+fn compare_insertions(bench: &Bench, count: usize, homes: u32) -> Compared {
+    let mut random = Random::new(41);
+    let entries = random_entries(&mut random, count, homes);
+    // Some are inserted twice.
+    let inserted: Vec<Entry> = entries.iter().chain(&entries[..count / 4]).copied().collect();
+    let mut expected = Table::new(SLOTS, 1, 0);
+    let slots: Vec<u32> = inserted.iter().map(|entry| expected.insert(*entry).unwrap_or(u32::MAX)).collect();
+    let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters(SLOTS));
+    let queries: Vec<_> = inserted.iter().map(|entry| [entry.key, entry.hash, 0, 0]).collect();
+    let found = bench.ask(&mut memory, "testing/radiance_cache", "insert", &queries, 1);
+    let found: Vec<u32> = found.iter().map(|answer| answer[0]).collect();
+    let table = table_of(&memory, &expected);
+    if bench.is_in_order() {
+        same("slot of insertion", &found, &slots)?;
+    }
+    // Which have no slot depends on the order; that there is none for them does not.
+    let kept = kept(&table)?;
+    for (entry, slot) in inserted.iter().zip(&found) {
+        let is_right = match *slot {
+            u32::MAX => table.is_full_for(*entry) && !kept.contains_key(&entry.key),
+            slot => table.find(*entry) == Some(slot),
+        };
+        if !is_right {
+            return Err(format!("{entry:?} was said to be in slot {slot}"));
+        }
+    }
+    if expected.taken().count() == count {
+        same("key", &kept.keys().collect::<Vec<_>>(), &super::kept(&expected)?.keys().collect::<Vec<_>>())?;
+    } else if table.taken().count() != expected.taken().count() {
+        return Err(format!("{} entries for {}", table.taken().count(), expected.taken().count()));
+    }
+    compare_searches(bench, &table, &inserted)
+}
+
+/// Entries are looked up in the table as it is.
+fn compare_searches(bench: &Bench, table: &Table, inserted: &[Entry]) -> Compared {
+    let mut random = Random::new(42);
+    let others = random_entries(&mut random, 300, SLOTS / 4);
+    let all: Vec<Entry> = inserted.iter().chain(&others).copied().collect();
+    let queries: Vec<_> = all.iter().map(|entry| [entry.key, entry.hash, 0, 0]).collect();
+    let mut memory = memory_of(table, &parameters(SLOTS));
+    let found = bench.ask(&mut memory, "testing/radiance_cache", "look_up", &queries, 1);
+    let found: Vec<Option<u32>> = found.iter().map(|answer| Some(answer[0]).filter(|slot| *slot < SLOTS)).collect();
+    same("slot that is found", &found, &all.iter().map(|entry| table.find(*entry)).collect::<Vec<_>>())
+}
+
+pub(super) fn compare_table(bench: &Bench) -> Compared {
+    compare_insertions(bench, 400, SLOTS / 4)?;
+    // Full buckets, behind which others are looked into: 64 slots a home. The last are lost.
+    compare_insertions(bench, 75, 1)?;
+    compare_insertions(bench, 500, 4)
+}
+
+/// Entries move to a table of the same size, a larger one, or one that is too small for them.
+pub(super) fn compare_migration(bench: &Bench) -> Compared {
+    for (slots, new_slots, entries, levels) in
+        [(256, 256, 150, 2), (256, 512, 180, 3), (256, 256, 140, 0), (128, 128, 90, 2)]
+    {
+        let mut random = Random::new(43 + u64::from(new_slots + levels));
+        let steps = u32::from(levels > 0) + u32::from(levels == 3);
+        let kept = if new_slots > slots { u32::MAX } else { 128 };
+        let parameters =
+            RadianceCacheParameters { bounce_levels: levels, earlier_steps: steps, kept, ..parameters(new_slots) };
+        let old = random_table(&mut random, slots, entries, &parameters);
+        let empty = Table::new(new_slots, 1 + levels as usize, steps as usize);
+        let mut memory = memory_of(&empty, &parameters);
+        bind_table(&mut memory, &old, "old_", "old_earlier");
+        // The new table's words are what is bound to the other names.
+        memory.bind(&["moved_to"], &vec![0u32; slots as usize]);
+        for entry in ["rehash", "carry", "carry_links"] {
+            bench.run(&mut memory, "rehash", entry, workgroups(slots));
+        }
+        let (expected, _) = old.migrate(new_slots, &parameters);
+        let staying = expected.taken().count();
+        assert!(if kept == 128 { staying < entries } else { staying == entries }, "{staying} of {entries}");
+        same_tables(bench, &table_of(&memory, &expected), &expected)?;
+        let moved_to: Vec<u32> = memory.get("moved_to");
+        let moves = |slot: usize| old.is_kept(slot, &parameters);
+        let moved: Vec<bool> = moved_to.iter().map(|slot| *slot != u32::MAX).collect();
+        same("whether it moves: slot", &moved, &(0..slots as usize).map(moves).collect::<Vec<_>>())?;
+    }
+    Ok(())
+}
+
+#[test]
+fn entries_are_where_the_reference_puts_them() {
+    check(compare_table);
+}
+
+#[test]
+fn gpu_entries_are_where_the_reference_finds_them() {
+    check_on_gpu("gpu_entries_are_where_the_reference_finds_them", compare_table);
+}
+
+#[test]
+fn entries_move_and_are_evicted_as_the_references() {
+    check(compare_migration);
+}
+
+#[test]
+fn gpu_entries_move_and_are_evicted_as_the_references() {
+    check_on_gpu("gpu_entries_move_and_are_evicted_as_the_references", compare_migration);
+}

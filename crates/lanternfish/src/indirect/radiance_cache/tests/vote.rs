@@ -1,0 +1,167 @@
+//! Who says where an entry is sampled.
+
+use glam::IVec2;
+
+use super::*;
+use crate::indirect::{
+    radiance_cache::{
+        planes::TrianglePlane,
+        reference::{schedule, vote},
+    },
+    sampled::SampledRounds,
+};
+
+const SLOTS: u32 = 256;
+
+/// Priorities, and who wins a slot.
+fn compare_priorities(bench: &Bench) -> Compared {
+    let mut random = Random::new(51);
+    let mut candidates: Vec<u32> = (0..500).map(|_| word(&mut random)).collect();
+    candidates.extend(0..100);
+    let mut queries: Vec<[u32; 4]> =
+        candidates.iter().map(|candidate| [below(&mut random, 40), *candidate, 0, 0]).collect();
+    // Whose priority is 0, in a slot that nobody else votes for.
+    candidates.push(vote::candidate(0, UPDATE.update));
+    queries.push([40, candidates[600], 0, 0]);
+    let mut memory = memory_of(&Table::new(SLOTS, 1, 0), &parameters(SLOTS));
+    let voted = bench.ask(&mut memory, "testing/radiance_cache", "cast_vote", &queries, 1);
+    let priorities: Vec<u32> = candidates.iter().map(|candidate| vote::priority(*candidate, UPDATE.update)).collect();
+    let expected: Vec<[u32; 4]> =
+        priorities.iter().zip(&candidates).map(|(priority, of)| [*priority, *of, 0, 0]).collect();
+    same("priority and candidate", &voted, &expected)?;
+    let mut most = [0; SLOTS as usize];
+    for (query, priority) in queries.iter().zip(&priorities) {
+        most[query[0] as usize] = most[query[0] as usize].max(*priority);
+    }
+    same("vote for slot", &memory.get::<u32>("cell_winners"), &most)?;
+    // Nobody wins who has not voted.
+    let others: Vec<u32> = (0..200).map(|_| word(&mut random)).collect();
+    queries.extend(others.iter().map(|candidate| [below(&mut random, 60), *candidate, 0, 0]));
+    let priorities = priorities.into_iter().chain(others.iter().map(|of| vote::priority(*of, UPDATE.update)));
+    let priorities: Vec<u32> = priorities.collect();
+    let won = bench.ask(&mut memory, "testing/radiance_cache", "count_votes", &queries, 1);
+    let won: Vec<bool> = won.iter().map(|answer| answer[0] == 1).collect();
+    let has_won = |(query, priority): (&[u32; 4], &u32)| *priority != 0 && most[query[0] as usize] == *priority;
+    let expected: Vec<bool> = queries.iter().zip(&priorities).map(has_won).collect();
+    same("whether candidate wins", &won, &expected)?;
+    // Of each slot one.
+    let winners = queries.iter().zip(&won).filter(|(_, won)| **won).map(|(query, _)| query[0]);
+    assert_eq!(winners.clone().collect::<std::collections::BTreeSet<_>>().len(), winners.count());
+    Ok(())
+}
+
+/// Pixels' rays: their priorities, and for which entries they may vote.
+fn compare_rays(bench: &Bench) -> Compared {
+    let mut random = Random::new(52);
+    let empty = Table::new(SLOTS, 1, 0);
+    for first in [0, 24, 5] {
+        let queries: Vec<[u32; 4]> =
+            (0..300).map(|_| [below(&mut random, 1 << 26), first + below(&mut random, 32), 0, 0]).collect();
+        let mut memory = memory_of(&empty, &parameters(SLOTS));
+        memory.bind(&["sampled_rounds"], &[SampledRounds { round: first, ..Default::default() }]);
+        let found = bench.ask(&mut memory, "testing/radiance_cache_rays", "rays", &queries, 1);
+        let expected = queries.iter().map(|[place, sample, ..]| {
+            let priority = vote::ray_priority(*place, *sample, first, UPDATE.update);
+            let ray = vote::ray_with(priority, first, UPDATE.update);
+            assert_eq!(ray.to_array(), [*place, *sample]);
+            [priority, ray.x, ray.y, 0]
+        });
+        same("priority and ray", &found, &expected.collect::<Vec<_>>())?;
+    }
+    let mask_and_step = [[7, 0], [7, 1], [3, 1], [0, 0]];
+    let queries = (0..1200)
+        .map(|i| [word(&mut random), below(&mut random, 40), mask_and_step[i % 4][0], mask_and_step[i % 4][1]]);
+    let queries: Vec<[u32; 4]> = queries.collect();
+    let may_vote =
+        bench.ask(&mut memory_of(&empty, &parameters(SLOTS)), "testing/radiance_cache", "may_vote", &queries, 1);
+    let expected = queries.iter().map(|[key, sample, mask, step]| {
+        [schedule::is_voted_for(*key, UPDATE.update, *sample, mask + 1, *step).into(), 0, 0, 0]
+    });
+    same("whether rays vote", &may_vote, &expected.collect::<Vec<_>>())
+}
+
+/// Planes across the axes, and samples whose rays hit them, all of numbers that are exact in a float: what is computed of them is the same on any device.
+fn hits(random: &mut Random, table: &Table) -> (Vec<TrianglePlane>, Vec<SampledCell>) {
+    let ends = [[32_767, 0], [-32_767, 0], [0, 32_767], [0, -32_767], [0, 0]];
+    let normal = |i: usize| vote::snorm_bits(IVec2::from(ends[i % ends.len()]));
+    let planes: Vec<_> = (0..16).map(|i| TrianglePlane { normal: normal(i), offset: i as f32 * 0.25 - 2.0 }).collect();
+    let list = random_list(random, table, 0.9);
+    let mut samples = random_samples(random, table, &list);
+    for (i, sample) in samples.iter_mut().enumerate() {
+        let dyadic = |random: &mut Random| below(random, 256) as f32 / 64.0 - 2.0;
+        sample.p_world = Vec3::new(dyadic(random), dyadic(random), dyadic(random));
+        sample.distance = below(random, 64) as f32 / 16.0;
+        sample.direction_met = normal(i / 3);
+        sample.rank = below(random, 8);
+        (sample.slot_met, sample.has_won) = (u32::MAX, 0);
+        // Few places, so that some are voted for by many.
+        if i % 2 == 0 {
+            (sample.p_world, sample.distance) = (Vec3::new(0.125, 0.125, 0.25 * (i % 6) as f32), 1.0);
+        }
+    }
+    (planes, samples)
+}
+
+/// What samples' rays hit is inserted and voted for, and who wins says where it is sampled.
+fn compare_hits(bench: &Bench) -> Compared {
+    // With room for all, and with too little for some.
+    for (slots, entries, are_lost) in [(512, 120, false), (128, 100, true)] {
+        let mut random = Random::new(53);
+        let parameters = parameters(slots);
+        let mut table = random_table(&mut random, slots, entries, &parameters);
+        // Rays of pixels have voted for none of them in this update.
+        table.votes.fill(0);
+        let (planes, mut samples) = hits(&mut random, &table);
+        let list: Vec<_> = samples.iter().map(|sample| DueCell { slot: sample.slot, sample: 0 }).collect();
+        let mut memory = memory_of(&table, &parameters);
+        memory.bind(&["due"], &due_words(&list, slots));
+        memory.bind(&["sampled_cells"], &samples);
+        memory.bind(&["triangle_planes"], &planes);
+        bench.run(&mut memory, "intersect", "meet", workgroups(list.len() as u32));
+        let lost = vote::intersect(&mut table, &mut samples, &planes, (EYE, &parameters), UPDATE.update);
+        assert_eq!(lost > 0, are_lost, "{lost} of {}", samples.len());
+        if are_lost && !bench.is_in_order() {
+            // Which are lost depends on the order.
+            continue;
+        }
+        same("counter", &memory.get::<u32>("cell_counters"), &[0, 0, lost, 0])?;
+        bench.run(&mut memory, "intersect", "place", workgroups(list.len() as u32));
+        vote::select(&mut table, &mut samples, &planes, UPDATE.update);
+        let found = table_of(&memory, &table);
+        same_tables(bench, &found, &table)?;
+        let hit = |table: &Table, sample: &SampledCell| {
+            (table.keys.get(sample.slot_met as usize).copied(), sample.has_won, sample.rank, sample.triangle)
+        };
+        let read: Vec<SampledCell> = memory.get("sampled_cells");
+        let read: Vec<_> = read.iter().map(|sample| hit(&found, sample)).collect();
+        same("hit", &read, &samples.iter().map(|sample| hit(&table, sample)).collect::<Vec<_>>())?;
+        assert!(samples.iter().filter(|sample| sample.has_won == 1).count() > 10);
+    }
+    Ok(())
+}
+
+pub(super) fn compare(bench: &Bench) -> Compared {
+    compare_priorities(bench)?;
+    compare_rays(bench)?;
+    compare_hits(bench)
+}
+
+#[test]
+fn votes_are_counted_as_the_references() {
+    check(compare);
+}
+
+#[test]
+fn gpu_votes_are_counted_as_the_references() {
+    check_on_gpu("gpu_votes_are_counted_as_the_references", compare);
+}
+
+/// No two candidates have one priority: it is undone.
+#[test]
+fn priorities_are_a_permutation() {
+    let mut random = Random::new(54);
+    for _ in 0..10_000 {
+        let (candidate, update) = (word(&mut random), word(&mut random));
+        assert_eq!(vote::candidate(vote::priority(candidate, update), update), candidate);
+    }
+}
