@@ -31,6 +31,7 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// What went wrong and where, and what to do about it; see [`CliError::Failed`].
     pub fn new(what: impl fmt::Display, hint: impl Into<String>) -> Self {
         Self::Failed { what: what.to_string(), hint: hint.into() }
     }

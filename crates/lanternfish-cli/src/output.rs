@@ -13,6 +13,7 @@ use crate::{error::CliError, scene::SceneName};
 /// A picture's file, in a format that is known and a folder that can be written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
+    /// Its path.
     pub path: PathBuf,
     format: Format,
 }
@@ -70,6 +71,7 @@ impl Output {
         Ok(write_exr_layers(&self.path, &layers, &[])?)
     }
 
+    /// Writes a picture, as its ending chooses.
     pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
         match self.format {
             Format::Png => {

@@ -41,7 +41,9 @@ pub fn bytes(text: &str) -> Result<u64, String> {
 /// Width and height, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
+    /// Columns.
     pub width: u32,
+    /// Rows.
     pub height: u32,
 }
 
@@ -285,6 +287,7 @@ pub fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(number).collect()
 }
 
+/// A finite number.
 pub fn number(text: &str) -> Option<f32> {
     text.trim().parse().ok().filter(|n: &f32| n.is_finite())
 }

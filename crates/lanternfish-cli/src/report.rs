@@ -55,17 +55,23 @@ struct Pass<'r> {
 /// What a report of a run is made from.
 #[derive(Debug)]
 pub struct Run<'r> {
+    /// What was rendered.
     pub scene: &'r SceneName,
+    /// The picture's path.
     pub output: &'r Path,
+    /// What rendered it.
     pub adapter: &'r AdapterDescription,
+    /// The picture's.
     pub size: Size,
     /// Number of pictures in a sequence; `None` for a single picture.
     pub frames: Option<u32>,
     /// Exposure at which the picture is shown, EV; `None` where it is not exposed.
     pub exposure: Option<f32>,
+    /// How it was rendered.
     pub settings: &'r Settings,
     /// Seed of the light rain.
     pub seed: u32,
+    /// Passes and counters.
     pub cost: &'r Report,
     /// Seconds that each step took, and `total` from the start of the process.
     pub seconds: &'r [(&'static str, f64)],

@@ -6,6 +6,7 @@ use lanternfish::settings::{Culling, History, RayCulling, Samples, Settings, Sha
 use super::rooms::{KnobFlags, RoomFlag};
 use crate::choices::choice;
 
+/// Flags of light culling, shadows and antialiasing.
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
     /// How shadows are found.

@@ -1,4 +1,4 @@
-use clap::CommandFactory;
+use clap::{CommandFactory, Parser};
 use lanternfish::settings::{
     Anisotropy, Assignment, Attenuation, ClusterShape, ClusterTest, Clustered, Culling, DebugView, DeepImageSettings,
     DirectionSet, Exposure, Grouping, History, Indirect, IndirectClamp, IndirectResolution, Materials, Occlusion,
@@ -6,7 +6,10 @@ use lanternfish::settings::{
 };
 
 use super::*;
-use crate::parse::LightSet;
+use crate::{
+    cli::{Cli, Command},
+    parse::LightSet,
+};
 
 fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
     match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {

@@ -1,0 +1,198 @@
+//! `lanternfish-bench`: the measurements of the papers that Lanternfish is built from, and how good every technique is.
+
+mod attenuation;
+mod clustered;
+mod deep_images;
+mod forward_plus;
+mod history;
+mod indirect;
+mod markdown;
+mod moving;
+mod normals;
+mod one_bounce;
+mod photons;
+mod quality;
+mod subject;
+mod virtual_lights;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use clap::{Args, Parser, Subcommand};
+use lanternfish::settings::{Settings, Shadows};
+use lanternfish_gpu::{AdapterChoice, Gpu, driver_warning};
+
+use self::{attenuation::AttenuationArgs, clustered::ClusteredArgs, quality::QualityArgs};
+use lanternfish_cli::{
+    args::{LightArgs, TrustArgs, ViewArgs, adapter},
+    choices::choice,
+    error::{self, CliError},
+    help::{self, HelpArgs},
+    parse::{self, Size},
+    program,
+    scene::SceneName,
+};
+
+/// Repeats the measurements of the papers that Lanternfish is built from, and judges every technique.
+#[derive(Debug, Parser)]
+#[command(name = "lanternfish-bench", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(disable_help_flag = true, disable_help_subcommand = true, arg = help::flag("lanternfish-bench"))]
+struct Cli {
+    #[command(subcommand)]
+    bench: Bench,
+    #[command(flatten)]
+    trust: TrustArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum Bench {
+    /// Tables 5.1 and 5.2, heat maps (fig. 5.2) and normals from depth (fig. 5.3) of Elagabani 2025.
+    ///
+    /// Renders one view under every configuration of the thesis and ours. Counts are exact; times are medians of one run
+    /// on this machine, to be compared with each other only. Exits with an error when configurations that must show the
+    /// same picture do not.
+    ForwardPlus(Box<ForwardPlusArgs>),
+    /// Building and tracing deep images, beside the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
+    ///
+    /// Directions are those of the default set, of equal areas; Archer's are stacks and slices. Every speed stands beside its
+    /// error. Counts are exact; times are the least of some runs on this machine, to be compared with each other only.
+    DeepImages(Box<deep_images::DeepImagesArgs>),
+    /// Indirect light by rays through deep images, beside the BVH: Niessner 2010, §7.
+    ///
+    /// One view, its surfaces diffuse (8 rays a pixel), glossy (16) and mirrors (1), with rays through images of 96, 150 and 384
+    /// directions, of 128² and 512² texels, within a texel and across texels, and through the BVH; then with the filter off, with
+    /// four samples at edges, and as the mean of four frames.
+    ///
+    /// Each row has the device's milliseconds of tracing, shading, resolving, filtering and the whole frame; rays a second of
+    /// tracing alone and with shading what they meet; and what they cost in quality: energy and mean FLIP against the same rays
+    /// through the BVH, and FLIP against the mean of many frames. Each set of images has its building time and its memory.
+    /// What an adapter, or the renderer, refuses is listed with its reason, and the rest goes on.
+    ///
+    /// Counts and errors are exact; times are the least of some runs on this machine, to be compared with each other only.
+    Indirect(Box<indirect::IndirectArgs>),
+    /// Virtual point lights with ranges: Archer 2019, tables 1 and 3 and fig. 7; Van Gelderen 2020, app. B.
+    ///
+    /// One view by every kind of virtual lights, and by rays from every pixel: the device's milliseconds by his steps, how many lights
+    /// there are, and how far the picture is from the path tracer's: the energy of indirect light alone, and FLIP. Rays that find ranges,
+    /// by structure and number, beside random ranges. Along a shot's track: how much the light of what does not move flickers.
+    ///
+    /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
+    /// to be compared with each other only.
+    VirtualLights(Box<one_bounce::OneBounceArgs>),
+    /// Photon differentials, split and splatted: Aalund 2015, figs 8 to 11.
+    ///
+    /// One view by photons of every kind, by rays from every pixel and by virtual lights: the device's milliseconds of tracing and of
+    /// splatting, photons a second, how many are kept, and how far the picture is from the path tracer's: the energy of indirect light
+    /// alone, and FLIP; means of 1, 16 and 64 frames. Along a shot's track: how much the light of what does not move flickers.
+    ///
+    /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
+    /// to be compared with each other only.
+    Photons(Box<one_bounce::OneBounceArgs>),
+    /// Indirect light while the camera walks and after a light changes, with `--history on` and off.
+    ///
+    /// Along a shot's track: how far the last frame is from the path tracer's picture, and how much the light of what does not move
+    /// flickers. Then a light goes out: how far the frames after that are from the picture without it.
+    ///
+    /// The path tracer's pictures are kept in the folder. Errors are exact; times are of one frame on this machine, to be compared
+    /// with each other only.
+    History(Box<one_bounce::OneBounceArgs>),
+    /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
+    ///
+    /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
+    /// stands for, as Markdown, JSON and plots. Counts are exact; times are to be compared with each other only. Exits with an
+    /// error when configurations that must show the same picture do not.
+    Clustered(Box<ClusteredArgs>),
+    /// Bringing what has moved to the device, beside uploading it afresh, and rays through the tree that was refit.
+    ///
+    /// Times are the least of some runs on this machine, to be compared with each other only.
+    Moving(moving::MovingArgs),
+    /// The attenuation functions as curves: Van Gelderen 2020, fig. A.1.
+    Attenuation(AttenuationArgs),
+    /// Every technique on a fixed list of shots, against a path tracer.
+    ///
+    /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with pictures, as Markdown, JSON and HTML. The path
+    /// tracer's pictures are kept in the folder: the first run takes minutes.
+    Quality(Box<QualityArgs>),
+    /// Prints this, or the help of a bench.
+    Help(HelpArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct ForwardPlusArgs {
+    /// A shot (.toml), which then says the view and the lights; a glTF or OBJ file, or demo:NAME.
+    #[arg(default_value = "demo:atrium")]
+    pub scene: SceneName,
+    /// The folder for report.md, report.json and the pictures. It is made if it is not there.
+    #[arg(short, long, value_name = "FOLDER", default_value = "bench-forward-plus")]
+    pub output: PathBuf,
+    /// Width and height, pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    pub size: Size,
+    /// How often each configuration is timed, after one run that is not.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Which tracer answers.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
+    pub shadows: Shadows,
+    /// Where to render: a part of an adapter's name, gpu for a graphics card, cpu for software.
+    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
+    pub adapter: Option<AdapterChoice>,
+    /// Where the rain of --lights falls.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    #[command(flatten, next_help_heading = "View")]
+    pub view: ViewArgs,
+    #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
+    pub lights: LightArgs,
+}
+
+fn main() -> ExitCode {
+    program::run(|cli: Cli, _| {
+        cli.trust.obey();
+        program::told(run(&cli.bench).map(|()| 0))
+    })
+}
+
+fn run(bench: &Bench) -> Result<(), CliError> {
+    match bench {
+        Bench::ForwardPlus(args) => forward_plus::run(args),
+        Bench::DeepImages(args) => deep_images::run(args),
+        Bench::Indirect(args) => indirect::run(args),
+        Bench::VirtualLights(args) => virtual_lights::run(args),
+        Bench::Photons(args) => photons::run(args),
+        Bench::History(args) => history::run(args),
+        Bench::Clustered(args) => clustered::run(args),
+        Bench::Moving(args) => moving::run(args),
+        Bench::Attenuation(args) => attenuation::run(args),
+        Bench::Quality(args) => quality::run(args),
+        Bench::Help(args) => help::run::<Cli>(args),
+    }
+}
+
+/// Opens an adapter, and says what is wrong with its driver.
+fn open(choice: Option<&AdapterChoice>) -> Result<Gpu, CliError> {
+    let gpu = Gpu::open(&choice.cloned().unwrap_or_default())?;
+    if let Some(warning) = driver_warning(&gpu.device.adapter_info()) {
+        error::say(&format_args!("warning: {warning}"));
+    }
+    Ok(gpu)
+}
+
+/// Opens an adapter that can time its passes.
+fn open_timed(choice: Option<&AdapterChoice>) -> Result<Gpu, CliError> {
+    let gpu = open(choice)?;
+    if gpu.description.timestamps {
+        return Ok(gpu);
+    }
+    let name = &gpu.description.name;
+    Err(CliError::new(format_args!("{name} cannot time its passes"), "choose another adapter with --adapter"))
+}
+
+/// With all folders above it.
+fn make_folder(folder: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(folder)
+        .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made"))
+}
