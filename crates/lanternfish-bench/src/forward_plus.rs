@@ -1,83 +1,51 @@
-//! The tables of [Elagabani2025, ch. 5]: what each way to save shadow rays saves.
+//! The tables of [Elagabani2025, ch. 5]: what each way to save shadow rays saves, and how wrong normals from depth are.
 
-use std::{path::Path, time::Instant};
+use std::time::Instant;
 
+use clap::Args;
 use lanternfish::{
     GpuScene, Picture, Renderer,
     settings::{Culling, DebugView, RayCulling, Settings, Shadows, TileSize, Tiled, ToneMap},
 };
-use lanternfish_gpu::Gpu;
-use lanternfish_metrics::{ColorType, write_png};
-use lanternfish_scene::{Camera, Scene};
-use serde::Serialize;
+use lanternfish_cli::{choices::choice, error::CliError, parse::Size, progress::Progress};
+use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, flip_ldr, write_png};
 
-use super::{
-    ForwardPlusArgs, make_folder,
-    markdown::to_markdown,
-    normals::{self, NormalErrors},
-    open,
+use crate::{
+    document::Document,
+    image::{self, differing, displayed, rgb},
+    run::{Run, RunArgs, counter, medians, ms_of},
+    subject::{Subject, SubjectArgs},
+    table::{DASH, Row},
 };
-use lanternfish_cli::{
-    apply_lights,
-    args::LightArgs,
-    camera,
-    error::CliError,
-    light_rig, output,
-    scene::{self, SceneName},
-    shot::{self, Shot},
-};
+
+/// Flags of `forward-plus`.
+#[derive(Debug, Args)]
+pub struct ForwardPlusArgs {
+    #[command(flatten)]
+    run: RunArgs,
+    /// Which tracer answers.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
+    shadows: Shadows,
+    #[command(flatten)]
+    subject: SubjectArgs,
+}
 
 /// One way to render the view.
-struct Configuration {
+struct Case {
     name: &'static str,
     culling: Culling,
     ray_culling: RayCulling,
-    /// Whether its picture must be that of the configuration without optimisations. Normals from depth are wrong at
-    /// edges, and may lose light there.
-    exact: bool,
     /// The heat map's file, if it gets one.
     heat_map: Option<&'static str>,
     /// Frame time in the thesis, ms.
     paper_ms: Option<f64>,
 }
 
-/// Figures of one configuration.
-#[derive(Debug, Serialize)]
-pub struct Row {
-    pub name: &'static str,
-    /// Sum of all passes, median over the runs, ms; time by the wall clock where the adapter has no timestamps.
-    pub frame_ms: f64,
-    /// Time of tracing shadow rays, median over the runs, ms.
-    pub shadow_ms: f64,
-    pub rays: u64,
-    pub light_tests: u64,
-    pub listed_lights: u64,
-    /// Pixels whose radiance differs from the first row's in any bit.
-    pub differing_pixels: usize,
-    /// Whether `differing_pixels` must be 0.
-    pub exact: bool,
-    pub paper_ms: Option<f64>,
-}
-
-/// Everything the bench found.
-#[derive(Debug, Serialize)]
-pub struct Results {
-    pub version: &'static str,
-    pub scene: SceneName,
-    pub adapter: String,
-    pub driver: String,
-    pub width: u32,
-    pub height: u32,
-    pub light_count: usize,
-    pub range_threshold: f32,
-    pub runs: u32,
-    pub surface_pixels: usize,
-    /// Rows of table 5.1.
-    pub configurations: Vec<Row>,
-    /// Rows of table 5.2: every optimisation on, by size of tiles.
-    pub tile_sizes: Vec<Row>,
-    /// Errors of normals from depth, as in fig. 5.3.
-    pub normals: Vec<NormalErrors>,
+impl Case {
+    /// Whether its picture must be that of the case without optimisations. Normals from depth are wrong at edges, and may lose light there.
+    fn is_exact(&self) -> bool {
+        matches!(self.ray_culling, RayCulling::None | RayCulling::Surface)
+    }
 }
 
 fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
@@ -85,210 +53,188 @@ fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
 }
 
 /// The rows of table 5.1, at tiles of 8 × 8, and ours.
-fn configurations() -> Vec<Configuration> {
-    let row = |name, culling, ray_culling, exact, heat_map, paper_ms| Configuration {
-        name,
-        culling,
-        ray_culling,
-        exact,
-        heat_map,
-        paper_ms,
-    };
-    let px8 = |aabb| tiled(TileSize::Px8, aabb);
+fn cases() -> Vec<Case> {
     use RayCulling::{Improved, Naive, None as NoCulling, Surface};
-    vec![
-        row("no optimisations", Culling::All, NoCulling, true, Some("rays-none.png"), Some(16.0)),
-        row("light culling", px8(false), NoCulling, true, Some("rays-culling.png"), Some(11.52)),
-        row("light culling + AABB", px8(true), NoCulling, true, Some("rays-culling-aabb.png"), Some(10.93)),
-        row("light culling + AABB + naive normals", px8(true), Naive, false, Some("rays-naive.png"), Some(9.59)),
-        row(
-            "light culling + AABB + improved normals",
-            px8(true),
-            Improved,
-            false,
-            Some("rays-improved.png"),
-            Some(9.67),
-        ),
-        row("improved normals", Culling::All, Improved, false, None, Some(13.55)),
-        row("light culling + AABB + surface normals", px8(true), Surface, true, Some("rays-surface.png"), None),
-    ]
+    let px8 = |aabb| tiled(TileSize::Px8, aabb);
+    let rows = [
+        ("no optimisations", Culling::All, NoCulling, Some("rays-none.png"), Some(16.0)),
+        ("light culling", px8(false), NoCulling, Some("rays-culling.png"), Some(11.52)),
+        ("light culling + AABB", px8(true), NoCulling, Some("rays-culling-aabb.png"), Some(10.93)),
+        ("light culling + AABB + naive normals", px8(true), Naive, Some("rays-naive.png"), Some(9.59)),
+        ("light culling + AABB + improved normals", px8(true), Improved, Some("rays-improved.png"), Some(9.67)),
+        ("improved normals", Culling::All, Improved, None, Some(13.55)),
+        ("light culling + AABB + surface normals", px8(true), Surface, Some("rays-surface.png"), None),
+    ];
+    let case =
+        |(name, culling, ray_culling, heat_map, paper_ms)| Case { name, culling, ray_culling, heat_map, paper_ms };
+    rows.map(case).into()
 }
 
 /// The rows of table 5.2.
-fn tile_sizes() -> Vec<Configuration> {
+fn tile_sizes() -> [Case; 3] {
     let paper = [("8 x 8", TileSize::Px8, 9.44), ("16 x 16", TileSize::Px16, 9.56), ("32 x 32", TileSize::Px32, 9.99)];
-    let row = |(name, size, paper_ms)| Configuration {
+    paper.map(|(name, size, ms)| Case {
         name,
         culling: tiled(size, true),
         ray_culling: RayCulling::Improved,
-        exact: false,
         heat_map: None,
-        paper_ms: Some(paper_ms),
-    };
-    paper.map(row).into()
+        paper_ms: Some(ms),
+    })
 }
 
-/// What every run shares.
-pub struct Bench<'a> {
-    gpu: Gpu,
-    scene: Scene,
-    camera: Camera,
-    lights: &'a LightArgs,
+/// What every case shares.
+struct Bench<'a> {
+    run: Run,
+    subject: Subject,
     args: &'a ForwardPlusArgs,
 }
 
 impl Bench<'_> {
-    fn settings(&self, configuration: &Configuration) -> Settings {
-        Settings {
-            culling: configuration.culling,
-            ray_culling: configuration.ray_culling,
-            shadows: self.args.shadows,
-            attenuation: self.lights.attenuation,
-            range_threshold: self.lights.range_threshold,
-            ..Settings::direct_light()
-        }
+    fn settings(&self, case: &Case) -> Settings {
+        let Settings { attenuation, range_threshold, .. } = self.subject.look;
+        let (culling, ray_culling, shadows) = (case.culling, case.ray_culling, self.args.shadows);
+        Settings { culling, ray_culling, shadows, attenuation, range_threshold, ..Settings::direct_light() }
     }
 
     fn renderer(&self, settings: Settings) -> Result<(Renderer, GpuScene), CliError> {
-        let renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
-        let uploaded = renderer.upload(&self.scene)?;
+        let renderer = Renderer::with_engine(&self.run.engine, settings)?;
+        let uploaded = renderer.upload(&self.subject.scene)?;
         Ok((renderer, uploaded))
     }
 
     fn render(&self, (renderer, uploaded): &mut (Renderer, GpuScene)) -> Result<Picture, CliError> {
-        Ok(renderer.render(uploaded, &self.camera, self.args.size.width, self.args.size.height)?)
+        let Size { width, height } = self.args.subject.size;
+        Ok(renderer.render(uploaded, &self.subject.cameras[0], width, height)?)
     }
 
-    /// A debug view of the frame.
-    pub fn view(&self, view: DebugView, shadows: Shadows) -> Result<Picture, CliError> {
-        let settings =
-            Settings { debug_view: Some(view), shadows, tone_map: ToneMap::None, ..Settings::direct_light() };
-        self.render(&mut self.renderer(settings)?)
+    fn write(&self, name: &str, picture: &Picture) -> Result<(), CliError> {
+        image::write(&self.run.folder.join(name), picture)
     }
 
-    /// Writes a picture of the report, 8 bits a channel, as PNG.
-    pub fn write(&self, name: &str, width: u32, height: u32, rgb: &[u8]) -> Result<(), CliError> {
-        Ok(write_png(&self.args.output.join(name), width, height, ColorType::Rgb, rgb)?)
-    }
-
-    /// Renders a configuration once to warm up and `runs` times for its figures.
-    fn measure(&self, configuration: &Configuration, first: Option<&Picture>) -> Result<(Row, Picture), CliError> {
-        eprintln!("  {}", configuration.name);
-        let mut ready = self.renderer(self.settings(configuration))?;
+    /// Renders a case once to warm up and then for its times. Rays and the like are over those of `none`, the first row.
+    fn row(&self, case: &Case, first: Option<&Picture>, none: Option<&Row>) -> Result<(Row, Picture), CliError> {
+        eprintln!("  {}", case.name);
+        let mut ready = self.renderer(self.settings(case))?;
         let picture = self.render(&mut ready)?;
-        let (mut frames, mut shadows) = (Vec::new(), Vec::new());
-        for _ in 0..self.args.runs {
+        let [frame_ms, shadow_ms] = medians(self.run.runs, || {
             let started = Instant::now();
             let passes = self.render(&mut ready)?.report.passes;
+            // By the wall clock where the adapter cannot time its passes.
             let wall_ms = 1e3 * started.elapsed().as_secs_f64();
-            let sum: f64 = passes.iter().map(|pass| pass.ms).sum();
-            frames.push(if passes.is_empty() { wall_ms } else { sum });
-            shadows.push(passes.iter().filter(|pass| pass.name == "shadows/trace").map(|pass| pass.ms).sum());
+            let ms = if passes.is_empty() { wall_ms } else { ms_of(&passes, "") };
+            Ok::<_, CliError>([ms, ms_of(&passes, "shadows/trace")])
+        })?;
+        if let Some(name) = case.heat_map {
+            let settings = Settings { debug_view: Some(DebugView::RayCount), ..self.settings(case) };
+            self.write(name, &self.render(&mut self.renderer(settings)?)?)?;
         }
-        if let Some(name) = configuration.heat_map {
-            let settings = Settings { debug_view: Some(DebugView::RayCount), ..self.settings(configuration) };
-            let heat = self.render(&mut self.renderer(settings)?)?;
-            self.write(name, heat.width, heat.height, &rgb(&heat))?;
-        }
-        let counter =
-            |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map_or(0, |(_, value)| *value);
-        let row = Row {
-            name: configuration.name,
-            frame_ms: median(&mut frames),
-            shadow_ms: median(&mut shadows),
-            rays: counter("shadows/rays"),
-            light_tests: counter("light_culling/light_tests"),
-            listed_lights: counter("light_culling/listed_lights"),
-            differing_pixels: first.map_or(0, |first| differing(first, &picture)),
-            exact: configuration.exact,
-            paper_ms: configuration.paper_ms,
+        let counter = |name| counter(&picture.report, name);
+        let row = Row::default()
+            .text("name", "", case.name)
+            .fixed("frame_ms", "frame ms", 2, frame_ms)
+            .fixed("shadow_ms", "shadow rays ms", 2, shadow_ms)
+            .count("rays", "rays", counter("shadows/rays"))
+            .count("light_tests", "light tests", counter("light_culling/light_tests"))
+            .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))
+            .count("differing_pixels", "pixels that differ", first.map_or(0, |first| differing(first, &picture)) as u64)
+            .data("exact", case.is_exact())
+            .optional("paper_ms", "thesis: frame ms", case.paper_ms);
+        let change = |key| {
+            let (value, of) = (row.f64(key), none.unwrap_or(&row).f64(key));
+            let is_known = of > 0.0 && !row.get(key).is_null();
+            if is_known { format!("{:+.2} %", 100.0 * (value / of - 1.0)) } else { DASH.to_owned() }
         };
-        Ok((row, picture))
+        let changes = [("frame ms, change", "frame_ms"), ("rays, change", "rays"), ("thesis, change", "paper_ms")];
+        let changes = changes.into_iter().fold(Row::default(), |changes, (name, key)| changes.shown(name, change(key)));
+        Ok((row.and(changes), picture))
+    }
+
+    /// Renders normals rebuilt from depth, writes them and their differences from the triangles' own, and compares [Elagabani2025, fig. 5.3].
+    fn normals(&self) -> Result<Vec<Row>, CliError> {
+        let view = |view| {
+            let (debug_view, tone_map) = (Some(view), ToneMap::None);
+            let settings = Settings { debug_view, shadows: Shadows::None, tone_map, ..Settings::direct_light() };
+            self.render(&mut self.renderer(settings)?)
+        };
+        let reference = view(DebugView::GeometricNormal)?;
+        self.write("normals-reference.png", &reference)?;
+        let ways = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
+        let row = |(name, of, paper)| {
+            let picture = view(of)?;
+            self.write(&format!("normals-{name}.png"), &picture)?;
+            let error = flip_ldr(&displayed(&reference)?, &displayed(&picture)?, PIXELS_PER_DEGREE)?;
+            let file = self.run.folder.join(format!("normals-{name}-error.png"));
+            write_png(&file, picture.width, picture.height, ColorType::Rgb, &error.magma())?;
+            let [degrees, over_ten] = angles(&rgb(&reference), &rgb(&picture));
+            Ok(Row::default()
+                .text("name", "", name)
+                .fixed("mean_flip", "mean FLIP", 5, error.mean().into())
+                .fixed("mean_degrees", "mean angle", 2, degrees)
+                .said_as(format_args!("{degrees:.2}°"))
+                .percent("share_over_ten_degrees", "over 10°", 2, over_ten)
+                .fixed("paper_flip", "thesis: mean FLIP", 5, paper))
+        };
+        ways.into_iter().map(row).collect()
     }
 }
 
-/// A debug view or picture without its alpha.
-pub fn rgb(picture: &Picture) -> Vec<u8> {
-    picture.display.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
+/// The mean angle between normals packed as (n + 1) / 2, degrees, and the ratio of those that are more than ten degrees off; of pixels
+/// that show a surface.
+fn angles(truth: &[u8], found: &[u8]) -> [f64; 2] {
+    let unpack = |n: &[u8; 3]| glam::DVec3::from(n.map(|v| f64::from(v) / 127.5 - 1.0)).normalize_or_zero();
+    let pixels = truth.as_chunks::<3>().0.iter().zip(found.as_chunks::<3>().0);
+    // Black is where nothing is: no normal is packed so.
+    let seen = pixels.filter(|(truth, _)| **truth != [0; 3]);
+    let angles: Vec<f64> = seen.map(|(a, b)| unpack(a).angle_between(unpack(b)).to_degrees()).collect();
+    let count = angles.len().max(1) as f64;
+    [angles.iter().sum::<f64>() / count, angles.iter().filter(|angle| **angle > 10.0).count() as f64 / count]
 }
 
-/// The middle value, or the upper of the two middle ones.
-pub fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// Pixels whose radiance differs in any bit.
-pub fn differing(a: &Picture, b: &Picture) -> usize {
-    let bits = |texel: &[f32; 4]| texel.map(f32::to_bits);
-    a.radiance.iter().zip(&b.radiance).filter(|(a, b)| bits(a) != bits(b)).count()
-}
-
+/// Measures, and writes the report. An error where pictures that must be the same are not.
 pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
-    let shot_view = shot.as_ref().map(|shot| shot.views().swap_remove(0));
-    let (source, part, lights, view, seed) = match (&shot, &shot_view) {
-        (Some(Shot { args: shot, .. }), Some(view)) => {
-            (&shot.scene, shot.part.scene_of_file.as_deref(), &shot.lights, view, shot.run.seed)
-        }
-        _ => (&args.scene, None, &args.lights, &args.view, args.seed),
-    };
-    let mut scene = scene::load_part(source, part)?;
-    apply_lights(&mut scene, lights, seed)?;
-    let camera = camera::choose(&scene, view, args.size.width as f32 / args.size.height as f32)?;
-    light_rig::add(&mut scene, lights, &camera)?;
-    if scene.lights.is_empty() {
+    let subject = Subject::load(&args.subject, true, &mut Progress::hidden())?;
+    if subject.scene.lights.is_empty() {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
-    make_folder(&args.output)?;
-    let gpu = open(args.adapter.as_ref())?;
-    let bench = Bench { gpu, scene, camera, lights, args };
-
-    let mut rows = Vec::new();
-    let mut first: Option<Picture> = None;
-    for configuration in configurations() {
-        let (row, picture) = bench.measure(&configuration, first.as_ref())?;
+    let bench = Bench { run: Run::start(&args.run, "forward-plus")?, subject, args };
+    let (mut rows, mut first): (Vec<Row>, Option<Picture>) = (Vec::new(), None);
+    for case in cases() {
+        let (row, picture) = bench.row(&case, first.as_ref(), rows.first())?;
         if first.is_none() {
-            bench.write("picture.png", picture.width, picture.height, &rgb(&picture))?;
+            bench.write("picture.png", &picture)?;
             first = Some(picture);
         }
         rows.push(row);
     }
-    let first = first.expect("there are configurations");
-    let mut tile_rows = Vec::new();
-    for configuration in tile_sizes() {
-        tile_rows.push(bench.measure(&configuration, Some(&first))?.0);
-    }
-    let results = Results {
-        version: env!("CARGO_PKG_VERSION"),
-        scene: args.scene.clone(),
-        adapter: bench.gpu.description.name.clone(),
-        driver: bench.gpu.description.driver.clone(),
-        width: args.size.width,
-        height: args.size.height,
-        light_count: bench.scene.lights.len(),
-        range_threshold: lights.range_threshold,
-        runs: args.runs,
-        surface_pixels: first.radiance.iter().filter(|texel| texel[3] > 0.0).count(),
-        configurations: rows,
-        tile_sizes: tile_rows,
-        normals: normals::measure(&bench)?,
-    };
-    report(&results, &args.output)
-}
+    let tiles = tile_sizes().map(|case| Ok(bench.row(&case, first.as_ref(), None)?.0));
+    let tiles = tiles.into_iter().collect::<Result<Vec<_>, CliError>>()?;
 
-fn report(results: &Results, folder: &Path) -> Result<(), CliError> {
-    let markdown = to_markdown(results);
-    output::write_text(&folder.join("report.md"), &markdown)?;
-    let json = serde_json::to_string_pretty(results).expect("plain numbers and strings");
-    output::write_text(&folder.join("report.json"), &(json + "\n"))?;
-    let text = format!("{markdown}\n{}\n", folder.join("report.md").display());
-    output::print(&text)?;
-    let wrong: Vec<_> = results.configurations.iter().filter(|row| row.exact && row.differing_pixels > 0).collect();
-    match wrong.first() {
+    let (Subject { scene, look, .. }, Size { width, height }) = (&bench.subject, args.subject.size);
+    let surface = first.iter().flat_map(|first| &first.radiance).filter(|texel| texel[3] > 0.0).count();
+    let (title, source) = ("Forward+ with ray-traced shadows", &args.subject.scene);
+    let mut report = Document::of_scene(title, source, &bench.run.gpu, args.run.runs);
+    let facts = Row::default().data("width", width).data("height", height).data("light_count", scene.lights.len());
+    let facts = facts.data("range_threshold", look.range_threshold).data("surface_pixels", surface);
+    report.facts(facts);
+    let what =
+        format!("{width} x {height}, {} lights (threshold of ranges {})", scene.lights.len(), look.range_threshold);
+    report.introduction(&what, &format!("median of {} runs", args.run.runs));
+    report.paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
+    let wrong = rows.iter().find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0);
+    let wrong = wrong.map(|row| format!("{}: {} pixels", row.words("name"), row.words("differing_pixels")));
+    let text = "Pixels may differ only where normals are rebuilt from depth.";
+    report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
+    report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
+    report.section("Normals from depth (fig. 5.3)", "", "normals", bench.normals()?);
+    report.heading("Pictures");
+    report.paragraph(
+        "Rays a pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
+    );
+    report.write(&bench.run.folder)?;
+    match wrong {
         None => Ok(()),
-        Some(row) => Err(CliError::new(
-            format_args!("{}: {} pixels differ from no optimisations, none may", row.name, row.differing_pixels),
+        Some(wrong) => Err(CliError::new(
+            format_args!("{wrong} differ from no optimisations, none may"),
             "this is a fault of the renderer; please report it with the scene",
         )),
     }
@@ -299,29 +245,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians_and_differences() {
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [4.0, 1.0]), 4.0);
-        assert_eq!(median(&mut []), 0.0);
-        let picture = |texels: Vec<[f32; 4]>| Picture {
-            width: texels.len() as u32,
-            height: 1,
-            display: vec![[0; 4]; texels.len()],
-            exposure: None,
-            radiance: texels,
-            report: Default::default(),
-        };
-        let a = picture(vec![[0.0; 4], [1.0; 4], [f32::NAN; 4]]);
-        let b = picture(vec![[-0.0, 0.0, 0.0, 0.0], [1.0; 4], [f32::NAN; 4]]);
-        assert_eq!((differing(&a, &a), differing(&a, &b)), (0, 1));
+    fn the_rows_are_the_papers() {
+        assert_eq!(cases().iter().filter(|case| case.paper_ms.is_some()).count(), 6);
+        let exact: Vec<_> = cases().iter().filter(|case| case.is_exact()).map(|case| case.name).collect();
+        let expected =
+            ["no optimisations", "light culling", "light culling + AABB", "light culling + AABB + surface normals"];
+        assert_eq!(exact, expected, "those that use no normals from depth");
     }
 
     #[test]
-    fn the_rows_are_the_papers_and_the_exact_ones_use_no_normals_from_depth() {
-        let rows = configurations();
-        assert_eq!(rows.iter().filter(|row| row.paper_ms.is_some()).count(), 6);
-        for row in rows {
-            assert_eq!(row.exact, matches!(row.ray_culling, RayCulling::None | RayCulling::Surface), "{}", row.name);
-        }
+    fn equal_pictures_have_no_error_and_a_turned_normal_has_its_angle() {
+        let truth = [255, 128, 128, 128, 255, 128, 0, 0, 0];
+        let [degrees, over_ten] = angles(&truth, &truth);
+        assert!(degrees < 1e-3 && over_ten == 0.0);
+        let [degrees, over_ten] = angles(&truth, &[128, 255, 128, 128, 255, 128, 9, 9, 9]);
+        assert!((degrees - 45.0).abs() < 0.5 && over_ten == 0.5);
     }
 }

@@ -3,38 +3,32 @@
 mod attenuation;
 mod clustered;
 mod deep_images;
+mod document;
 mod forward_plus;
 mod history;
+mod image;
 mod indirect;
-mod markdown;
 mod moving;
-mod normals;
 mod one_bounce;
 mod photons;
 mod quality;
+mod run;
 mod subject;
+mod table;
+mod truths;
 mod virtual_lights;
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
-use lanternfish::settings::{Settings, Shadows};
-use lanternfish_gpu::{AdapterChoice, Gpu, driver_warning};
-
-use self::{attenuation::AttenuationArgs, clustered::ClusteredArgs, quality::QualityArgs};
+use clap::{Parser, Subcommand};
 use lanternfish_cli::{
-    args::{LightArgs, TrustArgs, ViewArgs, adapter},
-    choices::choice,
-    error::{self, CliError},
+    args::TrustArgs,
+    error::CliError,
     help::{self, HelpArgs},
-    parse::{self, Size},
     program,
-    scene::SceneName,
 };
+
+use self::one_bounce::OneBounceArgs;
 
 /// Repeats the measurements of the papers that Lanternfish is built from, and judges every technique.
 #[derive(Debug, Parser)]
@@ -54,7 +48,9 @@ enum Bench {
     /// Renders one view under every configuration of the thesis and ours. Counts are exact; times are medians of one run
     /// on this machine, to be compared with each other only. Exits with an error when configurations that must show the
     /// same picture do not.
-    ForwardPlus(Box<ForwardPlusArgs>),
+    #[command(mut_arg("runs", |runs| runs.default_value("5")))]
+    #[command(mut_arg("size", |size| size.default_value("1280x720")))]
+    ForwardPlus(Box<forward_plus::ForwardPlusArgs>),
     /// Building and tracing deep images, beside the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
     ///
     /// Directions are those of the default set, of equal areas; Archer's are stacks and slices. Every speed stands beside its
@@ -81,7 +77,9 @@ enum Bench {
     ///
     /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
     /// to be compared with each other only.
-    VirtualLights(Box<one_bounce::OneBounceArgs>),
+    #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
+    #[command(mut_arg("size", |size| size.default_value("480x270")))]
+    VirtualLights(Box<OneBounceArgs>),
     /// Photon differentials, split and splatted: Aalund 2015, figs 8 to 11.
     ///
     /// One view by photons of every kind, by rays from every pixel and by virtual lights: the device's milliseconds of tracing and of
@@ -90,7 +88,9 @@ enum Bench {
     ///
     /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
     /// to be compared with each other only.
-    Photons(Box<one_bounce::OneBounceArgs>),
+    #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
+    #[command(mut_arg("size", |size| size.default_value("480x270")))]
+    Photons(Box<OneBounceArgs>),
     /// Indirect light while the camera walks and after a light changes, with `--history on` and off.
     ///
     /// Along a shot's track: how far the last frame is from the path tracer's picture, and how much the light of what does not move
@@ -98,55 +98,29 @@ enum Bench {
     ///
     /// The path tracer's pictures are kept in the folder. Errors are exact; times are of one frame on this machine, to be compared
     /// with each other only.
-    History(Box<one_bounce::OneBounceArgs>),
+    #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
+    #[command(mut_arg("size", |size| size.default_value("480x270")))]
+    History(Box<OneBounceArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
     ///
     /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
     /// stands for, as Markdown, JSON and plots. Counts are exact; times are to be compared with each other only. Exits with an
     /// error when configurations that must show the same picture do not.
-    Clustered(Box<ClusteredArgs>),
+    #[command(mut_arg("runs", |runs| runs.default_value("1")))]
+    Clustered(Box<clustered::ClusteredArgs>),
     /// Bringing what has moved to the device, beside uploading it afresh, and rays through the tree that was refit.
     ///
     /// Times are the least of some runs on this machine, to be compared with each other only.
     Moving(moving::MovingArgs),
     /// The attenuation functions as curves: Van Gelderen 2020, fig. A.1.
-    Attenuation(AttenuationArgs),
+    Attenuation(attenuation::AttenuationArgs),
     /// Every technique on a fixed list of shots, against a path tracer.
     ///
     /// Writes FLIP, relMSE, energy, milliseconds and rays of each technique, with pictures, as Markdown, JSON and HTML. The path
     /// tracer's pictures are kept in the folder: the first run takes minutes.
-    Quality(Box<QualityArgs>),
+    Quality(Box<quality::QualityArgs>),
     /// Prints this, or the help of a bench.
     Help(HelpArgs),
-}
-
-#[derive(Debug, Args)]
-pub struct ForwardPlusArgs {
-    /// A shot (.toml), which then says the view and the lights; a glTF or OBJ file, or demo:NAME.
-    #[arg(default_value = "demo:atrium")]
-    pub scene: SceneName,
-    /// The folder for report.md, report.json and the pictures. It is made if it is not there.
-    #[arg(short, long, value_name = "FOLDER", default_value = "bench-forward-plus")]
-    pub output: PathBuf,
-    /// Width and height, pixels.
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
-    pub size: Size,
-    /// How often each configuration is timed, after one run that is not.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub runs: u32,
-    /// Which tracer answers.
-    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
-    pub shadows: Shadows,
-    /// Where to render: a part of an adapter's name, gpu for a graphics card, cpu for software.
-    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
-    pub adapter: Option<AdapterChoice>,
-    /// Where the rain of --lights falls.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u32,
-    #[command(flatten, next_help_heading = "View")]
-    pub view: ViewArgs,
-    #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
-    pub lights: LightArgs,
 }
 
 fn main() -> ExitCode {
@@ -170,29 +144,4 @@ fn run(bench: &Bench) -> Result<(), CliError> {
         Bench::Quality(args) => quality::run(args),
         Bench::Help(args) => help::run::<Cli>(args),
     }
-}
-
-/// Opens an adapter, and says what is wrong with its driver.
-fn open(choice: Option<&AdapterChoice>) -> Result<Gpu, CliError> {
-    let gpu = Gpu::open(&choice.cloned().unwrap_or_default())?;
-    if let Some(warning) = driver_warning(&gpu.device.adapter_info()) {
-        error::say(&format_args!("warning: {warning}"));
-    }
-    Ok(gpu)
-}
-
-/// Opens an adapter that can time its passes.
-fn open_timed(choice: Option<&AdapterChoice>) -> Result<Gpu, CliError> {
-    let gpu = open(choice)?;
-    if gpu.description.timestamps {
-        return Ok(gpu);
-    }
-    let name = &gpu.description.name;
-    Err(CliError::new(format_args!("{name} cannot time its passes"), "choose another adapter with --adapter"))
-}
-
-/// With all folders above it.
-fn make_folder(folder: &Path) -> Result<(), CliError> {
-    fs::create_dir_all(folder)
-        .map_err(|error| CliError::new(format_args!("{}: {error}", folder.display()), "name a folder that can be made"))
 }

@@ -3,20 +3,24 @@
 use std::collections::BTreeMap;
 
 use lanternfish::{
-    GpuScene, Picture, Renderer,
+    GpuScene, Picture, RenderError, Renderer,
     light_culling::clustered::GridContents,
     settings::{Assignment, ClusterShape},
 };
-use lanternfish_gpu::Engine;
+use lanternfish_cli::{error::CliError, replay::counted::histogram, report::grouped};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
 use super::{
-    configurations::{BRUTE_FORCE_TESTS, Views, settings},
+    cases::{BRUTE_FORCE_TESTS, Views, settings},
     steps::Steps,
 };
-use crate::forward_plus::{differing, median};
-use lanternfish_cli::{error::CliError, replay::counted::histogram, report::grouped};
+use crate::{
+    document::LeftOut,
+    image::differing,
+    run::{Run, counter, medians},
+    table::Row,
+};
 
 /// Counts that are the same in every run, and on every adapter that draws the same pixels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -40,9 +44,9 @@ pub struct Counts {
     pub clusters_by_fragments: Vec<u64>,
 }
 
-/// What one configuration did.
+/// What one case did.
 #[derive(Debug, Serialize)]
-pub struct Row {
+pub struct Measured {
     pub clusters: String,
     pub lights: usize,
     pub views: Views,
@@ -50,25 +54,42 @@ pub struct Row {
     pub counts: Counts,
     /// Milliseconds of each step, medians over the runs.
     pub ms: Steps,
-    /// Pixels that differ in any bit from those of the first row with these lights and as many views.
+    /// Pixels that differ in any bit from those of the first case with these lights and as many views.
     pub differing_pixels: usize,
 }
 
-/// A configuration without figures.
-#[derive(Debug, Serialize)]
-pub struct LeftOut {
-    pub clusters: String,
-    pub lights: usize,
-    pub views: Views,
-    pub assignment: String,
-    pub reason: String,
+impl Measured {
+    pub fn in_words(&self) -> String {
+        in_words(&self.clusters, self.lights, self.views, &self.assignment)
+    }
+
+    /// As a row of the page.
+    pub fn row(&self) -> Row {
+        let (counts, ms) = (&self.counts, &self.ms);
+        let row = Row::default()
+            .text("clusters", "clusters", &self.clusters)
+            .text("views", "views", self.views)
+            .text("assignment", "assignment", &self.assignment)
+            .count("visible_clusters", "visible clusters", counts.visible_clusters)
+            .count("all", "of", counts.clusters)
+            .count("lights_listed", "lights listed", counts.lights_listed)
+            .count("light_tests", "light tests", counts.light_tests)
+            .count("lighting_operations", "lighting operations", counts.lighting_operations)
+            .fixed("a_fragment", "a fragment", 1, counts.lighting_operations as f64 / counts.fragments.max(1) as f64)
+            .count("kib", "KiB", counts.bytes / 1024);
+        let names = ["visibility", "compact", "sort + tree", "count", "write", "shading", "frame ms"];
+        let times = [ms.visibility(), ms.compact, ms.tree, ms.count, ms.write, ms.shading, ms.frame()];
+        names.into_iter().zip(times).fold(row, |row, (name, ms)| row.shown(name, format_args!("{ms:.2}")))
+    }
 }
 
-/// What every configuration shares.
+fn in_words(clusters: &str, lights: usize, views: Views, assignment: &str) -> String {
+    format!("{clusters}, {} lights, {views}, {assignment}", grouped(lights as u64))
+}
+
+/// What every case shares.
 pub struct Bench<'a> {
-    /// They have much in common: it is compiled once.
-    pub engine: &'a Engine,
-    pub runs: u32,
+    pub run: &'a Run,
     /// How far from the eye clusters reach at least, m.
     pub depth: u32,
     pub mono: [(&'a Camera, u32, u32); 1],
@@ -86,7 +107,11 @@ type Pictures = BTreeMap<(usize, usize), Vec<Picture>>;
 
 impl Bench<'_> {
     /// Rows of every shape, view and number of lights.
-    pub fn measure(&self, shapes: &[ClusterShape], scenes: &[Scene]) -> Result<(Vec<Row>, Vec<LeftOut>), CliError> {
+    pub fn measure(
+        &self,
+        shapes: &[ClusterShape],
+        scenes: &[Scene],
+    ) -> Result<(Vec<Measured>, Vec<LeftOut>), CliError> {
         let (mut rows, mut left_out, mut firsts) = (Vec::new(), Vec::new(), Pictures::new());
         let mut lit = Vec::new();
         for shape in shapes {
@@ -98,19 +123,14 @@ impl Bench<'_> {
                 (Views::Mono, Assignment::BruteForce),
             ] {
                 let settings = settings(*shape, views.grouping(), assignment, self.depth);
-                let mut renderer = Renderer::with_engine(self.engine, settings)?;
+                let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
                 if lit.is_empty() {
                     lit = scenes.iter().map(|scene| upload(&renderer, scene)).collect::<Result<_, _>>()?;
                 }
                 for lit in &lit {
-                    let name = |reason: String| LeftOut {
-                        clusters: shape.to_string(),
-                        lights: lit.lights,
-                        views,
-                        assignment: assignment.to_string(),
-                        reason,
-                    };
-                    let tests = tests_of_all(&rows, &shape.to_string(), lit.lights, views);
+                    let (clusters, lights, assigned) = (shape.to_string(), lit.lights, assignment.to_string());
+                    let name = |reason: String| LeftOut { what: in_words(&clusters, lights, views, &assigned), reason };
+                    let tests = tests_of_all(&rows, &clusters, lights, views);
                     if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
                         left_out.push(name(match tests {
                             Some(tests) => format!("{} tests of a light against a cluster", grouped(tests)),
@@ -118,12 +138,12 @@ impl Bench<'_> {
                         }));
                         continue;
                     }
-                    match self.row(&mut renderer, lit, views, &mut firsts) {
-                        Ok((counts, ms, differing_pixels)) => rows.push(Row {
-                            clusters: shape.to_string(),
-                            lights: lit.lights,
+                    match self.case(&mut renderer, lit, views, &mut firsts) {
+                        Ok((counts, ms, differing_pixels)) => rows.push(Measured {
+                            clusters,
+                            lights,
                             views,
-                            assignment: assignment.to_string(),
+                            assignment: assigned,
                             counts,
                             ms,
                             differing_pixels,
@@ -137,23 +157,23 @@ impl Bench<'_> {
         Ok((rows, left_out))
     }
 
-    fn row(
+    fn case(
         &self,
         renderer: &mut Renderer,
         lit: &Lit,
         views: Views,
         firsts: &mut Pictures,
-    ) -> Result<(Counts, Steps, usize), lanternfish::RenderError> {
+    ) -> Result<(Counts, Steps, usize), RenderError> {
         let cameras: &[_] = if views == Views::Mono { &self.mono } else { &self.stereo };
         let pictures = renderer.render_views(&lit.scene, cameras)?;
         let counts = counts(&pictures, &renderer.cluster_contents()?);
-        let mut runs = Vec::new();
-        for _ in 0..self.runs {
-            runs.push(Steps::of(&renderer.render_views(&lit.scene, cameras)?[0].report.passes));
-        }
+        let ms = medians(self.run.runs, || {
+            let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
+            Ok::<_, RenderError>(Steps::of(passes).values())
+        })?;
         let firsts = firsts.entry((lit.lights, cameras.len())).or_insert_with(|| pictures.clone());
         let differing = pictures.iter().zip(firsts).map(|(picture, first)| differing(first, picture)).sum();
-        Ok((counts, medians(&runs), differing))
+        Ok((counts, Steps::of_values(ms), differing))
     }
 }
 
@@ -162,16 +182,13 @@ fn upload(renderer: &Renderer, scene: &Scene) -> Result<Lit, CliError> {
 }
 
 /// Number of tests of every light against every visible cluster, by the row of these clusters, lights and views; `None` where it is missing.
-fn tests_of_all(rows: &[Row], clusters: &str, lights: usize, views: Views) -> Option<u64> {
+fn tests_of_all(rows: &[Measured], clusters: &str, lights: usize, views: Views) -> Option<u64> {
     let row = rows.iter().find(|row| row.clusters == clusters && row.lights == lights && row.views == views)?;
     Some(row.counts.visible_clusters * lights as u64)
 }
 
 fn counts(pictures: &[Picture], grids: &[GridContents]) -> Counts {
-    let sum = |name: &str| {
-        let counters = pictures.iter().flat_map(|picture| &picture.report.counters);
-        counters.filter(|(known, _)| known == name).map(|(_, count)| count).sum()
-    };
+    let sum = |name: &str| pictures.iter().map(|picture| counter(&picture.report, name)).sum();
     let visible = || grids.iter().flat_map(|grid| &grid.visible);
     Counts {
         clusters: sum("light_culling/clusters"),
@@ -183,19 +200,5 @@ fn counts(pictures: &[Picture], grids: &[GridContents]) -> Counts {
         bytes: sum("light_culling/cluster_bytes"),
         clusters_by_lights: histogram(visible().map(|cluster| (cluster.lights, 1))),
         clusters_by_fragments: histogram(visible().map(|cluster| (cluster.fragments, 1))),
-    }
-}
-
-fn medians(runs: &[Steps]) -> Steps {
-    let of = |get: fn(&Steps) -> f64| median(&mut runs.iter().map(get).collect::<Vec<_>>());
-    Steps {
-        prepass: of(|s| s.prepass),
-        mark: of(|s| s.mark),
-        compact: of(|s| s.compact),
-        tree: of(|s| s.tree),
-        count: of(|s| s.count),
-        write: of(|s| s.write),
-        shading: of(|s| s.shading),
-        other: of(|s| s.other),
     }
 }

@@ -1,9 +1,9 @@
 //! The ratios that clustered shading stands for, and whether they hold here.
 
+use lanternfish_cli::report::grouped;
 use serde::Serialize;
 
-use super::{configurations::Views, measure::Row};
-use lanternfish_cli::report::grouped;
+use super::{cases::Views, measure::Measured};
 
 /// A bound on a ratio of counts or times, and the ratios that every shape of clusters has.
 #[derive(Debug, PartialEq, Serialize)]
@@ -43,72 +43,47 @@ fn figure(ratio: f64) -> String {
 }
 
 /// All promises, with ratios between rows that differ in one thing. A ratio that needs a missing row is left out.
-pub fn promises(rows: &[Row]) -> Vec<Promise> {
-    let hierarchy = |row: &&Row| row.assignment == "hierarchy";
+pub fn promises(rows: &[Measured]) -> Vec<Promise> {
+    let hierarchy = |row: &&Measured| row.assignment == "hierarchy";
     // Each row of these views over the row of the same clusters and lights that `other` finds.
-    let ratios = |views: Views, other: &dyn Fn(&Row) -> Option<f64>, of: &dyn Fn(&Row) -> f64| {
+    let ratios = |views: Views, other: &dyn Fn(&Measured) -> Option<f64>, of: &dyn Fn(&Measured) -> f64| {
         let rows = rows.iter().filter(hierarchy).filter(|row| row.views == views);
-        let ratio = |row: &Row| {
+        let ratio = |row: &Measured| {
             Some((format!("{}, {} lights", row.clusters, grouped(row.lights as u64)), of(row) / other(row)?))
         };
         rows.filter_map(ratio).filter(|(_, ratio)| ratio.is_finite()).collect::<Vec<_>>()
     };
-    let find = |like: &Row, views: Views, lights: usize, assignment: &str| {
-        let same = |row: &&Row| row.clusters == like.clusters && row.views == views && row.lights == lights;
+    let find = |like: &Measured, views: Views, lights: usize, assignment: &str| {
+        let same = |row: &&Measured| row.clusters == like.clusters && row.views == views && row.lights == lights;
         rows.iter().filter(same).find(|row| row.assignment == assignment)
     };
 
-    let enclosed = |of: fn(&Row) -> f64| {
-        let individual = |row: &Row| find(row, Views::StereoIndividual, row.lights, "hierarchy").map(of);
+    let enclosed = |of: fn(&Measured) -> f64| {
+        let individual = |row: &Measured| find(row, Views::StereoIndividual, row.lights, "hierarchy").map(of);
         ratios(Views::StereoEnclosed, &individual, &of)
     };
-    let grown = |of: fn(&Row) -> f64| {
-        let fewer = |row: &Row| (row.lights == 100_000).then(|| find(row, Views::Mono, 10_000, "hierarchy").map(of))?;
+    let grown = |of: fn(&Measured) -> f64| {
+        let fewer =
+            |row: &Measured| (row.lights == 100_000).then(|| find(row, Views::Mono, 10_000, "hierarchy").map(of))?;
         ratios(Views::Mono, &fewer, &of)
     };
     // Brute force tests every light against every visible cluster, whether it was run or not.
     let tree = ratios(Views::Mono, &|row| (row.lights == 100_000).then_some(row.counts.light_tests as f64), &|row| {
         row.counts.visible_clusters as f64 * row.lights as f64
     });
+    let promise = Promise::new;
+    let least = |what, ratios| promise(what, "at least", 10.0, ratios);
+    let shared = |what, of| promise(what, "at most", 0.6, enclosed(of));
+    let most = |what, of| promise(what, "at most", 3.0, grown(of));
     vec![
-        Promise::new(
-            "lights listed, stereo enclosed / individual",
-            "at most",
-            0.6,
-            enclosed(|r| r.counts.lights_listed as f64),
-        ),
-        Promise::new(
-            "light tests, stereo enclosed / individual",
-            "at most",
-            0.6,
-            enclosed(|r| r.counts.light_tests as f64),
-        ),
-        Promise::new("light tests at 100,000 lights, brute force / hierarchy", "at least", 10.0, tree),
-        Promise::new(
-            "light tests, 100,000 / 10,000 lights, as many a pixel",
-            "at most",
-            3.0,
-            grown(|r| r.counts.light_tests as f64),
-        ),
-        Promise::new(
-            "lights listed, 100,000 / 10,000 lights",
-            "at most",
-            3.0,
-            grown(|r| r.counts.lights_listed as f64),
-        ),
-        Promise::new(
-            "lighting operations, 100,000 / 10,000 lights",
-            "at most",
-            3.0,
-            grown(|r| r.counts.lighting_operations as f64),
-        ),
-        Promise::new(
-            "milliseconds of finding lights, 100,000 / 10,000 lights",
-            "at most",
-            3.0,
-            grown(|r| r.ms.culling()),
-        ),
-        Promise::new("milliseconds of a frame, 100,000 / 10,000 lights", "at most", 3.0, grown(|r| r.ms.frame())),
+        shared("lights listed, stereo enclosed / individual", |r| r.counts.lights_listed as f64),
+        shared("light tests, stereo enclosed / individual", |r| r.counts.light_tests as f64),
+        least("light tests at 100,000 lights, brute force / hierarchy", tree),
+        most("light tests, 100,000 / 10,000 lights, as many a pixel", |r| r.counts.light_tests as f64),
+        most("lights listed, 100,000 / 10,000 lights", |r| r.counts.lights_listed as f64),
+        most("lighting operations, 100,000 / 10,000 lights", |r| r.counts.lighting_operations as f64),
+        most("milliseconds of finding lights, 100,000 / 10,000 lights", |r| r.ms.culling()),
+        most("milliseconds of a frame, 100,000 / 10,000 lights", |r| r.ms.frame()),
     ]
 }
 
@@ -117,8 +92,8 @@ mod tests {
     use super::*;
     use crate::clustered::{measure::Counts, steps::Steps};
 
-    fn row(views: Views, lights: usize, assignment: &str, listed: u64, tests: u64) -> Row {
-        Row {
+    fn row(views: Views, lights: usize, assignment: &str, listed: u64, tests: u64) -> Measured {
+        Measured {
             clusters: "persp:32".to_owned(),
             lights,
             views,

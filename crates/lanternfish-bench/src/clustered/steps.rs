@@ -56,6 +56,11 @@ impl Steps {
         steps
     }
 
+    /// The inverse of [`Self::values`].
+    pub fn of_values([prepass, mark, compact, tree, count, write, shading, other]: [f64; 8]) -> Self {
+        Self { prepass, mark, compact, tree, count, write, shading, other }
+    }
+
     /// Milliseconds of the steps, in the order of [`NAMES`].
     pub fn values(&self) -> [f64; 8] {
         [self.prepass, self.mark, self.compact, self.tree, self.count, self.write, self.shading, self.other]
@@ -103,5 +108,5 @@ fn the_two_scans_are_told_apart_in_every_grid() {
     let steps = Steps::of(&passes);
     assert_eq!(steps.values(), [1.0, 4.0, 8.0, 6.0, 4.0, 2.0, 1.0, 1.0]);
     assert_eq!((steps.frame(), steps.culling()), (27.0, 24.0));
-    assert_eq!(steps.visibility(), 5.0);
+    assert_eq!((steps.visibility(), Steps::of_values(steps.values())), (5.0, steps));
 }

@@ -4,66 +4,20 @@ use std::time::{Duration, Instant};
 
 use lanternfish::{
     GpuScene,
-    deep_images::{DeepImageBuilder, DeepImages, Holes},
+    deep_images::{DeepImageBuilder, DeepImages},
     settings::{DeepBuilder, DeepImageSettings},
 };
-use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
-use serde::Serialize;
-
-use super::configurations::in_words;
 use lanternfish_cli::error::CliError;
+use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};
+
+use super::cases::in_words;
+use crate::{run::ms_of, table::Row};
 
 /// A build that takes longer is not run again.
 const LONG: Duration = Duration::from_secs(10);
 
-/// Figures of building a set of images.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Built {
-    pub group: &'static str,
-    pub images: String,
-    pub builder: &'static str,
-    pub directions: usize,
-    pub resolution: u32,
-    pub supersampling: u32,
-    /// Number of chunks that the images are divided into: a ray looks into one chunk, but every pass over rays runs once for each.
-    pub chunks: usize,
-    /// Milliseconds a step, of the run that took least.
-    pub sample_ms: f64,
-    pub gather_ms: f64,
-    pub scan_ms: f64,
-    pub fill_ms: f64,
-    pub sort_ms: f64,
-    pub compact_ms: f64,
-    pub total_ms: f64,
-    /// Passes that draw all triangles, into one or all images of a chunk.
-    pub draw_passes: usize,
-    /// Fragments before merging, and after it.
-    pub drawn: u64,
-    pub kept: u64,
-    /// Bytes of lists and fragments.
-    pub bytes: u64,
-    /// Holes compared with images drawn direction by direction, where that was asked for.
-    pub holes: Option<HoleShares>,
-}
-
-/// [`Holes`], for the report.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct HoleShares {
-    pub missing: f64,
-    pub spurious: f64,
-    pub missing_by_cosine: [f64; 4],
-    pub fragments: f64,
-}
-
-impl From<Holes> for HoleShares {
-    fn from(holes: Holes) -> Self {
-        let Holes { missing, spurious, missing_by_cosine, fragments } = holes;
-        Self { missing, spurious, missing_by_cosine, fragments }
-    }
-}
-
-/// Builds images once, `runs` times more for the figures (once only, where that takes long), and gives the last ones. Without more runs
-/// the first one's figures are given, which have the compilation in them.
+/// Builds images once, `runs` times more for the figures (once only, where that takes long), and gives the figures of the run that took
+/// least and the last images. Without more runs the first one's figures are given, which have the compilation in them.
 pub fn build(
     gpu: &Gpu,
     profiler: &mut Profiler,
@@ -71,7 +25,7 @@ pub fn build(
     runs: u32,
     group: &'static str,
     settings: DeepImageSettings,
-) -> Result<(Built, DeepImages), CliError> {
+) -> Result<(Row, DeepImages), CliError> {
     let mut builder = DeepImageBuilder::new(&gpu.device, settings)?;
     let mut best: Option<(f64, Vec<PassTime>)> = None;
     let mut images = None;
@@ -93,10 +47,9 @@ pub fn build(
         read_back::<u32>(&gpu.device, &gpu.queue, &made.chunks[0].list_starts, 1)?;
         images = Some(made);
         let passes = profiler.finished();
-        let total: f64 = passes.iter().map(|pass| pass.ms).sum();
-        let is_only = runs == 0;
+        let total = ms_of(&passes, "");
         let is_long = run == 0 && started.elapsed() > LONG;
-        if (run > 0 || is_long || is_only) && best.as_ref().is_none_or(|(least, _)| total < *least) {
+        if (run > 0 || is_long || runs == 0) && best.as_ref().is_none_or(|(least, _)| total < *least) {
             best = Some((total, passes));
         }
         if is_long {
@@ -104,38 +57,41 @@ pub fn build(
         }
     }
     let (images, (total_ms, passes)) = (images.expect("built"), best.expect("run"));
-    let times = |step: &str| -> Vec<f64> {
-        passes.iter().filter(|pass| pass.name.starts_with(step)).map(|pass| pass.ms).collect()
-    };
-    // The sum of nothing is minus zero.
-    let step = |name: &str| 0.0 + times(name).iter().sum::<f64>();
-    let draws: &[&str] = match settings.builder {
-        DeepBuilder::SinglePass => &["deep_images/sample"],
-        DeepBuilder::PerTriangle => &[],
-        DeepBuilder::PerDirection => &["deep_images/gather"],
+    let step = |name: &str| ms_of(&passes, &format!("deep_images/{name}"));
+    // Passes that draw all triangles, into one or all images of a chunk.
+    let draws = match settings.builder {
+        DeepBuilder::SinglePass => Some("deep_images/sample"),
+        DeepBuilder::PerTriangle => None,
+        DeepBuilder::PerDirection => Some("deep_images/gather"),
         // One for each layer of surfaces, and one that finds no more.
-        DeepBuilder::DepthPeeling => &["deep_images/gather/draw"],
+        DeepBuilder::DepthPeeling => Some("deep_images/gather/draw"),
     };
-    let figures = Built {
-        group,
-        images: in_words(&settings),
-        builder: settings.builder.name(),
-        directions: images.directions.len(),
-        resolution: settings.resolution,
-        supersampling: settings.supersampling,
-        chunks: images.chunks.len(),
-        sample_ms: step("deep_images/sample"),
-        gather_ms: step("deep_images/gather"),
-        scan_ms: step("deep_images/scan"),
-        fill_ms: step("deep_images/fill"),
-        sort_ms: step("deep_images/sort"),
-        compact_ms: step("deep_images/compact"),
-        total_ms,
-        draw_passes: draws.iter().map(|name| times(name).len()).sum(),
-        drawn: images.counts.drawn,
-        kept: images.counts.kept,
-        bytes: images.counts.bytes,
-        holes: None,
-    };
-    Ok((figures, images))
+    let draw_passes = draws.map_or(0, |draw| passes.iter().filter(|pass| pass.name.starts_with(draw)).count());
+    let (directions, resolution) = (images.directions.len(), settings.resolution);
+    let row = Row::default()
+        .data("group", group)
+        .text("images", "images", in_words(&settings))
+        .data("builder", settings.builder.name())
+        .number("directions", "directions", directions)
+        .number("resolution", "texels", resolution)
+        .said_as(format_args!("{resolution}²"))
+        .data("supersampling", settings.supersampling)
+        // A ray looks into one chunk, but every pass over rays runs once for each.
+        .data("chunks", images.chunks.len())
+        .fixed("sample_ms", "sample", 1, step("sample"))
+        .fixed("gather_ms", "gather", 1, step("gather"))
+        .fixed("scan_ms", "scan", 1, step("scan"))
+        .fixed("fill_ms", "fill", 1, step("fill"))
+        .fixed("sort_ms", "sort", 1, step("sort"))
+        .fixed("compact_ms", "compact", 1, step("compact"))
+        .fixed("total_ms", "all, ms", 1, total_ms)
+        .shown("a direction, ms", format_args!("{:.2}", total_ms / directions as f64))
+        .number("draw_passes", "draw passes", draw_passes)
+        // Fragments before merging, and after it.
+        .count("drawn", "drawn", images.counts.drawn)
+        .count("kept", "kept", images.counts.kept)
+        // Of lists and fragments.
+        .count("bytes", "MB", images.counts.bytes)
+        .said_as(format_args!("{:.1}", images.counts.bytes as f64 / 1e6));
+    Ok((row, images))
 }

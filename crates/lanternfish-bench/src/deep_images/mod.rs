@@ -1,247 +1,249 @@
 //! `lanternfish-bench deep-images`: building and tracing deep images, beside other builders and exact rays, with the error of
 //! every figure [Archer2019, table 2; Niessner2010, table 1].
 
-pub(super) mod build;
-pub(super) mod configurations;
-mod markdown;
+pub mod build;
+pub mod cases;
 mod rays;
 mod trace;
-
-use std::path::PathBuf;
 
 use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
     deep_images::{DeepImages, Holes},
-    settings::{DeepBuilder, DeepImageSettings, Settings, Shadows},
+    settings::{DeepBuilder, DeepImageSettings, Settings, Shadows, Tracer},
 };
-use lanternfish_gpu::{AdapterChoice, Gpu, Profiler};
-use lanternfish_reference::Tracer;
+use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, report::grouped, scene::SceneName};
+use lanternfish_gpu::Profiler;
+use lanternfish_reference::Tracer as Exact;
 use lanternfish_scene::Scene;
-use serde::Serialize;
 
 use self::{
-    build::{Built, build},
-    configurations::{Group, TABLES, fitted, groups, in_words},
-    trace::Traced,
+    build::build,
+    cases::{Group, TABLES, fitted, groups, in_words},
 };
-use super::{make_folder, open};
-use lanternfish_cli::{
-    args::{PartArgs, adapter},
-    error::CliError,
-    output::{print, write_text},
-    progress::Progress,
-    scene::{self, SceneName},
-    shot,
+use crate::{
+    document::{Document, LeftOut},
+    run::{Run, RunArgs},
+    subject,
+    table::{Row, percent},
 };
 
+/// Flags of `deep-images`.
 #[derive(Debug, Args)]
 pub struct DeepImagesArgs {
     /// A shot (.toml), of which only the scene counts; a glTF or OBJ file, or demo:NAME.
     #[arg(default_value = "demo:atrium")]
-    pub scene: SceneName,
-    /// The folder for report.md and report.json. It is made if it is not there.
-    #[arg(short, long, value_name = "FOLDER", default_value = "bench-deep-images")]
-    pub output: PathBuf,
-    /// How often everything is timed, after one run that is not; the least counts. What takes ten seconds is run once.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
-    pub runs: u32,
+    scene: SceneName,
+    #[command(flatten)]
+    run: RunArgs,
     /// Rays of each kind.
     #[arg(long, value_name = "N", default_value_t = 1 << 19, value_parser = clap::value_parser!(u32).range(1024..=1 << 22))]
-    pub rays: u32,
+    rays: u32,
     /// Few directions and coarse images only.
     #[arg(long)]
-    pub quick: bool,
+    quick: bool,
     /// The tables that are made. Builders that draw the scene for each image or each layer take minutes in a large scene.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = TABLES, default_values = TABLES)]
-    pub tables: Vec<String>,
-    /// Where to run: a part of an adapter's name, gpu for a graphics card, cpu for software.
-    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
-    pub adapter: Option<AdapterChoice>,
+    tables: Vec<String>,
     #[command(flatten)]
-    pub part: PartArgs,
+    part: PartArgs,
 }
 
-/// A configuration without figures.
-#[derive(Debug, Serialize)]
-pub struct LeftOut {
-    pub what: String,
-    pub reason: String,
-}
-
-/// Everything the bench found.
-#[derive(Debug, Serialize)]
-pub struct Report {
-    version: &'static str,
-    scene: SceneName,
-    adapter: String,
-    driver: String,
-    triangles: usize,
-    runs: u32,
-    built: Vec<Built>,
-    traced: Vec<Traced>,
-    left_out: Vec<LeftOut>,
-}
-
-/// What every configuration shares.
+/// What every case shares.
 struct Bench {
-    gpu: Gpu,
+    run: Run,
     profiler: Profiler,
     /// For the builders, which draw the BVH's triangles, and for the BVH.
     uploaded: GpuScene,
     /// For rays through the adapter's own structure, where it has one.
     with_ray_query: Option<GpuScene>,
-    runs: u32,
+    built: Vec<Row>,
+    traced: Vec<Row>,
+    holes: Vec<Row>,
+    left_out: Vec<LeftOut>,
 }
 
+/// Measures, and writes the report.
 pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
-    make_folder(&args.output)?;
-    let shot = shot::is_shot(&args.scene).then(|| shot::read(args.scene.path(), Vec::new())).transpose()?;
-    let (source, part) = match &shot {
-        Some(shot) => (&shot.args.scene, &shot.args.part),
-        None => (&args.scene, &args.part),
-    };
     let mut progress = Progress::start(false);
-    let doing = format!("Loading {source}");
-    let mut scene = progress.step("load", &doing, || scene::load_part(source, part.scene_of_file.as_deref()))?;
-    leave_out_blended(&mut scene);
-    if scene.bounds().is_empty() {
-        return Err(CliError::new(format_args!("{source}: no opaque surface"), "name a scene that has some"));
-    }
-    let gpu = open(args.adapter.as_ref())?;
-    if !gpu.description.timestamps {
-        let name = &gpu.description.name;
-        return Err(CliError::new(
-            format_args!("{name} cannot time its passes"),
-            "choose another adapter with --adapter",
-        ));
-    }
-    let exact = Tracer::new(&scene, lanternfish_reference::Settings::default())
+    let shot = subject::shot_of(&args.scene)?;
+    let scene = subject::load(&args.scene, &args.part, shot.as_ref(), false, &mut progress)?;
+    let run = Run::start_timed(&args.run, "deep-images")?;
+    let exact = Exact::new(&scene, lanternfish_reference::Settings::default())
         .map_err(|error| CliError::new(error, "choose another scene"))?;
-    let mut bench = progress.step("upload", "Uploading", || Bench::new(gpu, &scene, args.runs))?;
-    let report = bench.measure(args, &scene, &exact, &mut progress)?;
+    let mut bench = progress.step("upload", "Uploading", || Bench::new(run, &scene))?;
+    let is_wanted = |group: &Group| args.tables.iter().any(|table| *table == group.title.to_lowercase());
+    for group in groups(args.quick).into_iter().filter(is_wanted) {
+        for settings in &group.rows {
+            bench.case(&group, *settings, (&scene, &exact, args.rays), &mut progress)?;
+        }
+    }
+    if bench.with_ray_query.is_none() {
+        bench.leave_out("ray query", "this adapter has none");
+    }
     progress.finish();
 
-    let json = serde_json::to_string_pretty(&report).expect("plain numbers and strings");
-    write_text(&args.output.join("report.json"), &(json + "\n"))?;
-    let page = markdown::to_markdown(&report);
-    let file = args.output.join("report.md");
-    write_text(&file, &page)?;
-    let text = format!("{page}\n{}\n", file.display());
-    print(&text)
+    let triangles = exact.triangle_count();
+    let mut report = Document::of_scene("Deep images", &args.scene, &bench.run.gpu, args.run.runs);
+    report.facts(Row::default().data("triangles", triangles));
+    let times = format!("the least of {} runs (of one, where it takes ten seconds)", args.run.runs);
+    report.introduction(&format!("{} triangles", grouped(triangles as u64)), &times);
+    let Bench { built, traced, holes, left_out, run, .. } = bench;
+    report.list(builder_ratios(&built).into_iter().chain(tracer_ratios(&traced)));
+    for group in built.chunk_by(|a, b| a.get("group") == b.get("group")) {
+        report.heading(&format!("Building: {}", group[0].words_of("group").to_lowercase()));
+        report.show(group.iter().cloned());
+    }
+    if !holes.is_empty() {
+        report.heading("Holes");
+        report.paragraph(
+            "Surfaces that images miss of those of a draw for each direction, and those that they have besides: fragments without a partner \
+             within a texel of depth in the list of the same texel. By the cosine between a surface's normal and the image's axis.",
+        );
+        report.show(holes);
+    }
+    report.heading("Tracing");
+    report.paragraph(
+        "Rays from surfaces in all directions; the error is that of the distance to the first hit, relative to an exact ray along the ray's \
+         own direction (images have their own).",
+    );
+    for group in traced.chunk_by(|a, b| a.get("group") == b.get("group")) {
+        report.subheading(group[0].words_of("group"));
+        report.show(group.iter().cloned());
+    }
+    report.keep("built", built);
+    report.keep("traced", traced);
+    report.left_out(&left_out);
+    report.write(&run.folder)
 }
 
 impl Bench {
-    fn new(gpu: Gpu, scene: &Scene, runs: u32) -> Result<Self, CliError> {
+    fn new(run: Run, scene: &Scene) -> Result<Self, CliError> {
         let upload = |shadows| {
             let settings = Settings { shadows, ..Settings::direct_light() };
-            Renderer::new(&gpu.device, &gpu.queue, settings)?.upload(scene)
+            Renderer::with_engine(&run.engine, settings)?.upload(scene)
         };
         let uploaded = upload(Shadows::BVH)?;
-        let with_ray_query = gpu.description.ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
-        let profiler = Profiler::new(&gpu.device, &gpu.queue);
-        Ok(Self { gpu, profiler, uploaded, with_ray_query, runs })
+        let with_ray_query = run.gpu.description.ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
+        let profiler = Profiler::new(&run.gpu.device, &run.gpu.queue);
+        let (built, traced, holes, left_out) = Default::default();
+        Ok(Self { run, profiler, uploaded, with_ray_query, built, traced, holes, left_out })
     }
 
-    fn build(&mut self, group: &'static str, settings: DeepImageSettings) -> Result<(Built, DeepImages), CliError> {
-        build(&self.gpu, &mut self.profiler, &self.uploaded, self.runs, group, settings)
+    fn leave_out(&mut self, what: &str, reason: impl ToString) {
+        self.left_out.push(LeftOut { what: what.to_owned(), reason: reason.to_string() });
+    }
+
+    /// Builds images with as many directions as fit, counts holes, and traces rays. What an adapter refuses is left out.
+    fn case(
+        &mut self,
+        group: &Group,
+        wanted: DeepImageSettings,
+        (scene, exact, rays): (&Scene, &Exact<'_>, u32),
+        progress: &mut Progress,
+    ) -> Result<(), CliError> {
+        let settings = fitted(wanted, &self.built);
+        let doing = format!("{}, {} x {}²", in_words(&settings), settings.directions.count(), settings.resolution);
+        if settings.directions.count() < wanted.directions.count() {
+            self.leave_out(&doing, format_args!("{} directions would take too much memory", wanted.directions.count()));
+        }
+        let runs = self.run.runs;
+        // Lists that do not fit the device, say: the others go on.
+        let (mut row, images) = match progress.step("build", &doing, || self.build(runs, group.title, settings)) {
+            Ok(made) => made,
+            Err(error) => {
+                self.leave_out(&doing, error);
+                return Ok(());
+            }
+        };
+        let mut found = None;
+        if group.with_holes && settings.builder != DeepBuilder::PerDirection {
+            let doing = format!("Holes, {doing}");
+            match progress.step("holes", &doing, || self.holes(settings, &images)) {
+                Ok(holes) => found = Some(holes),
+                Err(error) => self.leave_out(&doing, error),
+            }
+        }
+        let holes = found.map(|holes| holes_row(&row, &holes));
+        row = row.data("holes", &holes);
+        self.holes.extend(holes);
+        self.built.push(row);
+        let known = progress
+            .step("rays", "Exact rays", || Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, rays)))?;
+        let tracing = format!("Tracing, {doing}");
+        let traced = progress.step("trace", &tracing, || self.trace(group, settings, &images, known))?;
+        self.traced.extend(traced);
+        Ok(())
+    }
+
+    fn build(
+        &mut self,
+        runs: u32,
+        group: &'static str,
+        settings: DeepImageSettings,
+    ) -> Result<(Row, DeepImages), CliError> {
+        build(&self.run.gpu, &mut self.profiler, &self.uploaded, runs, group, settings)
     }
 
     /// What images of these settings miss of those of a draw for each direction.
     fn holes(&mut self, settings: DeepImageSettings, images: &DeepImages) -> Result<Holes, CliError> {
         let settings = DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings };
-        let (_, yardstick) = build(&self.gpu, &mut self.profiler, &self.uploaded, 0, "holes", settings)?;
-        Ok(images.holes(&self.gpu.device, &self.gpu.queue, &self.uploaded, &yardstick)?)
-    }
-
-    fn measure(
-        &mut self,
-        args: &DeepImagesArgs,
-        scene: &Scene,
-        exact: &Tracer<'_>,
-        progress: &mut Progress,
-    ) -> Result<Report, CliError> {
-        let (mut built, mut traced, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
-        let is_wanted = |group: &Group| args.tables.iter().any(|table| *table == group.title.to_lowercase());
-        for group in groups(args.quick).into_iter().filter(is_wanted) {
-            for wanted in &group.rows {
-                let settings = fitted(*wanted, &built);
-                let doing = doing(&settings);
-                if settings.directions.count() < wanted.directions.count() {
-                    let reason = format!("{} directions would take too much memory", wanted.directions.count());
-                    left_out.push(LeftOut { what: doing.clone(), reason });
-                }
-                // Lists that do not fit the device, say: the others go on.
-                let images = match progress.step("build", &doing, || self.build(group.title, settings)) {
-                    Ok((mut figures, images)) => {
-                        if group.with_holes && settings.builder != DeepBuilder::PerDirection {
-                            let doing = format!("Holes, {doing}");
-                            let holes = progress.step("holes", &doing, || self.holes(settings, &images));
-                            match holes {
-                                Ok(holes) => figures.holes = Some(holes.into()),
-                                Err(error) => left_out.push(LeftOut { what: doing, reason: error.to_string() }),
-                            }
-                        }
-                        built.push(figures);
-                        images
-                    }
-                    Err(error) => {
-                        left_out.push(LeftOut { what: doing, reason: error.to_string() });
-                        continue;
-                    }
-                };
-                let rays = progress.step("rays", "Exact rays", || {
-                    Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, args.rays))
-                })?;
-                let tracing = format!("Tracing, {doing}");
-                traced.extend(progress.step("trace", &tracing, || self.trace(&group, settings, &images, rays))?);
-            }
-        }
-        if self.with_ray_query.is_none() {
-            let reason = "this adapter has none".to_owned();
-            left_out.push(LeftOut { what: "ray query".to_owned(), reason });
-        }
-        let description = &self.gpu.description;
-        Ok(Report {
-            version: env!("CARGO_PKG_VERSION"),
-            scene: args.scene.clone(),
-            adapter: description.name.clone(),
-            driver: description.driver.clone(),
-            triangles: exact.triangle_count(),
-            runs: args.runs,
-            built,
-            traced,
-            left_out,
-        })
+        let (_, baseline) = self.build(0, "holes", settings)?;
+        Ok(images.holes(&self.run.gpu.device, &self.run.gpu.queue, &self.uploaded, &baseline)?)
     }
 }
 
-/// Neither deep images nor the BVH have them, but exact rays would meet them.
-pub(super) fn leave_out_blended(scene: &mut Scene) {
-    for mesh in &mut scene.meshes {
-        mesh.primitives.retain(|primitive| !scene.materials[primitive.material].is_blended());
-    }
+fn holes_row(built: &Row, holes: &Holes) -> Row {
+    let row = Row::default()
+        .shown("images", built.words("images"))
+        .shown("directions", built.words("directions"))
+        .shown("texels", built.words("resolution"))
+        .fixed("fragments", "fragments, of a direction's", 3, holes.fragments)
+        .percent("missing", "missing", 3, holes.missing)
+        .data("missing_by_cosine", holes.missing_by_cosine);
+    let classes = ["to 1/4", "to 1/2", "to 3/4", "to 1"].into_iter().zip(holes.missing_by_cosine);
+    let row = classes.fold(row, |row, (class, missing)| row.shown(class, percent(3, missing)));
+    row.percent("spurious", "spurious", 3, holes.spurious)
 }
 
-/// What is being measured.
-fn doing(settings: &DeepImageSettings) -> String {
-    format!("{}, {} x {}²", in_words(settings), settings.directions.count(), settings.resolution)
+/// Each row over the row of the same table, directions and texels whose `key` is `baseline`.
+fn over<'r>(rows: &'r [Row], key: &'static str, baseline: &'static str) -> impl Iterator<Item = (&'r Row, &'r Row)> {
+    let is_alike = |a: &Row, b: &Row| ["group", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key));
+    let others = rows.iter().filter(move |row| *row.get(key) != baseline);
+    others.filter_map(move |row| {
+        Some((row, rows.iter().find(|other| *other.get(key) == baseline && is_alike(row, other))?))
+    })
 }
 
-#[cfg(test)]
-mod tests {
-    use lanternfish_scene::{AlphaMode, Material, Mesh, Primitive};
+/// How much longer the other builders take than the single pass, at equal directions and raster.
+fn builder_ratios(built: &[Row]) -> Vec<String> {
+    let ratio = |(row, single): (&Row, &Row)| {
+        let (directions, texels, times) =
+            (row.words("directions"), row.words("resolution"), row.f64("total_ms") / single.f64("total_ms"));
+        format!("{} / single_pass, {directions} directions of {texels}, time: {times:.1}", row.words_of("builder"))
+    };
+    over(built, "builder", "single_pass").map(ratio).collect()
+}
 
-    use super::*;
+/// How many times as many rays a second go through images as through the BVH that was timed beside them.
+fn tracer_ratios(traced: &[Row]) -> Vec<String> {
+    let ratio = |(row, bvh): (&Row, &Row)| {
+        let [random, by_direction] = ["rate_random", "rate_by_direction"].map(|key| row.f64(key) / bvh.f64(key));
+        let (structure, directions, texels) =
+            (row.words("structure"), row.words("directions"), row.words("resolution"));
+        format!(
+            "{structure} / BVH, {directions} x {texels}, rays a second: {random:.1} random, {by_direction:.1} by direction"
+        )
+    };
+    over(traced, "structure", Tracer::Bvh.name()).map(ratio).collect()
+}
 
-    #[test]
-    fn blended_surfaces_are_left_out() {
-        let modes = [AlphaMode::Blend, AlphaMode::Opaque, AlphaMode::Mask { cutoff: 0.5 }];
-        let materials = modes.map(|alpha_mode| Material { alpha_mode, ..Material::default() }).to_vec();
-        let primitives = (0..3).map(|material| Primitive { material, ..Primitive::default() }).collect();
-        let mut scene = Scene { materials, meshes: vec![Mesh { primitives, ..Mesh::default() }], ..Scene::default() };
-        leave_out_blended(&mut scene);
-        let left: Vec<usize> = scene.meshes[0].primitives.iter().map(|primitive| primitive.material).collect();
-        assert_eq!(left, [1, 2]);
-    }
+#[test]
+fn ratios_are_between_rows_that_differ_in_one_thing() {
+    let row = |builder: &str, directions: u32, ms| {
+        let row = Row::default().data("group", "Builders").data("builder", builder);
+        row.number("directions", "", directions).number("resolution", "", 64).fixed("total_ms", "", 1, ms)
+    };
+    let rows = [row("single_pass", 8, 2.0), row("per_triangle", 8, 3.0), row("per_triangle", 16, 9.0)];
+    assert_eq!(builder_ratios(&rows), ["per_triangle / single_pass, 8 directions of 64, time: 1.5"]);
 }

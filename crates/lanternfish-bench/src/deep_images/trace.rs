@@ -6,37 +6,20 @@ use lanternfish::{
     settings::{DeepImageSettings, Tracer},
 };
 use lanternfish_gpu::{Frame, read_back};
-use serde::Serialize;
 
 use super::{
     Bench,
-    configurations::{Group, in_words},
+    cases::{Group, in_words},
     rays::KnownRay,
+};
+use crate::{
+    run::{least, ms_of},
+    table::Row,
 };
 use lanternfish_cli::error::CliError;
 
 /// One ray in this many goes through a software adapter's ray query, which is slow.
 const SOFTWARE_RAYS: usize = 8;
-
-/// Figures of tracing rays through one structure.
-#[derive(Debug, Serialize)]
-pub struct Traced {
-    pub group: &'static str,
-    pub images: String,
-    pub directions: u64,
-    pub resolution: u32,
-    pub structure: &'static str,
-    pub rays: usize,
-    /// Million rays a second, best of all runs, in random order and image by image.
-    pub rate_random: f64,
-    pub rate_by_direction: f64,
-    /// Error of the distance to the first hit, relative to the exact ray's distance, where both hit: median and 95th percentile.
-    pub error_median: f64,
-    pub error_p95: f64,
-    /// Shares of rays that miss what the exact ray meets, and meet something where it meets nothing.
-    pub missed: f64,
-    pub false_hits: f64,
-}
 
 impl Bench {
     /// Traces `rays` through every tracer of deep images, and through the exact ones where the group wants them.
@@ -46,12 +29,12 @@ impl Bench {
         settings: DeepImageSettings,
         images: &DeepImages,
         rays: Vec<KnownRay>,
-    ) -> Result<Vec<Traced>, CliError> {
-        let tracer = RayTracer::new(&self.gpu.device)?;
-        let known = Tracer::ALL.iter().filter(|known| known.is_supported(&self.gpu.device));
+    ) -> Result<Vec<Row>, CliError> {
+        let tracer = RayTracer::new(&self.run.gpu.device)?;
+        let known = Tracer::ALL.iter().filter(|known| known.is_supported(&self.run.gpu.device));
         let (coarse, exact): (Vec<_>, Vec<_>) = known.copied().partition(|known| known.uses_deep_images());
         let asked = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
-        let is_software = self.gpu.description.device_type == "Cpu";
+        let is_software = self.run.gpu.description.device_type == "Cpu";
         let figures = |through: Tracer| {
             let is_slow = is_software && through == Tracer::RayQuery;
             let mut chosen = rays[..rays.len() / if is_slow { SOFTWARE_RAYS } else { 1 }].to_vec();
@@ -61,20 +44,21 @@ impl Bench {
             chosen.sort_by_key(|known| known.ray.image_and_side);
             let (by_direction_ms, distances) = self.time(&tracer, through, images, &chosen)?;
             let errors = Errors::of(&distances, &chosen);
-            Ok(Traced {
-                group: group.title,
-                images: in_words(&settings),
-                directions: settings.directions.count(),
-                resolution: settings.resolution,
-                structure: through.name(),
-                rays: count,
-                rate_random: rate(random_ms),
-                rate_by_direction: rate(by_direction_ms),
-                error_median: errors.median,
-                error_p95: errors.p95,
-                missed: errors.missed,
-                false_hits: errors.false_hits,
-            })
+            Ok(Row::default()
+                .data("group", group.title)
+                .text("images", "images", in_words(&settings))
+                .number("directions", "directions", settings.directions.count())
+                .number("resolution", "texels", settings.resolution)
+                .said_as(format_args!("{}²", settings.resolution))
+                .text("structure", "structure", through.name())
+                .count("rays", "rays", count as u64)
+                // Million rays a second, best of all runs, in random order and image by image.
+                .fixed("rate_random", "random, M/s", 2, rate(random_ms))
+                .fixed("rate_by_direction", "by direction, M/s", 2, rate(by_direction_ms))
+                .percent("error_median", "error, median", 2, errors.median)
+                .percent("error_p95", "95 %", 1, errors.p95)
+                .percent("missed", "missed", 2, errors.missed)
+                .percent("false_hits", "false", 2, errors.false_hits))
         };
         asked.map(figures).collect()
     }
@@ -88,28 +72,25 @@ impl Bench {
         rays: &[KnownRay],
     ) -> Result<(f64, Vec<f32>), CliError> {
         let rays: Vec<TracedRay> = rays.iter().map(|known| known.ray).collect();
-        let uploaded = tracer.upload(&self.gpu.device, &rays)?;
+        let uploaded = tracer.upload(&self.run.gpu.device, &rays)?;
         let scene = match (through, &self.with_ray_query) {
             (Tracer::RayQuery, Some(scene)) => scene,
             _ => &self.uploaded,
         };
-        let mut least = f64::INFINITY;
-        let mut distances = Vec::new();
-        for run in 0..=self.runs {
-            let mut frame = Frame::new(&self.gpu.device, &self.gpu.queue, &mut self.profiler);
+        let gpu = &self.run.gpu;
+        let frame = || {
+            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
             let buffer = tracer.record(&mut frame, scene, through, Some(images), &uploaded, rays.len() as u32)?;
             frame.submit();
-            distances = read_back::<f32>(&self.gpu.device, &self.gpu.queue, &buffer, rays.len())?;
-            let ms: f64 = self.profiler.finished().iter().map(|pass| pass.ms).sum();
-            if run > 0 {
-                least = least.min(ms);
-            }
-        }
-        Ok((least, distances))
+            let distances = read_back::<f32>(&gpu.device, &gpu.queue, &buffer, rays.len())?;
+            Ok::<_, CliError>((ms_of(&self.profiler.finished(), ""), distances))
+        };
+        Ok(least(self.run.runs, frame, |(ms, _)| *ms)?.1)
     }
 }
 
-/// How far distances are from the truth; see [`Traced`]. Zero where there is nothing to judge.
+/// How far distances are from the truth; the median and the 95th percentile of relative errors where both rays hit, and the ratios of rays that miss what
+/// the exact ray hits, and hit something where it hits nothing. Zero where there is nothing to judge.
 #[derive(Debug, PartialEq)]
 struct Errors {
     median: f64,

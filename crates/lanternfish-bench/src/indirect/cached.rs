@@ -1,50 +1,27 @@
 //! Rays whose ends bring what the radiance cache keeps, beside rays whose ends are shaded.
 
-use std::fmt::Write;
-
 use lanternfish::{
     Picture, Renderer,
     settings::{Bounces, HitLight, Indirect, Sampled, Settings, Tracer},
 };
+use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_gpu::PassTime;
-use serde::Serialize;
 
 use super::{
-    configurations::{Brdf, Configuration, ImageSet},
-    errors::{energy, flip},
+    cases::{Brdf, Case, ImageSet},
     measure::Bench,
     times::rays,
 };
-use lanternfish_cli::{error::CliError, progress::Progress, report::grouped};
+use crate::{
+    image::{energy, flip},
+    run::{counter, frame_ms},
+    table::Row,
+};
 
 /// Frames after which the cache counts as warm.
-pub const WARM_FRAMES: u32 = 32;
-/// Samples of each cell in a picture whose cache is warmed before its rays are looked at.
+const WARM_FRAMES: u32 = 32;
+/// Samples of each cache entry in an image whose cache is warmed before its rays are looked at.
 const WARMED_SAMPLES: u32 = 64;
-
-/// Figures of one way to light what rays meet: diffuse light, [`Brdf::Diffuse`].
-#[derive(Clone, Debug, Serialize)]
-pub struct CachedRow {
-    pub tracer: &'static str,
-    pub hit_light: &'static str,
-    pub bounces: String,
-    /// Device time of a picture of one frame, and of the frame after [`WARM_FRAMES`] others, milliseconds; without building deep images.
-    pub first_frame_ms: f64,
-    pub warm_frame_ms: f64,
-    /// Of that frame: million rays a second, traced alone and with the light that their ends bring.
-    pub rate_traced: f64,
-    pub rate_with_light: f64,
-    /// Of that frame: cells of the cache, and samples of them that were taken; 0 without it.
-    pub cells: u64,
-    pub samples: u64,
-    /// Energy of the indirect light over that of the mean of many frames whose hits are shaded; of a picture of one frame, and of one whose
-    /// cache was warmed before. With every bounce there is more.
-    pub energy: f64,
-    pub warmed_energy: f64,
-    /// FLIP of the two pictures against that mean.
-    pub flip: f64,
-    pub warmed_flip: f64,
-}
 
 impl Bench<'_> {
     /// Rows through the BVH, and within a texel of the plan's first images.
@@ -53,25 +30,24 @@ impl Bench<'_> {
         set: Option<ImageSet>,
         converged: &Picture,
         progress: &mut Progress,
-    ) -> Result<Vec<CachedRow>, CliError> {
+    ) -> Result<Vec<Row>, CliError> {
         let through_images = set.map(|set| (set, Tracer::WithinTexel));
         let ways =
             [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
-        let direct =
-            Settings { indirect: Indirect::None, ..Configuration::plain(Brdf::Diffuse).settings(self.look, None) };
+        let direct = Settings { indirect: Indirect::None, ..Case::plain(Brdf::Diffuse).settings(self.look, None) };
         let direct = energy(&self.picture(direct)?);
         let mut rows = Vec::new();
         for images in [None].into_iter().chain(through_images.map(Some)) {
             for (hit_light, bounces) in ways {
-                let configuration = Configuration { images, ..Configuration::plain(Brdf::Diffuse) };
+                let case = Case { images, ..Case::plain(Brdf::Diffuse) };
                 let settings = |cache_samples| {
-                    let mut settings = configuration.settings(self.look, None);
+                    let mut settings = case.settings(self.look, None);
                     if let Indirect::Sampled(sampled) = &mut settings.indirect {
                         *sampled = Sampled { hit_light, bounces, cache_samples, ..*sampled };
                     }
                     settings
                 };
-                let words = format!("{}, hit light {hit_light}, bounces {bounces}", configuration.in_words());
+                let words = format!("{}, hit light {hit_light}, bounces {bounces}", case.in_words());
                 let row = progress.step("cached", &words, || {
                     let usual = Sampled::default().cache_samples;
                     let first = self.picture(settings(usual))?;
@@ -79,26 +55,26 @@ impl Bench<'_> {
                     let warm = self.warm_frame(settings(usual))?;
                     let share = |picture: &Picture| (energy(picture) - direct) / (energy(converged) - direct);
                     let (trace, light) = (sum(&warm, is_trace), sum(&warm, is_light));
-                    let count =
-                        rays(first.radiance.iter().map(|pixel| pixel[3]), 1, Brdf::Diffuse.counted_rays()) as f64;
-                    let counted = |name: &str| {
-                        warm.report.counters.iter().find(|(known, _)| known == name).map_or(0, |(_, count)| *count)
-                    };
-                    Ok::<_, CliError>(CachedRow {
-                        tracer: configuration.tracer().name(),
-                        hit_light: hit_light.name(),
-                        bounces: bounces.to_string(),
-                        first_frame_ms: sum(&first, is_of_frame),
-                        warm_frame_ms: sum(&warm, is_of_frame),
-                        rate_traced: count / trace / 1e3,
-                        rate_with_light: count / (trace + light) / 1e3,
-                        cells: counted("radiance_cache/cells"),
-                        samples: counted("radiance_cache/samples"),
-                        energy: share(&first),
-                        warmed_energy: share(&warmed),
-                        flip: flip(&first, converged)?,
-                        warmed_flip: flip(&warmed, converged)?,
-                    })
+                    let covered = first.radiance.iter().map(|pixel| pixel[3]);
+                    let count = rays(covered, 1, Brdf::Diffuse.counted_rays()) as f64;
+                    let [traced, with_light] = [trace, trace + light].map(|ms| count / ms / 1e3);
+                    Ok::<_, CliError>(
+                        Row::default()
+                            .text("tracer", "tracer", case.tracer().name())
+                            .text("hit_light", "hit light", hit_light.name())
+                            .text("bounces", "bounces", bounces)
+                            .fixed("first_frame_ms", "first frame, ms", 1, frame_ms(&first.report.passes))
+                            .fixed("warm_frame_ms", "warm, ms", 1, frame_ms(&warm.report.passes))
+                            .fixed("rate_traced", "traced, M/s", 2, traced)
+                            .fixed("rate_with_light", "with light, M/s", 2, with_light)
+                            .shown("ratio", format_args!("{:.2}", with_light / traced))
+                            .count("cells", "cells", counter(&warm.report, "radiance_cache/cells"))
+                            .count("samples", "samples a frame", counter(&warm.report, "radiance_cache/samples"))
+                            .fixed("energy", "energy", 3, share(&first))
+                            .fixed("warmed_energy", "warmed", 3, share(&warmed))
+                            .fixed("flip", "FLIP", 4, flip(&first, converged)?)
+                            .fixed("warmed_flip", "warmed", 4, flip(&warmed, converged)?),
+                    )
                 })?;
                 rows.push(row);
             }
@@ -108,7 +84,7 @@ impl Bench<'_> {
 
     /// A picture of one frame, after one whose times do not count.
     fn picture(&self, settings: Settings) -> Result<Picture, CliError> {
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
+        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let mut render = || renderer.render(self.scene(Brdf::Diffuse), self.camera, self.size.width, self.size.height);
         render()?;
         Ok(render()?)
@@ -117,7 +93,7 @@ impl Bench<'_> {
     /// The frame after [`WARM_FRAMES`] others of one mean.
     fn warm_frame(&self, settings: Settings) -> Result<Picture, CliError> {
         let settings = Settings { accumulate: WARM_FRAMES + 1, ..settings };
-        let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue, settings)?;
+        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         renderer.reset();
         let view = [(self.camera, self.size.width, self.size.height)];
         for _ in 0..WARM_FRAMES {
@@ -142,73 +118,20 @@ fn is_light(pass: &PassTime) -> bool {
         || ["indirect/cells/", "radiance_cache/"].iter().any(|room| pass.name.starts_with(room))
 }
 
-fn is_of_frame(pass: &PassTime) -> bool {
-    !pass.name.starts_with("deep_images/")
-}
-
-const HEAD: &str = "| tracer | hit light | bounces | first frame, ms | warm, ms | traced, M/s | with light, M/s | share | cells | samples a frame \
-                    | energy | warmed | FLIP | warmed |";
-const RULE: &str = "|---|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|";
-
-/// The rows as a table with what it says.
-pub fn section(rows: &[CachedRow], converged_frames: u32) -> String {
-    let mut text = format!(
-        "\n## Radiance cache, diffuse light\n\nThe whole frame, without building deep images: a picture of one frame, whose cache is empty before it, \
-         and the frame after {WARM_FRAMES} others (*warm*). Rays a second are of the warm frame; *with light*: and all that is done for the light that their ends \
-         bring. *Energy*, of the indirect light, and *FLIP* are against the mean of {converged_frames} frames through the BVH whose hits are shaded: of the picture of \
-         one frame, and of one whose cells had {WARMED_SAMPLES} samples each before (*warmed*). With every bounce there is more light than in that mean.\n\n{HEAD}\n{RULE}\n"
-    );
-    for row in rows {
-        writeln!(text, "{}", table_row(row)).expect("String");
-    }
-    text
-}
-
-fn table_row(row: &CachedRow) -> String {
+/// What the table says.
+pub fn text(converged_frames: u32) -> String {
     format!(
-        "| {} | {} | {} | {:.1} | {:.1} | {:.2} | {:.2} | {:.2} | {} | {} | {:.3} | {:.3} | {:.4} | {:.4} |",
-        row.tracer,
-        row.hit_light,
-        row.bounces,
-        row.first_frame_ms,
-        row.warm_frame_ms,
-        row.rate_traced,
-        row.rate_with_light,
-        row.rate_with_light / row.rate_traced,
-        grouped(row.cells),
-        grouped(row.samples),
-        row.energy,
-        row.warmed_energy,
-        row.flip,
-        row.warmed_flip
+        "The whole frame, without building deep images: an image of one frame, whose cache is empty before it, and the frame after \
+         {WARM_FRAMES} others (*warm*). Rays a second are of the warm frame; *with light*: and all that is done for the light at their hits. \
+         *Energy*, of the indirect light, and *FLIP* are against the mean of {converged_frames} frames through the BVH whose hits are shaded: \
+         of the image of one frame, and of one whose entries had {WARMED_SAMPLES} samples each before (*warmed*). With every bounce there is \
+         more light than in that mean."
     )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_table_has_as_many_columns_as_its_head() {
-        let row = CachedRow {
-            tracer: "bvh",
-            hit_light: HitLight::Cached.name(),
-            bounces: Bounces::All.to_string(),
-            first_frame_ms: 2.0,
-            warm_frame_ms: 1.0,
-            rate_traced: 4.0,
-            rate_with_light: 3.0,
-            cells: 1000,
-            samples: 10,
-            energy: 1.0,
-            warmed_energy: 1.0,
-            flip: 0.1,
-            warmed_flip: 0.1,
-        };
-        let columns = |text: &str| text.matches('|').count();
-        assert_eq!([columns(RULE), columns(&table_row(&row))], [columns(HEAD); 2]);
-        assert!(table_row(&row).contains("| 4.00 | 3.00 | 0.75 | 1,000 |"));
-    }
 
     #[test]
     fn what_light_takes_is_all_between_tracing_and_smoothing() {

@@ -1,130 +1,110 @@
-//! Renders every configuration, times it, and compares its picture.
-
-use std::path::Path;
+//! Renders every case, times it, and compares its image.
 
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
     settings::{DeepImageSettings, Indirect, Sampled, Settings},
 };
-use lanternfish_gpu::{Gpu, PassTime, Profiler};
-use lanternfish_metrics::{ColorType, write_png};
+use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
+use lanternfish_gpu::{PassTime, Profiler};
 use lanternfish_scene::Camera;
-use serde::Serialize;
 
 use super::{
-    super::deep_images::{
-        LeftOut,
-        build::{Built, build},
-        configurations::Expected,
-    },
-    cached::CachedRow,
-    configurations::{Brdf, Configuration, Group, Plan},
-    errors::{Errors, Yardsticks, energy},
+    cases::{Brdf, Case, Group, Plan},
+    errors::{Baselines, errors},
     times::{Times, rays},
 };
-use crate::forward_plus::rgb;
-use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
+use crate::{
+    deep_images::{build::build, cases::Expected},
+    document::LeftOut,
+    image::{self, energy},
+    run::{Run, least},
+    table::{DASH, Row},
+};
 
-/// Figures of one configuration.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    pub brdf: Brdf,
-    pub tracer: &'static str,
-    /// Directions of the deep images that rays go through, where they do; one image serves two directions.
-    pub directions: Option<u32>,
-    pub resolution: Option<u32>,
-    /// Bytes of the deep images' lists and fragments.
-    pub bytes: Option<u64>,
-    pub filter_radius: u32,
-    pub samples: u32,
-    pub accumulate: u32,
-    /// Rays that count, summed over all frames.
-    pub rays: u64,
-    #[serde(flatten)]
-    pub times: Times,
-    /// Million rays a second: tracing alone, and with shading what they meet.
-    pub rate_traced: f64,
-    pub rate_shaded: f64,
-    #[serde(flatten)]
-    pub errors: Errors,
+/// The figures of a case.
+fn row(case: Case, bytes: u64, picture: &Picture, times: Times, errors: Row) -> Row {
+    let Case { brdf, images, filter_radius, samples, accumulate } = case;
+    let covered = picture.radiance.iter().map(|pixel| pixel[3]);
+    // Summed over all frames.
+    let rays = rays(covered, accumulate, brdf.counted_rays());
+    let rate = |ms: f64| rays as f64 / ms / 1e3;
+    let resolution = images.map(|(set, _)| set.resolution);
+    Row::default()
+        .text("brdf", "BRDF", brdf.name())
+        .shown("rays a pixel", brdf.counted_rays())
+        .text("tracer", "tracer", case.tracer().name())
+        // One deep image serves two directions.
+        .optional("directions", "directions", images.map(|(set, _)| set.directions()))
+        .optional("resolution", "texels", resolution)
+        .said_as(resolution.map_or(DASH.to_owned(), |texels| format!("{texels}²")))
+        .data("bytes", images.map(|_| bytes))
+        .number("filter_radius", "filter", filter_radius)
+        .number("samples", "samples", samples.count())
+        .number("accumulate", "frames", accumulate)
+        .count("rays", "rays traced", rays)
+        .and(times.row())
+        .fixed("rate_traced", "traced, M/s", 2, rate(times.counted_trace_ms))
+        .fixed("rate_shaded", "and shaded, M/s", 2, rate(times.counted_trace_ms + times.counted_shade_ms))
+        .and(errors)
 }
 
-impl Row {
-    fn new(
-        configuration: Configuration,
-        bytes: Option<u64>,
-        picture: &Picture,
-        times: Times,
-        yardsticks: &Yardsticks<'_>,
-    ) -> Result<Self, CliError> {
-        let Configuration { brdf, images, filter_radius, samples, accumulate } = configuration;
-        let covered = picture.radiance.iter().map(|pixel| pixel[3]);
-        let rays = rays(covered, accumulate, brdf.counted_rays());
-        let rate = |ms: f64| rays as f64 / ms / 1e3;
-        Ok(Self {
-            brdf,
-            tracer: configuration.tracer().name(),
-            directions: images.map(|(set, _)| set.directions()),
-            resolution: images.map(|(set, _)| set.resolution),
-            bytes,
-            filter_radius,
-            samples: samples.count(),
-            accumulate,
-            rays,
-            rate_traced: rate(times.counted_trace_ms),
-            rate_shaded: rate(times.counted_trace_ms + times.counted_shade_ms),
-            times,
-            errors: Errors::of(picture, yardsticks)?,
-        })
-    }
+/// Whether a row has the default filter and no antialiasing.
+pub fn is_plain(row: &Row) -> bool {
+    *row.get("filter_radius") == Sampled::default().filter_radius
+        && *row.get("samples") == 1
+        && *row.get("accumulate") == 1
+}
 
-    /// Whether the row has the default filter and no antialiasing.
-    pub fn is_plain(&self) -> bool {
-        let filter_radius = Sampled::default().filter_radius;
-        (self.filter_radius, self.samples, self.accumulate) == (filter_radius, 1, 1)
-    }
-
-    /// Whether the two differ in filter and antialiasing alone, if in anything.
-    pub fn traces_as(&self, other: &Self) -> bool {
-        let of = |row: &Self| (row.brdf, row.tracer, row.directions, row.resolution);
-        of(self) == of(other)
-    }
+/// Whether two rows differ in filter and antialiasing alone, if in anything.
+pub fn trace_alike(a: &Row, b: &Row) -> bool {
+    ["brdf", "tracer", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key))
 }
 
 /// Everything that was measured.
 #[derive(Debug, Default)]
 pub struct Measured {
-    pub images: Vec<Built>,
+    pub images: Vec<Row>,
     pub rows: Vec<Row>,
     /// The radiance cache's.
-    pub cached: Vec<CachedRow>,
+    pub cached: Vec<Row>,
     pub left_out: Vec<LeftOut>,
 }
 
-/// What every configuration shares.
+impl Measured {
+    fn leave_out(&mut self, what: String, reason: impl ToString) {
+        self.left_out.push(LeftOut { what, reason: reason.to_string() });
+    }
+}
+
+/// What every case shares.
 pub struct Bench<'a> {
-    pub gpu: &'a Gpu,
-    /// Folder of the report's pictures.
-    pub folder: &'a Path,
+    pub run: &'a Run,
     pub camera: &'a Camera,
     pub size: Size,
-    pub runs: u32,
-    /// Settings of lights and look, which configurations do not change.
+    /// Settings of lights and look, which cases do not change.
     pub look: &'a Settings,
-    /// Number of frames whose mean is [`Yardsticks::converged`].
+    /// Number of frames whose mean is [`Baselines::converged`].
     pub converged_frames: u32,
     /// The scene with the materials of each BRDF, in the order of [`Brdf::ALL`].
     pub scenes: Vec<GpuScene>,
 }
 
-/// What the pictures of one BRDF, filter and antialiasing are compared with.
+/// What the images of one BRDF, filter and antialiasing are compared with.
 struct Reference {
-    configuration: Configuration,
+    case: Case,
     bvh: Picture,
     direct_energy: f64,
 }
 
+impl Reference {
+    fn baselines<'a>(&'a self, converged: &'a [Picture]) -> Baselines<'a> {
+        let converged = &converged[self.case.brdf as usize];
+        Baselines { bvh: &self.bvh, direct_energy: self.direct_energy, converged }
+    }
+}
+
 impl Bench<'_> {
+    /// All of a plan. What an adapter, or the renderer, refuses is left out.
     pub fn measure(&self, plan: &Plan, progress: &mut Progress) -> Result<Measured, CliError> {
         let mut measured = Measured::default();
         let converged = Brdf::ALL.iter().map(|brdf| {
@@ -133,22 +113,22 @@ impl Bench<'_> {
         });
         let converged = converged.collect::<Result<Vec<Picture>, CliError>>()?;
         let mut references = Vec::new();
-        for configuration in &plan.through_bvh {
-            let words = configuration.in_words();
-            match progress.step("rows", &words, || self.reference(*configuration)) {
+        for case in &plan.through_bvh {
+            let words = case.in_words();
+            match progress.step("rows", &words, || self.reference(*case)) {
                 Ok((reference, times)) => {
-                    let yardsticks = yardsticks(&reference, &converged);
-                    measured.rows.push(Row::new(*configuration, None, &reference.bvh, times, &yardsticks)?);
+                    let errors = errors(&reference.bvh, &reference.baselines(&converged))?;
+                    measured.rows.push(row(*case, 0, &reference.bvh, times, errors));
                     references.push(reference);
                 }
-                Err(error) => measured.left_out.push(LeftOut { what: words, reason: error.to_string() }),
+                Err(error) => measured.leave_out(words, error),
             }
         }
-        let mut profiler = Profiler::new(&self.gpu.device, &self.gpu.queue);
+        let mut profiler = Profiler::new(&self.run.gpu.device, &self.run.gpu.queue);
         for group in &plan.groups {
             match self.fragments_a_texel(group, &mut profiler, &mut measured.images, progress) {
                 Ok(fragments) => self.group(group, fragments, &references, &converged, &mut measured, progress)?,
-                Err(reason) => measured.left_out.push(LeftOut { what: group.set.in_words(), reason }),
+                Err(reason) => measured.leave_out(group.set.in_words(), reason),
             }
         }
         let set = plan.groups.first().map(|group| group.set);
@@ -161,21 +141,16 @@ impl Bench<'_> {
         &self,
         group: &Group,
         profiler: &mut Profiler,
-        built: &mut Vec<Built>,
+        built: &mut Vec<Row>,
         progress: &mut Progress,
     ) -> Result<u64, String> {
         let settings = sized(group.set.settings(), built)?;
         let doing = format!("Building, {}", group.set.in_words());
         // Their geometry is the same.
-        let scene = self.scene(Brdf::Diffuse);
-        let made = progress.step("build", &doing, || build(self.gpu, profiler, scene, self.runs, "indirect", settings));
-        match made {
-            Ok((figures, _)) => {
-                built.push(figures);
-                Ok(settings.fragments_a_texel)
-            }
-            Err(error) => Err(error.to_string()),
-        }
+        let (run, scene) = (self.run, self.scene(Brdf::Diffuse));
+        let made = progress.step("build", &doing, || build(&run.gpu, profiler, scene, run.runs, "indirect", settings));
+        built.push(made.map_err(|error| error.to_string())?.0);
+        Ok(settings.fragments_a_texel)
     }
 
     fn group(
@@ -187,21 +162,19 @@ impl Bench<'_> {
         measured: &mut Measured,
         progress: &mut Progress,
     ) -> Result<(), CliError> {
-        let bytes = measured.images.last().map(|built| built.bytes);
-        for configuration in &group.rows {
-            let words = configuration.in_words();
-            let known = references.iter().find(|known| known.configuration == configuration.through_bvh());
-            let Some(reference) = known else {
-                let reason = "there is no such picture through the BVH to compare with".to_owned();
-                measured.left_out.push(LeftOut { what: words, reason });
+        let bytes = measured.images.last().and_then(|built| built.get("bytes").as_u64()).unwrap_or(0);
+        for case in &group.rows {
+            let words = case.in_words();
+            let Some(reference) = references.iter().find(|known| known.case == case.through_bvh()) else {
+                measured.leave_out(words, "there is no such image through the BVH to compare with");
                 continue;
             };
-            match progress.step("rows", &words, || self.render(*configuration, Some(fragments_a_texel))) {
+            match progress.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
                 Ok((picture, times)) => {
-                    let yardsticks = yardsticks(reference, converged);
-                    measured.rows.push(Row::new(*configuration, bytes, &picture, times, &yardsticks)?);
+                    let errors = errors(&picture, &reference.baselines(converged))?;
+                    measured.rows.push(row(*case, bytes, &picture, times, errors));
                 }
-                Err(error) => measured.left_out.push(LeftOut { what: words, reason: error.to_string() }),
+                Err(error) => measured.leave_out(words, error),
             }
         }
         Ok(())
@@ -212,72 +185,57 @@ impl Bench<'_> {
     }
 
     fn renderer(&self, settings: Settings) -> Result<Renderer, RenderError> {
-        Renderer::new(&self.gpu.device, &self.gpu.queue, settings)
+        Renderer::with_engine(&self.run.engine, settings)
     }
 
     /// The mean of many frames through the BVH, which also goes to a file.
     fn converged(&self, brdf: Brdf) -> Result<Picture, CliError> {
         let accumulate = self.converged_frames;
-        let configuration = Configuration { filter_radius: 0, accumulate, ..Configuration::plain(brdf) };
-        let mut renderer = self.renderer(configuration.settings(self.look, None))?;
+        let case = Case { filter_radius: 0, accumulate, ..Case::plain(brdf) };
+        let mut renderer = self.renderer(case.settings(self.look, None))?;
         let picture = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
         if energy(&picture) <= 0.0 {
             return Err(CliError::new("the picture is black", "add lights, e.g. --lights rain:10, or look elsewhere"));
         }
-        let file = self.folder.join(format!("{}.png", brdf.name()));
-        write_png(&file, picture.width, picture.height, ColorType::Rgb, &rgb(&picture))?;
+        image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &picture)?;
         Ok(picture)
     }
 
-    fn reference(&self, configuration: Configuration) -> Result<(Reference, Times), RenderError> {
-        let (bvh, times) = self.render(configuration, None)?;
-        let direct = Settings { indirect: Indirect::None, ..configuration.settings(self.look, None) };
+    fn reference(&self, case: Case) -> Result<(Reference, Times), RenderError> {
+        let (bvh, times) = self.render(case, None)?;
+        let direct = Settings { indirect: Indirect::None, ..case.settings(self.look, None) };
         let Size { width, height } = self.size;
-        let direct = self.renderer(direct)?.render(self.scene(configuration.brdf), self.camera, width, height)?;
-        Ok((Reference { configuration, bvh, direct_energy: energy(&direct) }, times))
+        let direct = self.renderer(direct)?.render(self.scene(case.brdf), self.camera, width, height)?;
+        Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))
     }
 
-    /// The picture, and the times of the run whose frames took least; one before them is not timed.
-    fn render(
-        &self,
-        configuration: Configuration,
-        fragments_a_texel: Option<u64>,
-    ) -> Result<(Picture, Times), RenderError> {
-        let mut renderer = self.renderer(configuration.settings(self.look, fragments_a_texel))?;
-        let brdf = configuration.brdf;
-        let (mut picture, _) = self.frames(&mut renderer, configuration)?;
-        let mut best: Option<Times> = None;
-        for _ in 0..self.runs {
-            let frames;
-            (picture, frames) = self.frames(&mut renderer, configuration)?;
-            let times = Times::of(&frames, brdf.skipped_rounds() + brdf.counted_rays(), brdf.skipped_rounds());
-            if best.is_none_or(|best| times.frame_ms < best.frame_ms) {
-                best = Some(times);
-            }
-        }
-        Ok((picture, best.expect("one run at least")))
+    /// The image, and the times of the run whose frames took least; one before them is not timed.
+    fn render(&self, case: Case, fragments_a_texel: Option<u64>) -> Result<(Picture, Times), RenderError> {
+        let mut renderer = self.renderer(case.settings(self.look, fragments_a_texel))?;
+        let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
+        let frames = || {
+            let (picture, frames) = self.frames(&mut renderer, case)?;
+            Ok::<_, RenderError>((picture, Times::of(&frames, skipped + counted, skipped)))
+        };
+        Ok(least(self.run.runs, frames, |(_, times)| times.frame_ms)?.1)
     }
 
-    /// One picture, with the passes of each of its frames.
-    fn frames(
-        &self,
-        renderer: &mut Renderer,
-        configuration: Configuration,
-    ) -> Result<(Picture, Vec<Vec<PassTime>>), RenderError> {
-        let scene = self.scene(configuration.brdf);
+    /// One image, with the passes of each of its frames.
+    fn frames(&self, renderer: &mut Renderer, case: Case) -> Result<(Picture, Vec<Vec<PassTime>>), RenderError> {
+        let scene = self.scene(case.brdf);
         let Size { width, height } = self.size;
-        if configuration.accumulate == 1 {
+        if case.accumulate == 1 {
             let mut picture = renderer.render(scene, self.camera, width, height)?;
             let passes = std::mem::take(&mut picture.report.passes);
             return Ok((picture, vec![passes]));
         }
-        // Frame by frame: of a whole picture the rounds' times come summed up.
+        // Frame by frame: of a whole image the times of its frames come summed up.
         renderer.reset();
         let mut frames = Vec::new();
         loop {
             let mut picture = renderer.refine(scene, &[(self.camera, width, height)])?.remove(0);
             frames.push(std::mem::take(&mut picture.report.passes));
-            if frames.len() == configuration.accumulate as usize {
+            if frames.len() == case.accumulate as usize {
                 return Ok((picture, frames));
             }
         }
@@ -285,7 +243,7 @@ impl Bench<'_> {
 }
 
 /// Divided into as few chunks as fit, by the images that were built before; or why they would not fit.
-fn sized(settings: DeepImageSettings, built: &[Built]) -> Result<DeepImageSettings, String> {
+fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings, String> {
     let Some(expected) = Expected::of(&settings, built) else { return Ok(settings) };
     let count = settings.directions.count();
     if expected.most_directions() < count {
@@ -295,25 +253,19 @@ fn sized(settings: DeepImageSettings, built: &[Built]) -> Result<DeepImageSettin
     Ok(DeepImageSettings { fragments_a_texel: expected.fragments_a_texel, ..settings })
 }
 
-fn yardsticks<'a>(reference: &'a Reference, converged: &'a [Picture]) -> Yardsticks<'a> {
-    let Reference { configuration, bvh, direct_energy } = reference;
-    Yardsticks { bvh, direct_energy: *direct_energy, converged: &converged[configuration.brdf as usize] }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{super::configurations::ImageSet, *};
+    use super::{super::cases::ImageSet, *};
+    use crate::deep_images::cases::built;
 
     #[test]
     fn what_would_not_fit_is_left_out_with_its_size() {
         let fine = ImageSet { k: 8, resolution: 512 }.settings();
         assert_eq!(sized(fine, &[]), Ok(fine));
-        let of = |bytes, drawn| {
-            [Built { directions: 48, resolution: 128, supersampling: 1, bytes, drawn, ..Built::default() }]
-        };
         // Four times as many images of sixteen times as many texels, two fragments each.
-        let fits = sized(fine, &of(50_000_000, 2 * 48 * 128 * 128)).unwrap();
+        let fits = sized(fine, &[built(48, 128, 50_000_000, 2 * 48 * 128 * 128)]).unwrap();
         assert_eq!(fits, DeepImageSettings { fragments_a_texel: 6, ..fine });
-        assert_eq!(sized(fine, &of(100_000_000, 1)), Err("192 images would take 6.4 GB".to_owned()));
+        let too_large = sized(fine, &[built(48, 128, 100_000_000, 1)]);
+        assert_eq!(too_large, Err("192 images would take 6.4 GB".to_owned()));
     }
 }

@@ -1,6 +1,6 @@
 //! Nießner's own figures [Niessner2010, §7].
 
-use super::configurations::Brdf;
+use super::cases::Brdf;
 
 /// What they were measured on.
 pub const MACHINE: &str = "Sibenik, pictures of 512 x 512, DirectX 10 on an NVIDIA GTX 285 with 1024 MB";

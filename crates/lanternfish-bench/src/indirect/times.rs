@@ -1,7 +1,11 @@
 //! Sums the times of passes into figures.
 
 use lanternfish_gpu::PassTime;
-use serde::Serialize;
+
+use crate::{
+    run::{frame_ms, ms_of},
+    table::Row,
+};
 
 const TRACE: &str = "indirect/trace";
 const SHADE: &str = "indirect/shade";
@@ -9,7 +13,7 @@ const SHADE: &str = "indirect/shade";
 const SHADOW: &str = "indirect/shadow";
 
 /// Device time of one picture, all its frames, milliseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {
     /// Tracing all rounds of rays.
     pub trace_ms: f64,
@@ -36,14 +40,12 @@ impl Times {
                 passes.iter().filter(|pass| pass.name == name).map(|pass| pass.ms).collect()
             };
             let sum = |name: &str| all(name).iter().sum::<f64>();
-            let of_images: f64 =
-                passes.iter().filter(|pass| pass.name.starts_with("deep_images/")).map(|pass| pass.ms).sum();
             times.trace_ms += sum(TRACE);
             times.shade_ms += sum(SHADE) + sum(SHADOW);
             times.resolve_ms += sum("indirect/resolve");
             times.filter_ms += sum("indirect/filter");
-            times.images_ms += of_images;
-            times.frame_ms += passes.iter().map(|pass| pass.ms).sum::<f64>() - of_images;
+            times.images_ms += ms_of(passes, "deep_images/");
+            times.frame_ms += frame_ms(passes);
             let counted = |name: &str| {
                 let all = all(name);
                 all[skipped as usize * all.len() / rounds as usize..].iter().sum::<f64>()
@@ -52,6 +54,19 @@ impl Times {
             times.counted_shade_ms += counted(SHADE) + counted(SHADOW);
         }
         times
+    }
+
+    /// As figures.
+    pub fn row(&self) -> Row {
+        Row::default()
+            .fixed("trace_ms", "trace", 1, self.trace_ms)
+            .fixed("shade_ms", "shade", 1, self.shade_ms)
+            .fixed("resolve_ms", "resolve", 1, self.resolve_ms)
+            .fixed("filter_ms", "filter, ms", 1, self.filter_ms)
+            .fixed("images_ms", "images", 1, self.images_ms)
+            .fixed("frame_ms", "frame, ms", 1, self.frame_ms)
+            .data("counted_trace_ms", self.counted_trace_ms)
+            .data("counted_shade_ms", self.counted_shade_ms)
     }
 }
 

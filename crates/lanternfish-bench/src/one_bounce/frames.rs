@@ -14,7 +14,7 @@ impl Bench {
 
     /// Walks to the place of the truth, a frame a step: the last.
     pub fn walked(&self, settings: &Settings) -> Result<Picture, CliError> {
-        let mut renderer = Renderer::with_engine(&self.engine, settings.clone())?;
+        let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let uploaded = renderer.upload(&self.scene)?;
         let mut frame = |camera| renderer.render(&uploaded, camera, self.size.width, self.size.height);
         let mut last = frame(&self.cameras[0])?;
@@ -33,7 +33,7 @@ impl Bench {
         changed: &Scene,
         after: &[u32],
     ) -> Result<Vec<Picture>, CliError> {
-        let mut renderer = Renderer::with_engine(&self.engine, settings.clone())?;
+        let mut renderer = Renderer::with_engine(&self.run.engine, settings.clone())?;
         let mut uploaded = renderer.upload(&self.scene)?;
         let frame = |renderer: &mut Renderer, uploaded: &GpuScene| {
             renderer.render(uploaded, self.camera(), self.size.width, self.size.height)

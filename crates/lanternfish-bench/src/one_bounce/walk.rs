@@ -8,12 +8,12 @@ use lanternfish::{
     RenderError, Renderer,
     settings::{Materials, Settings},
 };
+use lanternfish_cli::{error::CliError, parse::Size};
 use lanternfish_gpu::Engine;
 use lanternfish_reference::{Settings as TracerSettings, Tracer};
 use lanternfish_scene::{Camera, Scene};
-use serde::Serialize;
 
-use lanternfish_cli::{error::CliError, parse::Size};
+use crate::table::Row;
 
 /// Places that are looked at, across and down the picture in the middle of the walk.
 const PLACES: [u32; 2] = [48, 27];
@@ -21,17 +21,30 @@ const PLACES: [u32; 2] = [48, 27];
 const LEAST_FRAMES: usize = 8;
 
 /// How steady one technique is.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Debug)]
 pub struct Flicker {
-    pub name: String,
-    pub frames: usize,
+    name: String,
+    frames: usize,
     /// Places that count.
-    pub places: usize,
+    places: usize,
     /// Standard deviation over the frames in which a place is seen, over its mean; the mean and the greatest of 95 % of all places.
-    pub mean: f64,
-    pub percentile_95: f64,
+    mean: f64,
+    percentile_95: f64,
     /// Mean of the change from one frame to the next, over the mean.
-    pub step: f64,
+    step: f64,
+}
+
+impl Flicker {
+    /// As figures.
+    pub fn row(&self) -> Row {
+        Row::default()
+            .text("name", "", &self.name)
+            .number("frames", "frames", self.frames)
+            .count("places", "places", self.places as u64)
+            .percent("mean", "deviation", 2, self.mean)
+            .percent("percentile_95", "of 95 % of places at most", 2, self.percentile_95)
+            .percent("step", "change a frame", 2, self.step)
+    }
 }
 
 /// The scene in grey.

@@ -1,64 +1,37 @@
 //! `lanternfish-bench photons`: photon differentials beside rays from every pixel, virtual lights and the path tracer
 //! [Aalund2015, §5.2].
 
-mod configurations;
-mod markdown;
+mod cases;
 mod occlusion;
 
+use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_gpu::PassTime;
 use serde::Serialize;
 
-use self::{
-    configurations::{configurations, converging, walked},
-    occlusion::OcclusionRow,
+use self::cases::{cases, converging, walked};
+use crate::{
+    one_bounce::{Bench, Case, OneBounceArgs},
+    run::{counter, frame_ms, ms_of},
+    table::{DASH, Row},
 };
-use super::one_bounce::{Bench, Configuration, Errors, Flicker, Heading, OneBounceArgs};
-use lanternfish_cli::{error::CliError, progress::Progress};
 
-/// Everything the bench found.
-#[derive(Debug, Serialize)]
-pub struct Report {
-    #[serde(flatten)]
-    heading: Heading,
-    rows: Vec<Row>,
-    means: Vec<Mean>,
-    occlusion: Vec<OcclusionRow>,
-    flicker: Vec<Flicker>,
-}
-
-/// One way to find indirect light.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    pub name: String,
-    /// Device milliseconds of the whole frame, without the building of deep images; and of that.
-    pub frame_ms: f64,
-    pub deep_images_ms: f64,
-    pub times: Times,
-    /// Photons from the lights that surfaces reflect; those that they were split into that came to a surface; those that are splatted.
-    pub reflected: u64,
-    pub landed: u64,
-    pub splatted: u64,
-    /// Photons that left the scene, or are left out for they light nothing that is seen.
-    pub escaped: u64,
-    pub off_screen: u64,
-    pub hidden: u64,
-    #[serde(flatten)]
-    pub errors: Errors,
-}
+const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; each is split. *Escaped*, *landed*: of those that they were split \
+                    into, those that left the scene, and those that came to a surface, of which some are not on the screen, or hidden. Deep \
+                    images are built once, in the first run, and are no part of the frame.";
 
 /// Device milliseconds of photons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Times {
+struct Times {
     /// From the lights to the first surface.
-    pub emit: f64,
+    emit: f64,
     /// Rays alone, those that look for edges too.
-    pub trace: f64,
+    trace: f64,
     /// Putting those in order that are seen.
-    pub keep: f64,
+    keep: f64,
     /// Lists of photons.
-    pub lists: f64,
+    lists: f64,
     /// Adding them up.
-    pub splat: f64,
+    splat: f64,
 }
 
 impl Times {
@@ -83,66 +56,71 @@ impl Times {
     }
 }
 
-/// A mean of frames.
-#[derive(Clone, Debug, Serialize)]
-pub struct Mean {
-    pub name: String,
-    pub frames: u32,
-    #[serde(flatten)]
-    pub errors: Errors,
-    /// Mean HDR-FLIP of the mean of as many frames without indirect light to the path tracer's direct light.
-    pub direct_flip: f64,
-}
-
+/// Measures, and writes the report.
 pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
     let mut progress = Progress::start(false);
-    let bench = Bench::start(args, "photons", &mut progress)?;
+    let mut bench = Bench::start(args, "photons", "Photons", &mut progress)?;
     let mut rows = Vec::new();
-    for configuration in configurations(&bench.look, args.quick).iter().filter(|c| args.asks_for(&c.name)) {
-        rows.push(progress.step("render", &configuration.name, || row(&bench, configuration))?);
+    for case in cases(&bench.look, args.quick).iter().filter(|case| args.asks_for(&case.name)) {
+        rows.push(progress.step("render", &case.name, || row(&bench, case))?);
     }
     let mut means = Vec::new();
-    let asks_for = |c: &Configuration, table: &str| args.asks_for(&format!("{}, {table}", c.name));
+    let asks_for = |case: &Case, table: &str| args.asks_for(&format!("{}, {table}", case.name));
     let converging: Vec<_> =
-        converging(&bench.look, args.quick).into_iter().filter(|c| asks_for(c, "frames")).collect();
+        converging(&bench.look, args.quick).into_iter().filter(|case| asks_for(case, "frames")).collect();
     let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
     for frames in counts.iter().copied().filter(|_| !converging.is_empty()) {
         let (direct, direct_flip) = progress.step("mean", "direct light", || bench.direct_mean(frames))?;
-        for configuration in &converging {
-            let name = configuration.name.clone();
-            let errors = progress.step("mean", &name, || bench.mean_row(configuration, frames, &direct))?;
-            means.push(Mean { name, frames, errors, direct_flip });
+        for case in &converging {
+            let errors = progress.step("mean", &case.name, || bench.mean_row(case, frames, &direct))?;
+            let row = Row::default().text("name", "", &case.name).number("frames", "frames", frames);
+            means.push(row.and(errors.row()).fixed("direct_flip", "direct light", 4, direct_flip));
         }
     }
     let occlusion = match !args.quick && args.asks_for("occlusion") {
         true => progress.step("occlusion", "Occlusion by 512 deep images", || occlusion::rows(&bench))?,
         false => Vec::new(),
     };
-    let asked: Vec<_> = walked(&bench.look).into_iter().filter(|c| asks_for(c, "flicker")).collect();
-    let flicker = if asked.is_empty() { Vec::new() } else { bench.flicker(&asked, &mut progress)? };
-    progress.finish();
-
-    let report = Report { heading: bench.heading.clone(), rows, means, occlusion, flicker };
-    bench.write(&report, &markdown::to_markdown(&report))
+    let report = &mut bench.report;
+    report.section("Ways to find indirect light", TEXT, "rows", rows);
+    let text = "*Direct light*: FLIP of as many frames without indirect light to the path tracer's direct light.";
+    report.section("Means of frames", text, "means", means);
+    let text = "White surfaces under a white sky, against the path tracer's open ratio of the sphere. Deep images without triangles.";
+    report.section("Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)", text, "occlusion", occlusion);
+    let walked: Vec<_> = walked(&bench.look).into_iter().filter(|case| asks_for(case, "flicker")).collect();
+    bench.finish(&walked, progress)
 }
 
-fn row(bench: &Bench, configuration: &Configuration) -> Result<Row, CliError> {
-    let (run, errors) = bench.row(configuration)?;
-    let count = |name: &str| run.counter(&format!("photons/{name}"));
-    let built = run.first.iter().filter(|pass| pass.name.starts_with("deep_images/"));
-    Ok(Row {
-        name: configuration.name.clone(),
-        frame_ms: run.frame_ms(),
-        deep_images_ms: built.map(|pass| pass.ms).sum(),
-        times: Times::of(&run.picture.report.passes),
-        reflected: count("reflected"),
-        landed: count("landed"),
-        splatted: count("splatted"),
-        escaped: count("escaped"),
-        off_screen: count("off_screen"),
-        hidden: count("hidden"),
-        errors,
-    })
+/// Millions a second; a dash where there is no time.
+fn rate(count: u64, ms: f64) -> String {
+    if ms > 0.0 { format!("{:.2}", count as f64 / ms / 1e3) } else { DASH.to_owned() }
+}
+
+fn row(bench: &Bench, case: &Case) -> Result<Row, CliError> {
+    let (rendered, errors) = bench.row(case)?;
+    let count = |name: &str| counter(&rendered.picture.report, &format!("photons/{name}"));
+    let passes = &rendered.picture.report.passes;
+    let times = Times::of(passes);
+    let (landed, escaped, splatted) = (count("landed"), count("escaped"), count("splatted"));
+    let row = Row::default()
+        .text("name", "", &case.name)
+        .fixed("frame_ms", "frame, ms", 0, frame_ms(passes))
+        .fixed("deep_images_ms", "deep images", 0, ms_of(&rendered.first, "deep_images/"))
+        .data("times", times)
+        .shown("emit", format_args!("{:.1}", times.emit))
+        .shown("trace", format_args!("{:.1}", times.trace))
+        .shown("M photons/s", rate(landed + escaped, times.trace))
+        .shown("put in order", format_args!("{:.1}", times.keep))
+        .shown("lists", format_args!("{:.1}", times.lists))
+        .shown("splat", format_args!("{:.1}", times.splat))
+        .shown("M photons/s", rate(splatted, times.splat))
+        .count("reflected", "reflected", count("reflected"))
+        .count("escaped", "escaped", escaped)
+        .count("landed", "landed", landed)
+        .count("off_screen", "off screen", count("off_screen"))
+        .count("hidden", "hidden", count("hidden"))
+        .count("splatted", "splatted", splatted);
+    Ok(row.and(errors.row()))
 }
 
 #[cfg(test)]
@@ -164,5 +142,10 @@ mod tests {
         ];
         let times = Times::of(&passes.map(pass));
         assert_eq!(times, Times { emit: 1.0, trace: 2.0, keep: 4.0, lists: 8.0, splat: 16.0 });
+    }
+
+    #[test]
+    fn no_rate_without_a_time() {
+        assert_eq!((rate(5_000_000, 2000.0), rate(5, 0.0)), ("2.50".to_owned(), "–".to_owned()));
     }
 }

@@ -1,23 +1,18 @@
 //! One technique on one shot: its picture, and how far that is from its truth.
 
-use std::{
-    path::Path,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
-use lanternfish::{
-    Picture, RenderError, Renderer,
-    output::display,
-    settings::{Exposure, ToneMap},
-};
-use lanternfish_gpu::Engine;
-use lanternfish_metrics::{ColorType, HdrFlip, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
+use lanternfish::{Picture, RenderError, Renderer};
+use lanternfish_cli::{error::CliError, flags::as_flags};
+use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
 use lanternfish_scene::{Camera, Scene};
 use serde::Serialize;
 
 use super::{shots::Shot, techniques::Technique};
-use crate::forward_plus::{differing, median};
-use lanternfish_cli::{error::CliError, flags::as_flags};
+use crate::{
+    image::{differing, hdr_flip, linear, shown},
+    run::{Run, counter, median, ms_of},
+};
 
 /// After so long, a technique has been timed well enough.
 const ENOUGH: Duration = Duration::from_secs(2);
@@ -65,12 +60,9 @@ pub struct Errors {
 
 /// What a shot's rows share.
 pub struct Bench<'b> {
-    /// Rows have much in common: it is compiled once.
-    pub engine: &'b Engine,
+    pub run: &'b Run,
     pub shot: &'b Shot,
     pub camera: &'b Camera,
-    pub runs: u32,
-    pub folder: &'b Path,
 }
 
 /// A picture that others are compared with.
@@ -101,8 +93,7 @@ impl Bench<'_> {
             Err(error) => return Err(error.into()),
         };
         let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.picture, &picture));
-        let counter =
-            |name: &str| picture.report.counters.iter().find(|(n, _)| n == name).map_or(0, |(_, value)| *value);
+        let counter = |name| counter(&picture.report, name);
         let same = first.as_ref().filter(|first| differing_pixels == 0 && first.truth == truth_name);
         let (errors, files) = match same {
             Some(first) => (first.figures.errors.clone(), [first.figures.picture.clone(), first.figures.map.clone()]),
@@ -125,7 +116,7 @@ impl Bench<'_> {
 
     /// The picture, and how long it takes, ms: the median of the frames after it; of a mean, all of its own frames.
     fn render(&self, technique: &Technique, scene: &Scene) -> Result<(Picture, f64), RenderError> {
-        let mut renderer = Renderer::with_engine(self.engine, technique.settings.clone())?;
+        let mut renderer = Renderer::with_engine(&self.run.engine, technique.settings.clone())?;
         let uploaded = renderer.upload(scene)?;
         let Shot { size, factor, .. } = self.shot;
         let mut timed = || {
@@ -133,7 +124,7 @@ impl Bench<'_> {
             let picture = renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height)?;
             let wall_ms = 1e3 * started.elapsed().as_secs_f64();
             let passes = &picture.report.passes;
-            let ms = if passes.is_empty() { wall_ms } else { passes.iter().map(|pass| pass.ms).sum() };
+            let ms = if passes.is_empty() { wall_ms } else { ms_of(passes, "") };
             Ok::<_, RenderError>((picture, ms))
         };
         let (picture, first_ms) = timed()?;
@@ -142,7 +133,7 @@ impl Bench<'_> {
         }
         let mut times: Vec<f64> = Vec::new();
         let begun = Instant::now();
-        while times.len() < self.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
+        while times.len() < self.run.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
             times.push(timed()?.1);
         }
         Ok((picture, median(&mut times)))
@@ -154,19 +145,16 @@ impl Bench<'_> {
         picture: &Picture,
         truth: &RgbImage,
     ) -> Result<(Errors, [String; 2]), CliError> {
-        let pixels = picture.radiance.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-        let large = RgbImage::new(picture.width as usize, picture.height as usize, pixels)?;
-        let pair = Pair::new(large.box_downsampled(self.shot.factor as usize)?, truth.clone())?;
+        let pair = Pair::new(linear(picture)?.box_downsampled(self.shot.factor as usize)?, truth.clone())?;
         let settings = &technique.settings;
         let [image, reference] =
             [pair.image(), pair.reference()].map(|image| shown(image, settings.exposure, settings.tone_map));
         let display = Pair::new(image.1, reference.1)?;
         let map = display.flip_ldr(PIXELS_PER_DEGREE)?;
-        let hdr = pair.flip_hdr(&HdrFlip::default())?.map;
         let linear = pair.errors();
         let errors = Errors {
             flip: display.mean_of(&map),
-            hdr_flip: pair.mean_of(&hdr),
+            hdr_flip: hdr_flip(&pair)?,
             relative_mse: linear.relative_mse,
             percentile_95: linear.relative.percentile_95,
             energy_ratio: linear.energy_ratio,
@@ -181,14 +169,6 @@ impl Bench<'_> {
     /// A picture of the report, of the shot's size.
     pub fn write(&self, file: &str, rgb: &[u8]) -> Result<(), CliError> {
         let size = self.shot.size;
-        Ok(write_png(&self.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)
+        Ok(write_png(&self.run.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)
     }
-}
-
-/// What a display shows of linear radiance: bytes, and the same as values of 0..=1.
-pub fn shown(image: &RgbImage, exposure: Exposure, tone_map: ToneMap) -> (Vec<u8>, RgbImage) {
-    let ev = exposure.of(image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]));
-    let bytes = display::encoded(&image.pixels, ev, tone_map);
-    let pixels = bytes.as_chunks::<3>().0.iter().map(|pixel| pixel.map(|v| f32::from(v) / 255.0)).collect();
-    (bytes, RgbImage { pixels, ..*image })
 }

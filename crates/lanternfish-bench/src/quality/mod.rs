@@ -5,14 +5,11 @@
 //! 2. Render each technique larger than its truth, box-average it, and compare ([`measure`]).
 //! 3. Write the report ([`report`]).
 
-mod html;
-mod markdown;
 mod measure;
 mod report;
 mod rooms;
 mod shots;
 mod techniques;
-pub(super) mod truths;
 
 use std::path::PathBuf;
 
@@ -20,55 +17,48 @@ use clap::{
     Args,
     builder::{PossibleValuesParser, TypedValueParser},
 };
-use lanternfish_gpu::{AdapterChoice, Engine};
-use lanternfish_scene::Environment;
-
-pub(super) use self::measure::shown;
-use self::{
-    measure::Bench,
-    report::{Report, ShotReport},
-    shots::{SHOTS, Shot},
-    techniques::techniques,
-    truths::{Subject, Truth},
-};
-use super::{make_folder, open};
 use lanternfish_cli::{
-    args::adapter,
     error::CliError,
     parse::{self, Size},
 };
+use lanternfish_scene::Environment;
 
+use self::{
+    measure::Bench,
+    report::{LeftOut, ShotReport},
+    shots::{SHOTS, Shot},
+    techniques::techniques,
+};
+use crate::{
+    image::shown,
+    run::{Run, RunArgs, make_folder},
+    truths::{self, Subject, Truth},
+};
+
+/// Flags of `quality`.
 #[derive(Debug, Args)]
 pub struct QualityArgs {
-    /// The folder for report.md, report.json, report.html, the pictures, and the truths, which a later run finds there. It is
-    /// made if it is not there.
-    #[arg(short, long, alias = "out", value_name = "FOLDER", default_value = "bench-quality")]
-    pub output: PathBuf,
+    #[command(flatten)]
+    run: RunArgs,
     /// One shot alone. Repeatable.
     #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
-    pub only: Vec<String>,
+    only: Vec<String>,
     /// What is judged by one truth alone. Repeatable.
     #[arg(long = "truth", value_name = "TRUTH", value_parser = truth())]
-    pub truths: Vec<Truth>,
+    truths: Vec<Truth>,
     /// Samples a pixel of the truths with all light; eight times as many of those with direct light. More: less noise, slower.
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
-    pub spp: u64,
+    spp: u64,
     /// Another size for every shot, to try the bench itself. Figures are then not those of the list.
     #[arg(long, value_name = "WxH", value_parser = parse::size)]
-    pub size: Option<Size>,
-    /// How often each technique is timed, after one frame that is not; less often where that takes more than two seconds.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub runs: u32,
+    size: Option<Size>,
     /// The folder in which `assets` holds the scenes that are not built in. Shots whose scene is not there are left out.
     /// Without it: what LANTERNFISH_SHARED names, else ../shared.
     #[arg(long, value_name = "FOLDER")]
-    pub shared: Option<PathBuf>,
-    /// Where to render: a part of an adapter's name, gpu for a graphics card, cpu for software.
-    #[arg(long, value_name = "NAME|gpu|cpu", value_parser = adapter)]
-    pub adapter: Option<AdapterChoice>,
+    shared: Option<PathBuf>,
     /// What the report calls the state of the sources.
     #[arg(long, value_name = "TEXT")]
-    pub commit: Option<String>,
+    commit: Option<String>,
 }
 
 impl QualityArgs {
@@ -88,36 +78,31 @@ fn judges() -> impl Iterator<Item = Truth> {
     Truth::ALL.iter().copied().filter(|truth| truth.judges())
 }
 
+/// Measures, and writes the reports.
 pub fn run(args: &QualityArgs) -> Result<(), CliError> {
-    make_folder(&args.output.join("pictures"))?;
-    let gpu = open(args.adapter.as_ref())?;
-    let engine = Engine::new(&gpu.device, &gpu.queue);
-    let mut report = Report::new(args, &gpu);
+    let run = Run::start(&args.run, "quality")?;
+    make_folder(&run.folder.join("pictures"))?;
+    let (mut shots, mut left_out) = (Vec::new(), Vec::new());
     let assets = args.assets();
     let surroundings = shots::surroundings(&assets)?;
     for shot in SHOTS.iter().filter(|shot| args.only.is_empty() || args.only.iter().any(|name| name == shot.name)) {
         eprintln!("{}", shot.name);
         if let Some(reason) = shot.missing(&assets) {
             eprintln!("  left out: {reason}");
-            report.leave_out(shot, reason);
+            left_out.push(LeftOut { shot: shot.name, reason });
             continue;
         }
         let mut shot = *shot;
         shot.size = args.size.unwrap_or(shot.size);
-        report.shots.push(run_shot(args, &engine, &shot, &surroundings)?);
+        shots.push(run_shot(args, &run, &shot, &surroundings)?);
     }
-    report.write(&args.output)
+    report::write(&run, args.spp, args.commit.as_deref(), &shots, &left_out)
 }
 
-fn run_shot(
-    args: &QualityArgs,
-    engine: &Engine,
-    shot: &Shot,
-    surroundings: &Environment,
-) -> Result<ShotReport, CliError> {
+fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environment) -> Result<ShotReport, CliError> {
     let (whole, camera) = shot.load(&args.assets())?;
     let settings = shot.settings();
-    let bench = Bench { engine, shot, camera: &camera, runs: args.runs, folder: &args.output };
+    let bench = Bench { run, shot, camera: &camera };
     let mut result = ShotReport::new(shot, &whole);
     let techniques = techniques(&settings, whole.bounds().size().length());
     let mut first = None;
@@ -125,10 +110,10 @@ fn run_shot(
         let (scene, settings) = (&truth.scene(&whole, surroundings), truth.seen(&settings));
         let subject =
             Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
-        let mut traced = truths::obtain(&args.output, truth, &subject)?;
+        let mut traced = truths::obtain(&run.folder, truth, &subject)?;
         let scene_of = |truth: Truth| truth.scene(&whole, surroundings);
         traced.figures.energy_without_indirect =
-            truths::energy_without_indirect(&args.output, truth, &traced.mean, scene_of, &subject)?;
+            truths::energy_without_indirect(&run.folder, truth, &traced.mean, scene_of, &subject)?;
         bench.write(&traced.figures.picture, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
         result.truths.push(traced.figures);
         for technique in techniques.iter().filter(|technique| technique.truth == truth) {

@@ -6,7 +6,8 @@ use lanternfish::{
     settings::{DeepImageSettings, Indirect, Materials, Settings},
 };
 
-use super::{techniques::Technique, truths::Truth};
+use super::techniques::Technique;
+use crate::truths::Truth;
 
 /// Their rows, on base colours as diffuse albedos, and on the file's materials.
 pub fn bounces(default: &Settings) -> Vec<Technique> {

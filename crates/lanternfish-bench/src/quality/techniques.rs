@@ -13,7 +13,7 @@ use lanternfish::{
     },
 };
 
-use super::truths::{SOFT_RADIUS, Truth};
+use crate::truths::{SOFT_RADIUS, Truth};
 
 /// One way to make the picture.
 #[derive(Clone, Debug)]
@@ -38,15 +38,15 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let mut rows = vec![row("default".to_owned(), Truth::Direct, default.clone())];
     let Settings {
         culling,
-        shadows,
-        ray_culling,
+        shadows: _,
+        ray_culling: _,
         // Rows under a truth of their own, below.
         light_radius: _,
         shadow_rays: _,
         materials,
-        textures,
-        samples,
-        anisotropy,
+        textures: _,
+        samples: _,
+        anisotropy: _,
         // Rows under truths of their own, below.
         indirect: _,
         occlusion: _,
@@ -66,29 +66,23 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         let settings = Settings { culling: other, ..default.clone() };
         rows.push(row(culling_name(other), Truth::Direct, settings));
     }
-    for other in Shadows::ALL.iter().filter(|other| *other != shadows) {
-        let settings = Settings { shadows: *other, ..default.clone() };
-        rows.push(row(format!("shadows {other}"), Truth::Direct, settings));
+    let mut each = |name: &str, changed: Vec<(String, Settings)>| {
+        let changed = changed.into_iter().filter(|(_, settings)| settings != default);
+        rows.extend(changed.map(|(value, settings)| row(format!("{name} {value}"), Truth::Direct, settings)));
+    };
+    macro_rules! every {
+        ($name:literal, $field:ident, $type:ty) => {
+            let changed = |value: &$type| (value.to_string(), Settings { $field: *value, ..default.clone() });
+            each($name, <$type>::ALL.iter().map(changed).collect());
+        };
     }
-    for other in RayCulling::ALL.iter().filter(|other| *other != ray_culling) {
-        let settings = Settings { ray_culling: *other, ..default.clone() };
-        rows.push(row(format!("ray-culling {other}"), Truth::Direct, settings));
-    }
-    for other in TextureBinding::ALL.iter().filter(|other| *other != textures) {
-        let settings = Settings { textures: *other, ..default.clone() };
-        rows.push(row(format!("textures {other}"), Truth::Direct, settings));
-    }
-    for other in Samples::ALL.iter().filter(|other| *other != samples) {
-        let settings = Settings { samples: *other, ..default.clone() };
-        rows.push(row(format!("samples {other}"), Truth::Direct, settings));
-    }
+    every!("shadows", shadows, Shadows);
+    every!("ray-culling", ray_culling, RayCulling);
+    every!("textures", textures, TextureBinding);
+    every!("samples", samples, Samples);
     // Four: more frames say the same, and take longer.
-    let settings = Settings { accumulate: 4, ..default.clone() };
-    rows.push(row(format!("accumulate {}", settings.accumulate), Truth::Direct, settings));
-    for other in Anisotropy::ALL.iter().filter(|other| *other != anisotropy) {
-        let settings = Settings { anisotropy: *other, ..default.clone() };
-        rows.push(row(format!("anisotropy {other}"), Truth::Direct, settings));
-    }
+    each("accumulate", vec![("4".to_owned(), Settings { accumulate: 4, ..default.clone() })]);
+    every!("anisotropy", anisotropy, Anisotropy);
     for other in Materials::ALL.iter().filter(|other| *other != materials) {
         let truth = match other {
             Materials::File => Truth::Direct,

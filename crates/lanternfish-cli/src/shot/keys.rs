@@ -7,13 +7,13 @@ use std::{
     path::PathBuf,
 };
 
-use clap::{Arg, ArgAction, error::ContextKind, error::ContextValue};
+use clap::{Arg, ArgAction, Args as _, Command, error::ContextKind, error::ContextValue};
 use glam::Vec3;
 use lanternfish::settings::Exposure;
 use lanternfish_scene::Light;
 
 use crate::{
-    args::render_command,
+    args::{RenderArgs, render_command},
     parse::{Frames, Size},
 };
 
@@ -55,7 +55,7 @@ pub enum Kind {
 
 /// Every flag of `render`, in the order of help.
 pub fn keys() -> Vec<Key> {
-    render_command().get_arguments().filter_map(Key::new).collect()
+    RenderArgs::augment_args(Command::new("render")).get_arguments().filter_map(Key::new).collect()
 }
 
 impl Key {

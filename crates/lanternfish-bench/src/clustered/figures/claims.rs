@@ -2,28 +2,24 @@
 //!
 //! The figures themselves are plots without tables: their values are not in the text, and none is read off them here.
 
-use super::{Figures, Played, mean, page::distinct};
-use crate::clustered::configurations::Views;
 use lanternfish_cli::report::grouped;
 
-/// A statement of the thesis with its number, and ours.
-#[derive(Debug, PartialEq)]
-pub struct Claim {
-    pub figure: &'static str,
-    pub what: String,
-    pub thesis: &'static str,
-    pub ours: String,
-}
+use super::{Figures, Played, mean, page::distinct};
+use crate::{
+    clustered::cases::{Views, shapes},
+    table::Row,
+};
 
 /// All of them, for every number of lights.
-pub fn claims(figures: &Figures) -> Vec<Claim> {
+pub fn claims(figures: &Figures) -> Vec<Row> {
     let mut claims = Vec::new();
     for lights in distinct(figures.played.iter().map(|played| played.lights)) {
         let of =
             |views: Views| figures.played.iter().filter(move |played| played.lights == lights && played.views == views);
-        let mut add = |figure, what: &str, thesis, ours: String| {
+        let mut add = |figure: &str, what: &str, thesis: &str, ours: String| {
             let what = format!("{what}, {} lights", grouped(lights.into()));
-            claims.push(Claim { figure, what, thesis, ours });
+            let row = Row::default().text("figure", "fig.", figure).text("what", "what", what);
+            claims.push(row.text("thesis", "thesis", thesis).text("ours", "here", ours));
         };
         for (figure, kind, thesis) in [("6.2", "persp", "64 px"), ("6.3", "ortho", "4"), ("6.4", "displ", "64 px, 32")]
         {
@@ -79,16 +75,10 @@ pub fn claims(figures: &Figures) -> Vec<Claim> {
 
 /// The three that the thesis tuned: Persp 64, Ortho 4, Displ 64 32, as they fit the picture.
 pub fn tuned(figures: &Figures, lights: u32) -> Vec<&Played> {
-    let best = crate::clustered::configurations::shapes(figures.size[1], true);
+    let best = shapes(figures.size[1], true);
     let find = |name: String| {
         let is = |played: &&Played| played.lights == lights && played.views == Views::Mono && played.clusters == name;
         figures.played.iter().find(is)
     };
     best.iter().filter_map(|shape| find(shape.to_string())).collect()
-}
-
-/// As a table of Markdown.
-pub fn to_text(claims: &[Claim]) -> String {
-    let rows = claims.iter().map(|c| format!("| {} | {} | {} | {} |\n", c.figure, c.what, c.thesis, c.ours));
-    format!("| fig. | what | thesis | here |\n|---|---|---|---|\n{}", rows.collect::<String>())
 }

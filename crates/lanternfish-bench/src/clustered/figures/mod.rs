@@ -7,23 +7,23 @@ mod claims;
 mod page;
 
 use lanternfish::settings::{Assignment, ClusterShape};
-use lanternfish_gpu::Gpu;
-use lanternfish_scene::Eyes;
-use serde::Serialize;
-
-use super::{
-    ClusteredArgs, EYE_ASPECT,
-    configurations::{LIGHT_COUNTS, QUICK_LIGHT_COUNTS, Views, settings, shapes},
-};
-use crate::{make_folder, open};
 use lanternfish_cli::{
     error::CliError,
     output,
     parse::Size,
     progress::Progress,
-    replay::{measure::Player, page::least_of, plan::Plan, report::Report},
+    replay::{category::Category, measure::Player, page::least_of, plan::Plan, report::Report},
+    report::grouped,
     shot::Shot,
 };
+use lanternfish_scene::Eyes;
+use serde::Serialize;
+
+use super::{
+    ClusteredArgs, EYE_ASPECT,
+    cases::{LIGHT_COUNTS, QUICK_LIGHT_COUNTS, Views, settings, shapes},
+};
+use crate::{document::LeftOut, run::Run, table::to_markdown};
 
 /// One configuration over all frames.
 #[derive(Debug, Serialize)]
@@ -32,15 +32,6 @@ pub struct Played {
     pub views: Views,
     pub lights: u32,
     pub report: Report,
-}
-
-/// What could not be played.
-#[derive(Debug, Serialize)]
-pub struct NotPlayed {
-    pub clusters: String,
-    pub views: Views,
-    pub lights: u32,
-    pub reason: String,
 }
 
 /// All that is in the figures.
@@ -54,7 +45,7 @@ pub struct Figures {
     pub runs: u32,
     pub seed: u32,
     pub played: Vec<Played>,
-    pub left_out: Vec<NotPlayed>,
+    pub left_out: Vec<LeftOut>,
 }
 
 impl Played {
@@ -65,13 +56,12 @@ impl Played {
 
     /// By frame, milliseconds of what the thesis counts as clustering, depth pass and marking among it.
     pub fn clustering_ms(&self) -> Vec<f64> {
-        least_of(&self.report, lanternfish_cli::replay::category::Category::is_clustering).unwrap_or_default()
+        least_of(&self.report, Category::is_clustering).unwrap_or_default()
     }
 
     /// By frame, milliseconds of shading.
     pub fn shading_ms(&self) -> Vec<f64> {
-        least_of(&self.report, |category| category == lanternfish_cli::replay::category::Category::Shading)
-            .unwrap_or_default()
+        least_of(&self.report, |category| category == Category::Shading).unwrap_or_default()
     }
 
     /// By frame, clusters with visible fragments.
@@ -95,8 +85,7 @@ pub fn mean(values: &[f64]) -> f64 {
 }
 
 pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
-    make_folder(&args.output)?;
-    let gpu = open(args.adapter.as_ref())?;
+    let run = Run::start(&args.run, "clustered")?;
     let eye_width = ((EYE_ASPECT * args.size.height as f32).round() as u32).max(1);
     let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
     let mut figures = Figures {
@@ -105,22 +94,22 @@ pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
         size: [args.size.width, args.size.height],
         eye_width,
         depth: args.depth,
-        runs: args.runs,
+        runs: run.runs,
         seed: args.seed,
         played: Vec::new(),
         left_out: Vec::new(),
     };
     for lights in counts {
-        play(args, shot, &gpu, *lights, &mut figures)?;
+        play(args, shot, &run, *lights, &mut figures)?;
     }
-    let file = |name: &str| args.output.join(name);
+    let file = |name: &str| run.folder.join(name);
     output::write_text(&file("report.json"), &(serde_json::to_string(&figures).expect("numbers and strings") + "\n"))?;
-    output::write_text(&file("figures.html"), &page::html(&figures))?;
-    output::print(&format!("{}\n{}\n", claims::to_text(&claims::claims(&figures)), file("figures.html").display()))
+    output::write_text(&file("figures.html"), &page::page(&figures, &run.gpu).to_html(page::STYLE))?;
+    output::print(&format!("{}\n{}\n", to_markdown(&claims::claims(&figures)), file("figures.html").display()))
 }
 
 /// Every shape for one view, and those that the thesis judges best for two eyes, with so many lights.
-fn play(args: &ClusteredArgs, shot: &Shot, gpu: &Gpu, lights: u32, figures: &mut Figures) -> Result<(), CliError> {
+fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut Figures) -> Result<(), CliError> {
     let mut progress = Progress::hidden();
     let mut plan = Plan::of(shot, None, &mut progress)?;
     plan.rain_alone(lights, args.seed);
@@ -131,7 +120,7 @@ fn play(args: &ClusteredArgs, shot: &Shot, gpu: &Gpu, lights: u32, figures: &mut
     let stereo =
         in_stereo.flat_map(|shape| [Views::StereoIndividual, Views::StereoEnclosed].map(|views| (*shape, views)));
     plan.settings = settings(best[0], Views::Mono.grouping(), Assignment::Hierarchy, args.depth);
-    let mut player = Player::new(gpu, plan, &mut progress)?;
+    let mut player = Player::new(&run.gpu, plan, &mut progress)?;
     for (shape, views) in mono.chain(stereo) {
         eprintln!("  {lights} lights, {shape}, {views}");
         let settings = settings(shape, views.grouping(), Assignment::Hierarchy, args.depth);
@@ -140,17 +129,18 @@ fn play(args: &ClusteredArgs, shot: &Shot, gpu: &Gpu, lights: u32, figures: &mut
             _ => (Some(Eyes::Vive), Size { width: figures.eye_width, height: size.height }),
         };
         player.set(&settings, eyes, size)?;
-        let mut report = player.report(&figures.source, shot.args.scene.to_string(), args.runs as usize, args.seed);
+        let mut report = player.report(&figures.source, shot.args.scene.to_string(), run.runs as usize, args.seed);
         let clusters = shape.to_string();
         match player.count(&mut progress) {
             Ok(frames) => report.frames = frames,
             // More clusters than there may be, or views that no grid encloses: the others go on.
             Err(error) => {
-                figures.left_out.push(NotPlayed { clusters, views, lights, reason: error.to_string() });
+                let what = format!("{clusters}, {views}, {} lights", grouped(lights.into()));
+                figures.left_out.push(LeftOut { what, reason: error.to_string() });
                 continue;
             }
         }
-        let times = player.time(args.runs as usize, &mut progress)?;
+        let times = player.time(run.runs as usize, &mut progress)?;
         (report.passes, report.host) = (times.passes, times.host);
         report.estimate();
         figures.played.push(Played { clusters, views, lights, report });

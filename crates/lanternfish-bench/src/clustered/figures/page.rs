@@ -1,15 +1,7 @@
 //! The figures as one page of HTML that needs nothing else.
 
-use std::fmt::Write as _;
-
-use super::{
-    Figures, Played,
-    claims::{claims, tuned},
-    mean,
-};
-use crate::clustered::configurations::Views;
 use lanternfish_cli::{
-    plot::{Area, escaped, heat_map, stacked},
+    plot::{Area, heat_map, stacked},
     replay::{
         category::Category,
         counted::Clusters,
@@ -17,8 +9,16 @@ use lanternfish_cli::{
     },
     report::grouped,
 };
+use lanternfish_gpu::Gpu;
 
-const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:110rem;padding:0 1rem;color:#222}\
+use super::{
+    Figures, Played,
+    claims::{claims, tuned},
+    mean,
+};
+use crate::{clustered::cases::Views, document::Document};
+
+pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:110rem;padding:0 1rem;color:#222}\
                      .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\
                      svg{width:100%;height:auto}table{border-collapse:collapse}\
                      td,th{padding:.15rem .6rem;text-align:left;border-bottom:1px solid #ddd}";
@@ -38,27 +38,22 @@ const QUANTITIES: [Quantity; 5] = [
 ];
 
 /// The page.
-pub fn html(figures: &Figures) -> String {
+pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
     let Figures { source, frames, size: [width, height], eye_width, depth, runs, seed, .. } = figures;
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Clusters along {0}</title><style>{STYLE}</style></head>\
-         <body>\n<h1>Clusters along {0}</h1>\n<p>{frames} frames of {width} x {height}, each eye {eye_width} x {height} (HTC Vive); clusters \
-         reach at least {depth} m from the eye; falling lights, seed {seed}, as many at a point whatever their number; no shadows. {runs} \
-         runs, of which the least counts, pass by pass and frame by frame. {1} Numbers of figures are those of Van Gelderen 2020, chapter \
-         6.</p>\n",
-        escaped(source),
-        escaped(&adapter(figures)),
+    let mut page = Document::new(&format!("Clusters along {source}"), gpu, *runs);
+    let what = format!(
+        "{frames} frames of {width} x {height}, each eye {eye_width} x {height} (HTC Vive); clusters reach at least {depth} m from the eye; \
+         falling lights, seed {seed}, as many at a point whatever their number; no shadows"
     );
-    let mut add = |text: &str| writeln!(page, "{text}").expect("String");
-    add("<h2>The thesis' numbers beside ours</h2>");
-    add("<p>Its figures are plots without tables: these are all numbers that its text has of them.</p>");
-    add("<table><tr><th>figure</th><th>what</th><th>thesis</th><th>here</th></tr>");
-    for claim in claims(figures) {
-        let (what, ours) = (escaped(&claim.what), escaped(&claim.ours));
-        add(&format!("<tr><td>{}</td><td>{what}</td><td>{}</td><td>{ours}</td></tr>", claim.figure, claim.thesis));
-    }
-    add("</table>");
+    page.introduction(&what, &format!("{runs} runs, of which the least counts, pass by pass and frame by frame"));
+    page.paragraph("Numbers of figures are those of Van Gelderen 2020, chapter 6.");
+    page.heading("The thesis' numbers beside ours");
+    page.paragraph("Its figures are plots without tables: these are all numbers that its text has of them.");
+    page.show(claims(figures));
     let lights = distinct(figures.played.iter().map(|played| played.lights));
+    let rows = |plots: &dyn Fn(u32) -> Vec<String>| -> String {
+        lights.iter().map(|count| format!("<div class=\"row\">{}</div>\n", plots(*count).concat())).collect()
+    };
     for (heading, wanted) in [
         ("6.2: sizes of perspective clusters", &(|p: &Played| mono_of(p, "persp")) as &dyn Fn(&Played) -> bool),
         ("6.3: sizes of orthographic clusters", &|p| mono_of(p, "ortho")),
@@ -66,37 +61,28 @@ pub fn html(figures: &Figures) -> String {
         ("6.5: two eyes, a grid each or one around both", &|p| p.views != Views::Mono),
         ("6.6: the tuned three", &|p| tuned(figures, p.lights).iter().any(|t| std::ptr::eq(*t, p))),
     ] {
-        add(&format!("<h2>Figure {heading}</h2>"));
-        for count in &lights {
-            let of: Vec<&Played> = figures.played.iter().filter(|p| p.lights == *count && wanted(p)).collect();
-            add(&row(&of, *count));
-        }
+        page.heading(&format!("Figure {heading}"));
+        page.html(rows(&|count| {
+            let of: Vec<&Played> = figures.played.iter().filter(|p| p.lights == count && wanted(p)).collect();
+            plots(&of, count)
+        }));
     }
-    let of_lights = |heading: &str, plots: &dyn Fn(u32) -> Vec<String>| {
-        let rows = lights.iter().map(|count| format!("<div class=\"row\">{}</div>\n", plots(*count).concat()));
-        format!("<h2>Figure {heading}</h2>\n{}", rows.collect::<String>())
-    };
-    add(&of_lights("6.7: what a frame takes", &|count| stacks(figures, count, &breakdown, Played::frame_ms)));
     let clustering = |played: &Played| areas(&played.report, Category::is_clustering);
-    add(&of_lights("6.8: what clustering takes", &|count| stacks(figures, count, &clustering, Played::clustering_ms)));
-    add(&of_lights("6.9: clusters by their lights", &|count| maps(figures, count, "lights, from", |c| &c.by_lights)));
-    add(&of_lights("6.10: clusters by their fragments", &|count| {
-        maps(figures, count, "fragments, from", |c| &c.by_fragments)
-    }));
-    if !figures.left_out.is_empty() {
-        add("<h2>Left out</h2>");
+    let times = |count| stacks(figures, count, &breakdown, Played::frame_ms);
+    let parts = |count| stacks(figures, count, &clustering, Played::clustering_ms);
+    let by_lights = |count| maps(figures, count, "lights, from", |c| &c.by_lights);
+    let by_fragments = |count| maps(figures, count, "fragments, from", |c| &c.by_fragments);
+    for (heading, plots) in [
+        ("6.7: what a frame takes", &times as &dyn Fn(u32) -> Vec<String>),
+        ("6.8: what clustering takes", &parts),
+        ("6.9: clusters by their lights", &by_lights),
+        ("6.10: clusters by their fragments", &by_fragments),
+    ] {
+        page.heading(&format!("Figure {heading}"));
+        page.html(rows(plots));
     }
-    for row in &figures.left_out {
-        let lights = grouped(row.lights.into());
-        add(&format!("<p>{}, {}, {lights} lights: {}</p>", row.clusters, row.views, escaped(&row.reason)));
-    }
-    add("</body></html>");
+    page.left_out(&figures.left_out);
     page
-}
-
-fn adapter(figures: &Figures) -> String {
-    let first = figures.played.first();
-    first.map(|played| format!("{} on {}.", played.report.adapter, played.report.driver)).unwrap_or_default()
 }
 
 /// Each value once, in their order.
@@ -121,14 +107,13 @@ fn name(played: &Played) -> String {
 }
 
 /// All quantities of these configurations, a plot each.
-fn row(of: &[&Played], lights: u32) -> String {
-    let mut text = "<div class=\"row\">".to_owned();
-    for (quantity, unit, values) in QUANTITIES {
+fn plots(of: &[&Played], lights: u32) -> Vec<String> {
+    let plot = |(quantity, unit, values): Quantity| {
         let curves = of.iter().zip(COLORS.iter().cycle());
         let curves = curves.map(|(played, color)| (name(played), *color, values(played))).collect();
-        text += &over_frames(&format!("{quantity}, {} lights", grouped(lights.into())), unit, curves);
-    }
-    text + "</div>"
+        over_frames(&format!("{quantity}, {} lights", grouped(lights.into())), unit, curves)
+    };
+    QUANTITIES.map(plot).into()
 }
 
 /// Clustering, shading and miscellaneous, as fig. 6.7 has them.

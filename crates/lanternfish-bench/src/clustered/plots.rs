@@ -1,10 +1,12 @@
 //! The bench's plots.
 
-use super::{Results, configurations::Views, measure::Row, steps};
 use lanternfish_cli::{
     plot::{Axis, Curve, bars, curves},
     report::grouped,
+    scene::SceneName,
 };
+
+use super::{cases::Views, measure::Measured, steps};
 
 /// One kind of cluster a hue, smaller ones darker.
 const COLORS: [(&str, &[&str]); 3] = [
@@ -16,13 +18,13 @@ const COLORS: [(&str, &[&str]); 3] = [
 const STEP_COLORS: [&str; 8] = ["#888888", "#56b4e9", "#0072b2", "#009e73", "#e69f00", "#d55e00", "#f0e442", "#cccccc"];
 
 /// Files and what is in them.
-pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
-    let mono: Vec<&Row> =
-        results.rows.iter().filter(|row| row.views == Views::Mono && row.assignment == "hierarchy").collect();
+pub fn plots(scene: &SceneName, rows: &[Measured]) -> Vec<(&'static str, String)> {
+    let mono: Vec<&Measured> =
+        rows.iter().filter(|row| row.views == Views::Mono && row.assignment == "hierarchy").collect();
     let most_lights = mono.iter().map(|row| row.lights).max().unwrap_or(0);
-    let most: Vec<&Row> = mono.iter().copied().filter(|row| row.lights == most_lights).collect();
-    let named = |what: &str| format!("{what}: {}, {} lights, one view", results.scene, grouped(most_lights as u64));
-    let histogram = |title: &str, label: &str, of: fn(&Row) -> &Vec<u64>| {
+    let most: Vec<&Measured> = mono.iter().copied().filter(|row| row.lights == most_lights).collect();
+    let named = |what: &str| format!("{what}: {scene}, {} lights, one view", grouped(most_lights as u64));
+    let histogram = |title: &str, label: &str, of: fn(&Measured) -> &Vec<u64>| {
         let curves_of: Vec<Curve> = most.iter().map(|row| distribution(row, &most, of(row))).collect();
         let bins = most.iter().map(|row| of(row).len()).max().unwrap_or(1) + 1;
         let highest = curves_of.iter().flat_map(|c| &c.points).map(|(_, share)| *share).fold(0.1, f64::max);
@@ -41,7 +43,7 @@ pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
         curves(&named(title), &x, &y, &curves_of)
     };
     vec![
-        ("light-tests.svg", light_tests(results, &mono)),
+        ("light-tests.svg", light_tests(scene, &mono)),
         ("steps.svg", steps_of(&named("Steps of a frame"), &most)),
         (
             "clusters-by-lights.svg",
@@ -54,7 +56,7 @@ pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     ]
 }
 
-fn color(clusters: &str, rows: &[&Row]) -> &'static str {
+fn color(clusters: &str, rows: &[&Measured]) -> &'static str {
     let kind = clusters.split(':').next().unwrap_or_default();
     let mut names: Vec<&str> = rows.iter().map(|row| row.clusters.as_str()).filter(|n| n.starts_with(kind)).collect();
     names.dedup();
@@ -64,7 +66,7 @@ fn color(clusters: &str, rows: &[&Row]) -> &'static str {
     if names.len() == 1 { hues[1] } else { hues[place.min(hues.len() - 1)] }
 }
 
-fn light_tests(results: &Results, mono: &[&Row]) -> String {
+fn light_tests(scene: &SceneName, mono: &[&Measured]) -> String {
     let mut names: Vec<&str> = mono.iter().map(|row| row.clusters.as_str()).collect();
     names.dedup();
     let lights = || mono.iter().map(|row| row.lights as f64);
@@ -96,17 +98,17 @@ fn light_tests(results: &Results, mono: &[&Row]) -> String {
             .map(|row| (row.lights as f64, row.counts.light_tests as f64))
             .collect(),
     };
-    let title = format!("Light tests with the hierarchy: {}, one view", results.scene);
+    let title = format!("Light tests with the hierarchy: {scene}, one view");
     curves(&title, &x, &y, &names.iter().map(curve).collect::<Vec<_>>())
 }
 
-fn steps_of(title: &str, most: &[&Row]) -> String {
+fn steps_of(title: &str, most: &[&Measured]) -> String {
     let parts: Vec<_> = steps::NAMES.into_iter().zip(STEP_COLORS).collect();
     let rows: Vec<_> = most.iter().map(|row| (row.clusters.clone(), row.ms.values().to_vec())).collect();
     bars(title, "milliseconds", &parts, &rows)
 }
 
-fn distribution(row: &Row, rows: &[&Row], bins: &[u64]) -> Curve {
+fn distribution(row: &Measured, rows: &[&Measured], bins: &[u64]) -> Curve {
     let sum = row.counts.visible_clusters.max(1) as f64;
     Curve {
         name: row.clusters.clone(),

@@ -10,7 +10,7 @@ use lanternfish_metrics::{
 use lanternfish_reference::{Film, Tracer};
 use lanternfish_scene::Camera;
 
-use crate::quality::measure::shown;
+use crate::image::{energy_of, shown};
 use lanternfish_cli::{error::CliError, parse::Size};
 
 /// Names of the file's layers and attributes.
@@ -99,9 +99,4 @@ impl Layers {
         let [a, b] = [&self.first_half, second].map(|half| shown(half, exposure, tone_map).1);
         Ok(f64::from(flip_ldr(&a, &b, PIXELS_PER_DEGREE)?.mean()))
     }
-}
-
-/// Sum of all values of a picture.
-pub fn energy_of(image: &RgbImage) -> f64 {
-    image.pixels.iter().flatten().map(|value| f64::from(*value)).sum()
 }

@@ -48,8 +48,8 @@ impl Brdf {
         }
     }
 
-    /// Rounds of rays before those that count.
-    pub const fn skipped_rounds(self) -> u32 {
+    /// Rays a pixel before those that count.
+    pub const fn skipped_rays(self) -> u32 {
         match self.rays() {
             (_, 0) => 0,
             (diffuse, _) => diffuse,
@@ -115,7 +115,7 @@ impl ImageSet {
 
 /// How a picture is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Configuration {
+pub struct Case {
     pub brdf: Brdf,
     /// What rays are traced through; without, the BVH.
     pub images: Option<(ImageSet, Tracer)>,
@@ -125,7 +125,7 @@ pub struct Configuration {
     pub accumulate: u32,
 }
 
-impl Configuration {
+impl Case {
     /// Through the BVH, filtered, without antialiasing.
     pub fn plain(brdf: Brdf) -> Self {
         let filter_radius = Sampled::default().filter_radius;
@@ -182,20 +182,20 @@ impl Configuration {
 /// Image sets with what is traced through them.
 pub struct Group {
     pub set: ImageSet,
-    pub rows: Vec<Configuration>,
+    pub rows: Vec<Case>,
 }
 
 /// All that is measured: through the BVH first; then image sets from coarse to fine, so that those before say how large the next
 /// would be.
 pub struct Plan {
-    pub through_bvh: Vec<Configuration>,
+    pub through_bvh: Vec<Case>,
     pub groups: Vec<Group>,
 }
 
 impl Plan {
     /// `resolutions`: those of images, ascending; where there are none, the paper's.
     pub fn new(quick: bool, resolutions: &[u32]) -> Self {
-        let through_bvh: Vec<Configuration> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
+        let through_bvh: Vec<Case> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
         // [Niessner2010, table 1].
         let (usual, ks): ([u32; 2], &[u32]) = if quick { ([16, 32], &[2]) } else { ([128, 512], &[4, 5, 8]) };
         let resolutions = if resolutions.is_empty() { &usual } else { resolutions };
@@ -203,11 +203,11 @@ impl Plan {
             resolutions.iter().flat_map(|resolution| ks.iter().map(|k| ImageSet { k: *k, resolution: *resolution }));
         let group = |set: ImageSet| {
             let is_his = |brdf: Brdf| set.resolution == resolutions[0] && (quick || set.k == brdf.k());
-            let rows = through_bvh.iter().filter(|row| **row == Configuration::plain(row.brdf) || is_his(row.brdf));
-            let traced = |row: &Configuration| {
+            let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_his(row.brdf));
+            let traced = |row: &Case| {
                 let row = *row;
                 let tracers = Tracer::ALL.iter().copied().filter(|tracer| tracer.uses_deep_images());
-                tracers.map(move |tracer| Configuration { images: Some((set, tracer)), ..row })
+                tracers.map(move |tracer| Case { images: Some((set, tracer)), ..row })
             };
             Group { set, rows: rows.flat_map(traced).collect() }
         };
@@ -216,13 +216,13 @@ impl Plan {
 }
 
 /// Plain, without filter, and with each kind of antialiasing.
-fn variations(brdf: Brdf, quick: bool) -> Vec<Configuration> {
-    let plain = Configuration::plain(brdf);
+fn variations(brdf: Brdf, quick: bool) -> Vec<Case> {
+    let plain = Case::plain(brdf);
     let mut all = vec![plain];
     if !quick || brdf == Brdf::Diffuse {
-        all.push(Configuration { filter_radius: 0, ..plain });
-        all.push(Configuration { samples: Samples::Four, ..plain });
-        all.push(Configuration { accumulate: FRAMES, ..plain });
+        all.push(Case { filter_radius: 0, ..plain });
+        all.push(Case { samples: Samples::Four, ..plain });
+        all.push(Case { accumulate: FRAMES, ..plain });
     }
     all
 }
@@ -247,10 +247,10 @@ mod tests {
         let directions: Vec<u32> = plan.groups.iter().map(|group| group.set.directions()).collect();
         assert_eq!(directions, [96, 150, 384, 96, 150, 384]);
         let rows = || plan.groups.iter().flat_map(|group| &group.rows);
-        let plain = rows().filter(|row| row.through_bvh() == Configuration::plain(row.brdf));
+        let plain = rows().filter(|row| row.through_bvh() == Case::plain(row.brdf));
         assert_eq!(plain.count(), 6 * 2 * Brdf::ALL.len());
         // Without filter, and both kinds of antialiasing: where his figures are, and nowhere else.
-        let varied: Vec<_> = rows().filter(|row| row.through_bvh() != Configuration::plain(row.brdf)).collect();
+        let varied: Vec<_> = rows().filter(|row| row.through_bvh() != Case::plain(row.brdf)).collect();
         assert_eq!(varied.len(), 3 * 2 * Brdf::ALL.len());
         for row in varied {
             let (set, _) = row.images.unwrap();
@@ -267,10 +267,10 @@ mod tests {
     #[test]
     fn rays_that_count_are_the_papers() {
         assert_eq!(Brdf::ALL.map(Brdf::counted_rays), [8, 16, 1]);
-        assert_eq!(Brdf::ALL.map(Brdf::skipped_rounds), [0, 1, 1]);
+        assert_eq!(Brdf::ALL.map(Brdf::skipped_rays), [0, 1, 1]);
         for brdf in Brdf::ALL {
             let (diffuse, glossy) = brdf.rays();
-            assert_eq!(brdf.skipped_rounds() + brdf.counted_rays(), diffuse + glossy);
+            assert_eq!(brdf.skipped_rays() + brdf.counted_rays(), diffuse + glossy);
         }
     }
 }

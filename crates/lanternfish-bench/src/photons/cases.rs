@@ -10,14 +10,12 @@ use lanternfish::{
     },
 };
 
-use crate::one_bounce::Configuration;
+use crate::one_bounce::{Case, named};
 
 /// All of them. `look`: what they share; `quick`: few.
-pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
+pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
-    let mut add = |name: &str, settings: Settings| {
-        all.push(Configuration { name: name.to_owned(), settings, has_steps: false });
-    };
+    let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
     let of = |indirect| Settings { indirect, ..look.clone() };
     let with = |room: PhotonSplatting| of(Indirect::PhotonSplatting(room));
     let usual = PhotonSplatting::default();
@@ -88,7 +86,7 @@ pub fn papers_photons() -> PhotonSplatting {
 }
 
 /// What means of frames are taken of. `quick`: not of four times the photons.
-pub fn converging(look: &Settings, quick: bool) -> Vec<Configuration> {
+pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
     let usual = PhotonSplatting::default();
     let rooms = [
         ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
@@ -101,25 +99,16 @@ pub fn converging(look: &Settings, quick: bool) -> Vec<Configuration> {
         ),
     ];
     let mut all = named(look, &rooms);
-    all.retain(|configuration| !quick || !configuration.name.contains("16384"));
+    all.retain(|case| !quick || !case.name.contains("16384"));
     all
 }
 
 /// What is walked along a track.
-pub fn walked(look: &Settings) -> Vec<Configuration> {
+pub fn walked(look: &Settings) -> Vec<Case> {
     let rooms = [
         ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
         ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
         ("photon-splatting", Indirect::PhotonSplatting(PhotonSplatting::default())),
     ];
     named(look, &rooms)
-}
-
-fn named(look: &Settings, rooms: &[(&str, Indirect)]) -> Vec<Configuration> {
-    let of = |(name, indirect): &(&str, Indirect)| Configuration {
-        name: (*name).to_owned(),
-        settings: Settings { indirect: *indirect, ..look.clone() },
-        has_steps: false,
-    };
-    rooms.iter().map(of).collect()
 }

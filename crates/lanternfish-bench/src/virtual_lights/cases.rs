@@ -8,7 +8,7 @@ use lanternfish::{
     },
 };
 
-use crate::one_bounce::Configuration;
+use crate::one_bounce::{Case, named};
 
 /// Deep images as in [Archer2019, §4]: a hemisphere of 13 stacks and 13 slices, 64² texels.
 pub fn papers_images() -> DeepImageSettings {
@@ -48,29 +48,30 @@ pub fn appendix_b(count: u32) -> VirtualLights {
     }
 }
 
+/// Names of those whose steps stand beside the paper's.
+pub const WITH_STEPS: [&str; 2] = ["virtual-lights", "as in the paper"];
+
 /// All of them. `look`: what they share; `quick`: few.
-pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
+pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
-    let mut add = |name: &str, settings: Settings, has_steps: bool| {
-        all.push(Configuration { name: name.to_owned(), settings, has_steps });
-    };
+    let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
     let of = |indirect| Settings { indirect, ..look.clone() };
     let with = |room: VirtualLights| of(Indirect::VirtualLights(room));
     let usual = VirtualLights::default();
     let grid = Culling::RasterGrid(Default::default());
     let paper = || Settings { deep_images: papers_images(), culling: grid, ..with(papers_lights()) };
-    add("none", of(Indirect::None), false);
+    add("none", of(Indirect::None));
     let good = Quality::Good.sampled().one_bounce();
-    add("sampled", of(Indirect::Sampled(good)), false);
+    add("sampled", of(Indirect::Sampled(good)));
     let half = Sampled { resolution: IndirectResolution::Half, ..good };
-    add("sampled, indirect-resolution half", of(Indirect::Sampled(half)), false);
-    add("virtual-lights", with(usual), true);
-    add("as in the paper", paper(), true);
+    add("sampled, indirect-resolution half", of(Indirect::Sampled(half)));
+    add("virtual-lights", with(usual));
+    add("as in the paper", paper());
     if quick {
         return all;
     }
     let fewer = Sampled { diffuse_rays: 4, glossy_rays: 2, ..good };
-    add("sampled, half the rays", of(Indirect::Sampled(fewer)), false);
+    add("sampled, half the rays", of(Indirect::Sampled(fewer)));
     let rooms = [
         ("indirect-resolution half", VirtualLights { resolution: IndirectResolution::Half, ..usual }),
         ("vpl-shadow-rays 1", VirtualLights { shadow_rays: 1, ..usual }),
@@ -104,20 +105,20 @@ pub fn configurations(look: &Settings, quick: bool) -> Vec<Configuration> {
         ("vpl-emission root", VirtualLights { emission: Emission::Root, ..usual }),
     ];
     for (name, room) in rooms {
-        add(&format!("virtual-lights, {name}"), with(room), false);
+        add(&format!("virtual-lights, {name}"), with(room));
     }
-    add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() }, false);
-    add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() }, false);
+    add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() });
+    add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() });
     for culling in [Culling::All, Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
         let name = lanternfish::rooms::Family::name(&culling);
-        add(&format!("virtual-lights, culling {name}"), Settings { culling, ..with(usual) }, false);
+        add(&format!("virtual-lights, culling {name}"), Settings { culling, ..with(usual) });
         if culling != grid {
-            add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() }, false);
+            add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() });
         }
     }
-    add("as in the paper, culling clustered", Settings { culling: look.culling, ..paper() }, false);
+    add("as in the paper, culling clustered", Settings { culling: look.culling, ..paper() });
     for count in [1000, 5000] {
-        add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)), false);
+        add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)));
     }
     all
 }
@@ -131,7 +132,7 @@ fn shadowed() -> Indirect {
 }
 
 /// What is walked along a track: rays from every pixel, virtual lights, and those with one light a texel.
-pub fn walked(look: &Settings) -> Vec<Configuration> {
+pub fn walked(look: &Settings) -> Vec<Case> {
     let usual = VirtualLights::default();
     let plain = VirtualLights { unique: false, ..usual };
     let unshadowed = VirtualLights { shadows: Shadows::None, ..usual };
@@ -141,12 +142,7 @@ pub fn walked(look: &Settings) -> Vec<Configuration> {
         ("virtual-lights, vpl-unique off", Indirect::VirtualLights(plain)),
         ("virtual-lights, vpl-shadows none", Indirect::VirtualLights(unshadowed)),
     ];
-    let of = |(name, indirect): (&str, Indirect)| Configuration {
-        name: name.to_owned(),
-        settings: Settings { indirect, ..look.clone() },
-        has_steps: false,
-    };
-    rooms.map(of).to_vec()
+    named(look, &rooms)
 }
 
 /// A table of ranges alone: every texel of the map a light, none of which is listed, so that the map may be large.
@@ -173,12 +169,13 @@ mod tests {
     #[test]
     fn the_quick_list_is_the_beginning_of_the_whole() {
         let look = Settings::direct_light();
-        let names = |quick| configurations(&look, quick).into_iter().map(|c| c.name).collect::<Vec<_>>();
+        let names = |quick| cases(&look, quick).into_iter().map(|c| c.name).collect::<Vec<_>>();
         let (quick, all) = (names(true), names(false));
         assert!(all.starts_with(&quick) && all.len() > 20, "{all:?}");
         let mut unique = all.clone();
         unique.sort();
         unique.dedup();
         assert_eq!(unique.len(), all.len());
+        assert!(WITH_STEPS.iter().all(|name| quick.contains(&(*name).to_owned())), "{quick:?}");
     }
 }

@@ -6,7 +6,7 @@ use std::{fs, path::Path, time::Instant};
 
 use glam::Vec3;
 use lanternfish::settings::{Exposure, Materials, Settings, ToneMap};
-use lanternfish_metrics::{HdrFlip, Pair, RgbImage};
+use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_reference::{
     Settings as TracerSettings, Tracer,
     settings::{Integrator, UNLIMITED},
@@ -14,8 +14,10 @@ use lanternfish_reference::{
 use lanternfish_scene::{AlphaMode, Camera, Environment, Scene, named_enum};
 use serde::Serialize;
 
-use self::layers::{Layers, energy_of};
+use self::layers::Layers;
 use lanternfish_cli::{error::CliError, fingerprint, parse::Size};
+
+use crate::image::{energy_of, hdr_flip};
 
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
 const FORMAT: u32 = 4;
@@ -336,10 +338,7 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
         noise_relative_mse: layers.relative_mse(),
         noise_energy: layers.energy_deviation(),
         noise_flip: layers.flip_of_halves(&second_half, settings.exposure, settings.tone_map)?,
-        noise_hdr_flip: {
-            let halves = Pair::new(layers.first_half.clone(), second_half)?;
-            halves.mean_of(&halves.flip_hdr(&HdrFlip::default())?.map)
-        },
+        noise_hdr_flip: hdr_flip(&Pair::new(layers.first_half.clone(), second_half)?)?,
         energy_without_indirect: None,
     };
     Ok(Traced { mean: layers.mean, figures })

@@ -1,8 +1,8 @@
-//! The list of configurations that are measured.
+//! What is measured: one list.
 
 use lanternfish::settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore, DirectionSet};
 
-use super::build::Built;
+use crate::table::Row;
 
 /// Rows of one table.
 pub struct Group {
@@ -34,32 +34,19 @@ pub fn groups(quick: bool) -> Vec<Group> {
     let supersamplings: &[u32] = if quick { &[2] } else { &[1, 2, 3] };
     // [Niessner2010, table 1] has the second and the last.
     let resolutions: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512] };
-    let mut groups = vec![
-        Group {
-            title: "Directions",
-            rows: counts.iter().map(|n| of(*n)).collect(),
-            beside_exact: false,
-            with_holes: false,
-        },
-        Group {
-            title: "Supersampling",
-            // Only the single-pass builder supersamples.
-            rows: supersamplings
-                .iter()
-                .map(|n| DeepImageSettings { supersampling: *n, ..by(DeepBuilder::SinglePass, all) })
-                .collect(),
-            beside_exact: false,
-            with_holes: false,
-        },
-        Group {
-            title: "Resolution",
-            rows: resolutions.iter().map(|n| DeepImageSettings { resolution: *n, ..default }).collect(),
-            beside_exact: true,
-            with_holes: false,
-        },
-    ];
+    // Only the single-pass builder supersamples.
+    let finer_samples = |n: &u32| DeepImageSettings { supersampling: *n, ..by(DeepBuilder::SinglePass, all) };
     let stored = |store, depth, payload| DeepImageSettings { store, depth, payload, ..of(all) };
-    let rows = vec![
+    let searches = |resolution| {
+        DeepSearch::ALL.iter().map(move |search| DeepImageSettings { search: *search, resolution, ..of(all) })
+    };
+    let group = |title, rows: Vec<DeepImageSettings>| Group {
+        title,
+        rows,
+        beside_exact: title == "Resolution",
+        with_holes: title == "Builders",
+    };
+    let stores = vec![
         stored(DeepStore::LinearArray, DeepDepth::Bits32, true),
         stored(DeepStore::LinearArray, DeepDepth::Bits16, true),
         stored(DeepStore::LinearArray, DeepDepth::Bits32, false),
@@ -67,12 +54,7 @@ pub fn groups(quick: bool) -> Vec<Group> {
         stored(DeepStore::LinkedList, DeepDepth::Bits32, true),
         stored(DeepStore::SortedLinkedList, DeepDepth::Bits32, true),
     ];
-    groups.push(Group { title: "Stores", rows, beside_exact: false, with_holes: false });
-    let searched = |search, resolution| DeepImageSettings { search, resolution, ..of(all) };
-    let searches = |resolution| DeepSearch::ALL.iter().map(move |search| searched(*search, resolution));
-    let rows = [default.resolution, 2 * default.resolution].into_iter().flat_map(searches).collect();
-    groups.push(Group { title: "Searches", rows, beside_exact: false, with_holes: false });
-    let rows = vec![
+    let builders = vec![
         by(DeepBuilder::SinglePass, few),
         by(DeepBuilder::PerTriangle, few),
         by(DeepBuilder::PerDirection, few),
@@ -84,8 +66,14 @@ pub fn groups(quick: bool) -> Vec<Group> {
         finer(DeepBuilder::SinglePass),
         finer(DeepBuilder::PerTriangle),
     ];
-    groups.push(Group { title: "Builders", rows, beside_exact: false, with_holes: true });
-    groups
+    vec![
+        group("Directions", counts.iter().map(|n| of(*n)).collect()),
+        group("Supersampling", supersamplings.iter().map(finer_samples).collect()),
+        group("Resolution", resolutions.iter().map(|n| DeepImageSettings { resolution: *n, ..default }).collect()),
+        group("Stores", stores),
+        group("Searches", [1, 2].into_iter().flat_map(|times| searches(times * default.resolution)).collect()),
+        group("Builders", builders),
+    ]
 }
 
 /// Description of what tells a configuration from others of as many directions and texels.
@@ -121,13 +109,12 @@ pub struct Expected {
 
 impl Expected {
     /// Expectation from the last images that were built with the same supersampling; `None` where there are none.
-    pub fn of(settings: &DeepImageSettings, built: &[Built]) -> Option<Self> {
-        let last = built.iter().rfind(|last| last.supersampling == settings.supersampling)?;
-        let texels = |resolution: u32| f64::from(resolution).powi(2);
-        let a_texel = |figure: u64| figure as f64 / (last.directions as f64 * texels(last.resolution));
+    pub fn of(settings: &DeepImageSettings, built: &[Row]) -> Option<Self> {
+        let last = built.iter().rfind(|last| *last.get("supersampling") == settings.supersampling)?;
+        let a_texel = |key| last.f64(key) / (last.f64("directions") * last.f64("resolution").powi(2));
         Some(Self {
-            bytes_a_direction: a_texel(last.bytes) * texels(settings.resolution),
-            fragments_a_texel: ((UNEVEN * a_texel(last.drawn)).ceil() as u64).max(1),
+            bytes_a_direction: a_texel("bytes") * f64::from(settings.resolution).powi(2),
+            fragments_a_texel: ((UNEVEN * a_texel("drawn")).ceil() as u64).max(1),
         })
     }
 
@@ -138,7 +125,7 @@ impl Expected {
 }
 
 /// The settings with as many directions as fit, at most those asked for, and images in as few chunks as they fit.
-pub fn fitted(mut settings: DeepImageSettings, built: &[Built]) -> DeepImageSettings {
+pub fn fitted(mut settings: DeepImageSettings, built: &[Row]) -> DeepImageSettings {
     let Some(expected) = Expected::of(&settings, built) else { return settings };
     let fits = expected.most_directions();
     if fits < settings.directions.count() {
@@ -146,6 +133,13 @@ pub fn fitted(mut settings: DeepImageSettings, built: &[Built]) -> DeepImageSett
     }
     settings.fragments_a_texel = expected.fragments_a_texel;
     settings
+}
+
+/// Images of a size, for tests.
+#[cfg(test)]
+pub fn built(directions: u32, resolution: u32, bytes: u64, drawn: u64) -> Row {
+    let row = Row::default().data("directions", directions).data("resolution", resolution).data("supersampling", 1);
+    row.data("bytes", bytes).data("drawn", drawn)
 }
 
 #[cfg(test)]
@@ -173,10 +167,8 @@ mod tests {
     #[test]
     fn directions_are_fewer_where_all_would_not_fit() {
         let default = DeepImageSettings::default();
-        let built = |bytes, drawn| {
-            [Built { directions: 100, resolution: 64, supersampling: 1, bytes, drawn, ..Built::default() }]
-        };
-        let at = |resolution, built: &[Built]| fitted(DeepImageSettings { resolution, ..default }, built);
+        let built = |bytes, drawn| [built(100, 64, bytes, drawn)];
+        let at = |resolution, built: &[Row]| fitted(DeepImageSettings { resolution, ..default }, built);
         assert_eq!(at(512, &[]), DeepImageSettings { resolution: 512, ..default });
         assert_eq!(at(64, &built(1_000_000_000, 1)).directions.count(), 169);
         // Ten million bytes each, four times as many at twice the resolution.
