@@ -15,7 +15,7 @@ use crate::{
     image::{self, differing, displayed, rgb},
     run::{Run, RunArgs, counter, medians, ms_of},
     subject::{Subject, SubjectArgs},
-    table::{DASH, Row},
+    table::{DASH, Row, decimal},
 };
 
 /// Flags of `forward-plus`.
@@ -111,7 +111,7 @@ impl Bench<'_> {
         image::write(&self.run.folder.join(name), picture)
     }
 
-    /// Renders a case once to warm up and then for its times. Rays and the like are over those of `none`, the first row.
+    /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
     fn row(&self, case: &Case, first: Option<&Picture>, none: Option<&Row>) -> Result<(Row, Picture), CliError> {
         eprintln!("  {}", case.name);
         let mut ready = self.renderer(self.settings(case))?;
@@ -147,6 +147,20 @@ impl Bench<'_> {
         let changes = [("frame ms, change", "frame_ms"), ("rays, change", "rays"), ("thesis, change", "paper_ms")];
         let changes = changes.into_iter().fold(Row::default(), |changes, (name, key)| changes.shown(name, change(key)));
         Ok((row.and(changes), picture))
+    }
+
+    /// Rows of these cases. The first image of all becomes `first`.
+    fn table(&self, cases: &[Case], first: &mut Option<Picture>) -> Result<Vec<Row>, CliError> {
+        let mut rows = Vec::new();
+        for case in cases {
+            let (row, picture) = self.row(case, first.as_ref(), rows.first())?;
+            rows.push(row);
+            if first.is_none() {
+                self.write("picture.png", &picture)?;
+                *first = Some(picture);
+            }
+        }
+        Ok(rows)
     }
 
     /// Renders normals rebuilt from depth, writes them and their differences from the triangles' own, and compares [Elagabani2025, fig. 5.3].
@@ -197,24 +211,16 @@ pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
         return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
     }
     let bench = Bench { run: Run::start(&args.run, "forward-plus")?, subject, args };
-    let (mut rows, mut first): (Vec<Row>, Option<Picture>) = (Vec::new(), None);
-    for case in cases() {
-        let (row, picture) = bench.row(&case, first.as_ref(), rows.first())?;
-        if first.is_none() {
-            bench.write("picture.png", &picture)?;
-            first = Some(picture);
-        }
-        rows.push(row);
-    }
-    let tiles = tile_sizes().map(|case| Ok(bench.row(&case, first.as_ref(), None)?.0));
-    let tiles = tiles.into_iter().collect::<Result<Vec<_>, CliError>>()?;
+    let mut first = None;
+    let rows = bench.table(&cases(), &mut first)?;
+    let tiles = bench.table(&tile_sizes(), &mut first)?;
 
     let (Subject { scene, look, .. }, Size { width, height }) = (&bench.subject, args.subject.size);
     let surface = first.iter().flat_map(|first| &first.radiance).filter(|texel| texel[3] > 0.0).count();
     let (title, source) = ("Forward+ with ray-traced shadows", &args.subject.scene);
     let mut report = Document::of_scene(title, source, &bench.run.gpu, args.run.runs);
     let facts = Row::default().data("width", width).data("height", height).data("light_count", scene.lights.len());
-    let facts = facts.data("range_threshold", look.range_threshold).data("surface_pixels", surface);
+    let facts = facts.data("range_threshold", decimal(look.range_threshold)).data("surface_pixels", surface);
     report.facts(facts);
     let what =
         format!("{width} x {height}, {} lights (threshold of ranges {})", scene.lights.len(), look.range_threshold);

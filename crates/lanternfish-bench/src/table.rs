@@ -144,6 +144,11 @@ pub fn percent(digits: usize, ratio: f64) -> String {
     format!("{:.digits$} %", 100.0 * ratio)
 }
 
+/// A number that JSON has with as many digits as tell it from others of its type.
+pub fn decimal(number: f32) -> f64 {
+    number.to_string().parse().unwrap_or_else(|_| number.into())
+}
+
 fn value(data: &impl Serialize) -> Value {
     serde_json::to_value(data).expect("plain numbers and strings")
 }

@@ -13,7 +13,10 @@ use lanternfish_gpu::{Frame, Profiler, read_back};
 use lanternfish_reference::Random;
 
 use super::{Bench, moved};
-use crate::{document::Document, table::Row};
+use crate::{
+    document::Document,
+    table::{Row, decimal},
+};
 
 /// How far parts are shifted at most, ratios to the scene's diagonal.
 const REACHES: [f32; 4] = [0.001, 0.01, 0.1, 0.5];
@@ -71,7 +74,7 @@ impl Bench {
         let differing = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
         Ok(Row::default()
             .number("moves", "moves", moves)
-            .number("reach", "shift", reach)
+            .number("reach", "shift", decimal(reach))
             .said_as(format_args!("{} %", 100.0 * reach))
             .number("rebuilt", "in the background", rebuilt)
             .data("longest_ms", longest_ms)
