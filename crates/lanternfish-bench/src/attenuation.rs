@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use lanternfish::settings::Attenuation;
-
 use lanternfish_cli::{
     error::CliError,
     output,

@@ -118,6 +118,17 @@ pub fn frame_ms(passes: &[PassTime]) -> f64 {
     passes.iter().filter(|pass| !pass.name.starts_with("deep_images/")).fold(0.0, |sum, pass| sum + pass.ms)
 }
 
+/// Sums device milliseconds by what each pass is for; `of` is asked in the order in which they ran. Those of none are left aside.
+pub fn sorted<const N: usize>(passes: &[PassTime], mut of: impl FnMut(&str) -> Option<usize>) -> [f64; N] {
+    let mut sums = [0.0; N];
+    for pass in passes {
+        if let Some(kind) = of(&pass.name) {
+            sums[kind] += pass.ms;
+        }
+    }
+    sums
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

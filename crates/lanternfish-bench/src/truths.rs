@@ -6,6 +6,7 @@ use std::{fs, path::Path, time::Instant};
 
 use glam::Vec3;
 use lanternfish::settings::{Exposure, Materials, Settings, ToneMap};
+use lanternfish_cli::{error::CliError, fingerprint, parse::Size};
 use lanternfish_metrics::{Pair, RgbImage};
 use lanternfish_reference::{
     Settings as TracerSettings, Tracer,
@@ -15,8 +16,6 @@ use lanternfish_scene::{AlphaMode, Camera, Environment, Scene, named_enum};
 use serde::Serialize;
 
 use self::layers::Layers;
-use lanternfish_cli::{error::CliError, fingerprint, parse::Size};
-
 use crate::image::{energy_of, hdr_flip};
 
 /// Raised when what the path tracer makes of the same scene and settings changes: truths that were kept are then old.
@@ -55,151 +54,153 @@ named_enum! {
     }
 }
 
-impl Truth {
+/// Which light there is in the images of a truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Light {
+    /// Emissive surfaces are black: they light nothing in the renderer, and what lights nothing cannot be told from what does.
+    Lights,
+    Environment,
+    All,
+    /// White surfaces under a white sky. Nothing occludes from this distance on, a ratio to the scene's diagonal; none: wherever it is.
+    White(Option<f32>),
+}
+
+/// What a truth is.
+struct Making {
     /// One line for the report.
-    pub fn meaning(self) -> &'static str {
+    meaning: &'static str,
+    light: Light,
+    /// Segments of paths at most.
+    segments: u32,
+    materials: Materials,
+    /// Factor on the samples a pixel of the command line: short paths are cheap, and what most techniques are judged by should be the least
+    /// noisy.
+    samples: u64,
+    /// Truths that are together what this one has without indirect light, as an image has it without: what is emissive, and what punctual
+    /// lights send by one reflection. None where this one has no indirect light, or no technique's image goes without.
+    without_indirect: &'static [Truth],
+}
+
+impl Truth {
+    fn making(self) -> Making {
+        let of = |meaning, light, segments, samples| {
+            let (materials, without_indirect): (_, &[Self]) = (Materials::File, &[]);
+            Making { meaning, light, segments, materials, samples, without_indirect }
+        };
+        let lambert = |making| Making { materials: Materials::Lambert, ..making };
+        let beyond = |without_indirect, making| Making { without_indirect, ..making };
         match self {
-            Self::Direct => {
-                "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures"
+            Self::Direct => of(
+                "paths of 2 segments, from punctual lights; emission and surroundings are black in both pictures",
+                Light::Lights,
+                2,
+                8,
+            ),
+            Self::DirectLambert => lambert(of("the same, base colours as diffuse albedos", Light::Lights, 2, 2)),
+            Self::DirectSoft => {
+                of("as direct, from disks of 0.1 m radius that face what they light", Light::Lights, 2, 2)
             }
-            Self::DirectLambert => "the same, base colours as diffuse albedos",
-            Self::DirectSoft => "as direct, from disks of 0.1 m radius that face what they light",
-            Self::OneBounce => "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos",
-            Self::OneBounceFile => "paths of 2 or 3 segments, from punctual lights",
-            Self::Environment => {
-                "paths of 2 segments, from an image of the surroundings alone, which is seen as well: kloppenheim_05_1k.hdr, \
-                 or a sky built in where that is not there"
+            Self::Emitted => of("paths of 1 segment, emission and surroundings", Light::All, 1, 1),
+            Self::Full => beyond(
+                &[Self::Emitted, Self::Direct],
+                of("paths of any length, emission and surroundings included", Light::All, UNLIMITED, 1),
+            ),
+            Self::OneBounce => {
+                let text = "paths of 2 or 3 segments, from punctual lights, base colours as diffuse albedos";
+                beyond(&[Self::DirectLambert], lambert(of(text, Light::Lights, 3, 2)))
             }
-            Self::EnvironmentBounce => "the same, paths of 2 or 3 segments",
-            Self::Emitted => "paths of 1 segment, emission and surroundings",
-            Self::Full => "paths of any length, emission and surroundings included",
-            Self::Occlusion => {
-                "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map"
+            Self::OneBounceFile => {
+                beyond(&[Self::Direct], of("paths of 2 or 3 segments, from punctual lights", Light::Lights, 3, 2))
             }
-            Self::ObscuranceFar => {
-                "the same, closed by what is at distance d by 1 - (d / m)², m 28 % of the scene's diagonal"
+            Self::Environment => of(
+                "paths of 2 segments, from an image of the surroundings alone, which is seen as well: kloppenheim_05_1k.hdr, or a sky built \
+                 in where that is not there",
+                Light::Environment,
+                2,
+                8,
+            ),
+            Self::EnvironmentBounce => of("the same, paths of 2 or 3 segments", Light::Environment, 3, 2),
+            Self::Occlusion => of(
+                "open share of the cosine-weighted hemisphere: white surfaces under a white sky, at 0 EV without a tone map",
+                Light::White(None),
+                UNLIMITED,
+                8,
+            ),
+            // What 1280 units are of the hall of [Aalund2015, fig. 8].
+            Self::ObscuranceFar => of(
+                "the same, closed by what is at distance d by 1 - (d / m)², m 28 % of the scene's diagonal",
+                Light::White(Some(0.28)),
+                UNLIMITED,
+                8,
+            ),
+            Self::ObscuranceNear => {
+                of("the same, m 1/64 of the scene's diagonal", Light::White(Some(1.0 / 64.0)), UNLIMITED, 8)
             }
-            Self::ObscuranceNear => "the same, m 1/64 of the scene's diagonal",
         }
     }
 
-    /// The scene both pictures are made of. `surroundings` stand around it where the truth is light from such.
+    /// The scene both images are made of. `surroundings` stand around it where the truth is light from such.
     pub fn scene(self, scene: &Scene, surroundings: &Environment) -> Scene {
         let mut scene = scene.clone();
-        match self {
-            // Emissive surfaces light nothing in the renderer, and what lights nothing cannot be told from what does.
-            Self::Direct | Self::DirectLambert | Self::DirectSoft | Self::OneBounce | Self::OneBounceFile => {
-                scene = of_lights_alone(scene);
-            }
-            Self::Environment | Self::EnvironmentBounce => {
+        match self.making().light {
+            Light::Lights => scene = of_lights_alone(scene),
+            Light::Environment => {
                 (scene.sky, scene.environment) = (Vec3::ZERO, Some(surroundings.clone()));
                 scene.lights.clear();
                 darken(&mut scene);
             }
-            Self::Emitted | Self::Full => {}
-            Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => make_white(&mut scene),
+            Light::All => {}
+            Light::White(_) => make_white(&mut scene),
         }
         scene
     }
 
-    /// Whether techniques are judged by it; else it is but a part of others ([`Truth::without_indirect`]).
+    /// Whether techniques are judged by it; else it is but a part of others.
     pub fn judges(self) -> bool {
         self != Self::Emitted
     }
 
-    /// Truths that are together what this one has without indirect light, as a picture has it without: what shines, and what punctual lights
-    /// send by one reflection. None where this one has no indirect light, or no technique's picture goes without.
+    /// Truths that are together what this one has without indirect light.
     pub fn without_indirect(self) -> &'static [Self] {
-        match self {
-            Self::Full => &[Self::Emitted, Self::Direct],
-            Self::OneBounce => &[Self::DirectLambert],
-            Self::OneBounceFile => &[Self::Direct],
-            Self::Direct
-            | Self::DirectLambert
-            | Self::DirectSoft
-            | Self::Emitted
-            | Self::Environment
-            | Self::EnvironmentBounce
-            | Self::Occlusion
-            | Self::ObscuranceFar
-            | Self::ObscuranceNear => &[],
-        }
+        self.making().without_indirect
     }
 
     /// Distance from which on nothing occludes, m, in a scene of this diagonal.
     pub fn max_distance(self, diagonal: f32) -> Option<f32> {
-        match self {
-            // What 1280 units are of the hall of [Aalund2015, fig. 8].
-            Self::ObscuranceFar => Some(0.28 * diagonal),
-            Self::ObscuranceNear => Some(diagonal / 64.0),
-            Self::Direct
-            | Self::DirectLambert
-            | Self::DirectSoft
-            | Self::OneBounce
-            | Self::OneBounceFile
-            | Self::Environment
-            | Self::EnvironmentBounce
-            | Self::Emitted
-            | Self::Full
-            | Self::Occlusion => None,
+        match self.making().light {
+            Light::White(ratio) => ratio.map(|ratio| ratio * diagonal),
+            _ => None,
         }
     }
 
-    /// The shot's settings; for truths that are shares of light, without exposure and tone map.
+    /// The shot's settings; for truths that are ratios of light, without exposure and tone map.
     pub fn seen(self, shot: &Settings) -> Settings {
-        match self {
-            Self::Direct
-            | Self::DirectLambert
-            | Self::DirectSoft
-            | Self::OneBounce
-            | Self::OneBounceFile
-            | Self::Environment
-            | Self::EnvironmentBounce
-            | Self::Emitted
-            | Self::Full => shot.clone(),
-            Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
-                Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() }
-            }
+        match self.making().light {
+            Light::White(_) => Settings { exposure: Exposure::Ev(0.0), tone_map: ToneMap::None, ..shot.clone() },
+            _ => shot.clone(),
         }
     }
 
-    /// Samples a pixel at `spp` of the command line: short paths are cheap, and what most techniques are judged by should
-    /// be the least noisy.
-    pub fn samples(self, spp: u64) -> u64 {
-        match self {
-            Self::Direct | Self::Environment | Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => 8 * spp,
-            Self::DirectLambert
-            | Self::DirectSoft
-            | Self::OneBounce
-            | Self::OneBounceFile
-            | Self::EnvironmentBounce => 2 * spp,
-            Self::Emitted | Self::Full => spp,
-        }
+    /// Samples a pixel at `spp` of the command line.
+    fn samples(self, spp: u64) -> u64 {
+        self.making().samples * spp
     }
 
     fn settings(self, shot: &Settings, diagonal: f32) -> TracerSettings {
-        let path = |max_depth, materials| TracerSettings {
-            integrator: Integrator::Path,
-            max_depth,
+        let Making { light, segments, materials, .. } = self.making();
+        let integrator = match (light, self.max_distance(diagonal)) {
+            (Light::White(_), Some(max_distance)) => Integrator::Obscurance { max_distance },
+            (Light::White(_), None) => Integrator::Occlusion,
+            _ => Integrator::Path,
+        };
+        TracerSettings {
+            integrator,
+            max_depth: segments,
             materials,
             attenuation: shot.attenuation,
             range_threshold: shot.range_threshold,
-            light_radius: shot.light_radius,
+            light_radius: if self == Self::DirectSoft { SOFT_RADIUS } else { shot.light_radius },
             ..TracerSettings::default()
-        };
-        match self {
-            Self::Direct | Self::Environment => path(2, Materials::File),
-            Self::DirectLambert => path(2, Materials::Lambert),
-            Self::DirectSoft => TracerSettings { light_radius: SOFT_RADIUS, ..path(2, Materials::File) },
-            Self::OneBounce => path(3, Materials::Lambert),
-            Self::OneBounceFile | Self::EnvironmentBounce => path(3, Materials::File),
-            Self::Emitted => path(1, Materials::File),
-            Self::Full => path(UNLIMITED, Materials::File),
-            Self::Occlusion | Self::ObscuranceFar | Self::ObscuranceNear => {
-                let obscurance = |max_distance| Integrator::Obscurance { max_distance };
-                let integrator = self.max_distance(diagonal).map_or(Integrator::Occlusion, obscurance);
-                TracerSettings { integrator, ..path(UNLIMITED, Materials::File) }
-            }
         }
     }
 }
@@ -327,7 +328,7 @@ pub fn obtain(folder: &Path, truth: Truth, subject: &Subject<'_>) -> Result<Trac
     let second_half = layers.second_half(spp);
     let figures = TruthFigures {
         name: truth.name(),
-        meaning: truth.meaning(),
+        meaning: truth.making().meaning,
         file,
         picture: format!("pictures/{name}-truth-{truth}.png"),
         spp,

@@ -104,7 +104,7 @@ fn light_tests(scene: &SceneName, mono: &[&Measured]) -> String {
 
 fn steps_of(title: &str, most: &[&Measured]) -> String {
     let parts: Vec<_> = steps::NAMES.into_iter().zip(STEP_COLORS).collect();
-    let rows: Vec<_> = most.iter().map(|row| (row.clusters.clone(), row.ms.values().to_vec())).collect();
+    let rows: Vec<_> = most.iter().map(|row| (row.clusters.clone(), row.ms.0.to_vec())).collect();
     bars(title, "milliseconds", &parts, &rows)
 }
 

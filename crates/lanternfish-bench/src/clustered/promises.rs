@@ -105,7 +105,7 @@ mod tests {
                 lighting_operations: 1,
                 ..Counts::default()
             },
-            ms: Steps { shading: 1.0, ..Steps::default() },
+            ms: Steps([1.0; 8]),
             differing_pixels: 0,
         }
     }

@@ -5,6 +5,7 @@ use lanternfish::{
     rays::{RayTracer, TracedRay},
     settings::{DeepImageSettings, Tracer},
 };
+use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, read_back};
 
 use super::{
@@ -16,7 +17,6 @@ use crate::{
     run::{least, ms_of},
     table::Row,
 };
-use lanternfish_cli::error::CliError;
 
 /// One ray in this many goes through a software adapter's ray query, which is slow.
 const SOFTWARE_RAYS: usize = 8;

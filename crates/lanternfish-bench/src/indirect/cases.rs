@@ -22,22 +22,27 @@ pub enum Brdf {
 impl Brdf {
     pub const ALL: [Self; 3] = [Self::Diffuse, Self::Glossy, Self::Mirror];
 
-    pub const fn name(self) -> &'static str {
+    /// Its name; rays a pixel [Niessner2010, §7], diffuse and glossy; and the k of his 6 k² directions, 96 for diffuse light and 150 for the
+    /// others [Niessner2010, table 1, fig. 7]. The renderer has at least one diffuse ray: where glossy ones are measured it is traced,
+    /// but not counted.
+    const fn of_paper(self) -> (&'static str, (u32, u32), u32) {
         match self {
-            Self::Diffuse => "diffuse",
-            Self::Glossy => "glossy",
-            Self::Mirror => "mirror",
+            Self::Diffuse => ("diffuse", (8, 0), 4),
+            Self::Glossy => ("glossy", (1, 16), 5),
+            Self::Mirror => ("mirror", (1, 1), 5),
         }
     }
 
-    /// Rays a pixel [Niessner2010, §7], diffuse and glossy. The renderer has at least one diffuse ray: where glossy ones are
-    /// measured it is traced, but not counted.
+    pub const fn name(self) -> &'static str {
+        self.of_paper().0
+    }
+
     pub const fn rays(self) -> (u32, u32) {
-        match self {
-            Self::Diffuse => (8, 0),
-            Self::Glossy => (1, 16),
-            Self::Mirror => (1, 1),
-        }
+        self.of_paper().1
+    }
+
+    pub const fn k(self) -> u32 {
+        self.of_paper().2
     }
 
     /// Rays a pixel that count.
@@ -53,14 +58,6 @@ impl Brdf {
         match self.rays() {
             (_, 0) => 0,
             (diffuse, _) => diffuse,
-        }
-    }
-
-    /// Nießner's directions: 6 k² are 96 for diffuse light and 150 for the others [Niessner2010, table 1, fig. 7].
-    pub const fn k(self) -> u32 {
-        match self {
-            Self::Diffuse => 4,
-            Self::Glossy | Self::Mirror => 5,
         }
     }
 

@@ -1,10 +1,10 @@
 //! Frames one after the other: along the walk, and after the scene has changed.
 
 use lanternfish::{GpuScene, Picture, Renderer, settings::Settings};
+use lanternfish_cli::error::CliError;
 use lanternfish_scene::Scene;
 
 use super::Bench;
-use lanternfish_cli::error::CliError;
 
 impl Bench {
     /// Frames of the walk to the place of the truth.

@@ -4,14 +4,15 @@
 mod cases;
 mod occlusion;
 
+use std::collections::BTreeMap;
+
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_gpu::PassTime;
-use serde::Serialize;
 
 use self::cases::{cases, converging, walked};
 use crate::{
     one_bounce::{Bench, Case, OneBounceArgs},
-    run::{counter, frame_ms, ms_of},
+    run::{counter, frame_ms, ms_of, sorted},
     table::{DASH, Row},
 };
 
@@ -19,41 +20,26 @@ const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; 
                     into, those that left the scene, and those that came to a surface, of which some are not on the screen, or hidden. Deep \
                     images are built once, in the first run, and are no part of the frame.";
 
-/// Device milliseconds of photons.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Times {
-    /// From the lights to the first surface.
-    emit: f64,
-    /// Rays alone, those that look for edges too.
-    trace: f64,
-    /// Putting those in order that are seen.
-    keep: f64,
-    /// Lists of photons.
-    lists: f64,
-    /// Adding them up.
-    splat: f64,
-}
+/// What photons take, with its keys: from the lights to the first surface; rays alone, those that look for edges too; putting those in order
+/// that are seen; lists of photons; adding them up.
+const STEPS: [(&str, &str); 5] =
+    [("emit", "emit"), ("trace", "trace"), ("keep", "put in order"), ("lists", "lists"), ("splat", "splat")];
 
-impl Times {
-    fn of(passes: &[PassTime]) -> Self {
-        let mut times = Self::default();
-        // Light culling is recorded twice: for the scene's lights before, and for photons after these are traced.
-        let mut has_photons = false;
-        for pass in passes {
-            let own = pass.name.strip_prefix("indirect/photon_splatting/");
-            has_photons = (has_photons || own.is_some()) && !pass.name.starts_with("shading/");
-            let time = match own {
-                Some("emit") => &mut times.emit,
-                Some("trace" | "land") => &mut times.trace,
-                Some("gather" | "splat" | "add") => &mut times.splat,
-                Some(_) => &mut times.keep,
-                None if pass.name.starts_with("light_culling/") && has_photons => &mut times.lists,
-                None => continue,
-            };
-            *time += pass.ms;
+/// Device milliseconds of [`STEPS`].
+fn times(passes: &[PassTime]) -> [f64; 5] {
+    // Light culling is recorded twice: for the scene's lights before, and for photons after these are traced.
+    let mut has_photons = false;
+    sorted(passes, |name| {
+        let own = name.strip_prefix("indirect/photon_splatting/");
+        has_photons = (has_photons || own.is_some()) && !name.starts_with("shading/");
+        match own {
+            Some("emit") => Some(0),
+            Some("trace" | "land") => Some(1),
+            Some("gather" | "splat" | "add") => Some(4),
+            Some(_) => Some(2),
+            None => (name.starts_with("light_culling/") && has_photons).then_some(3),
         }
-        times
-    }
+    })
 }
 
 /// Measures, and writes the report.
@@ -100,20 +86,22 @@ fn row(bench: &Bench, case: &Case) -> Result<Row, CliError> {
     let (rendered, errors) = bench.row(case)?;
     let count = |name: &str| counter(&rendered.picture.report, &format!("photons/{name}"));
     let passes = &rendered.picture.report.passes;
-    let times = Times::of(passes);
+    let times = times(passes);
     let (landed, escaped, splatted) = (count("landed"), count("escaped"), count("splatted"));
-    let row = Row::default()
+    let mut row = Row::default()
         .text("name", "", &case.name)
         .fixed("frame_ms", "frame, ms", 0, frame_ms(passes))
         .fixed("deep_images_ms", "deep images", 0, ms_of(&rendered.first, "deep_images/"))
-        .data("times", times)
-        .shown("emit", format_args!("{:.1}", times.emit))
-        .shown("trace", format_args!("{:.1}", times.trace))
-        .shown("M photons/s", rate(landed + escaped, times.trace))
-        .shown("put in order", format_args!("{:.1}", times.keep))
-        .shown("lists", format_args!("{:.1}", times.lists))
-        .shown("splat", format_args!("{:.1}", times.splat))
-        .shown("M photons/s", rate(splatted, times.splat))
+        .data("times", STEPS.iter().zip(times).map(|((key, _), ms)| (*key, ms)).collect::<BTreeMap<_, _>>());
+    for ((key, heading), ms) in STEPS.into_iter().zip(times) {
+        row = row.shown(heading, format_args!("{ms:.1}"));
+        match key {
+            "trace" => row = row.shown("M photons/s", rate(landed + escaped, ms)),
+            "splat" => row = row.shown("M photons/s", rate(splatted, ms)),
+            _ => {}
+        }
+    }
+    let row = row
         .count("reflected", "reflected", count("reflected"))
         .count("escaped", "escaped", escaped)
         .count("landed", "landed", landed)
@@ -140,8 +128,7 @@ mod tests {
             ("shading/forward", 1000.0),
             ("light_culling/tiled/count", 1000.0),
         ];
-        let times = Times::of(&passes.map(pass));
-        assert_eq!(times, Times { emit: 1.0, trace: 2.0, keep: 4.0, lists: 8.0, splat: 16.0 });
+        assert_eq!(times(&passes.map(pass)), [1.0, 2.0, 4.0, 8.0, 16.0]);
     }
 
     #[test]

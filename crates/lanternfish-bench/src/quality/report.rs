@@ -13,7 +13,12 @@ use super::{
     measure::Row as Measured,
     shots::{SHOTS, Shot},
 };
-use crate::{document::Document, run::Run, table::Row, truths::TruthFigures};
+use crate::{
+    document::Document,
+    run::Run,
+    table::{Row, decimal},
+    truths::TruthFigures,
+};
 
 /// How far an energy ratio may be from 1 without being marked, whatever the noise.
 const ENERGY_TOLERANCE: f64 = 0.01;
@@ -36,7 +41,7 @@ pub struct ShotReport {
     pub triangles: usize,
     pub lights: usize,
     pub attenuation: String,
-    pub range_threshold: f32,
+    pub range_threshold: f64,
     /// Exposure at which pictures are compared, stops.
     pub exposure: f32,
     pub tone_map: String,
@@ -55,7 +60,7 @@ impl ShotReport {
             triangles: scene.triangle_counts().1,
             lights: scene.lights.len(),
             attenuation: settings.attenuation.to_string(),
-            range_threshold: settings.range_threshold,
+            range_threshold: decimal(settings.range_threshold),
             exposure: shot.exposure,
             tone_map: settings.tone_map.to_string(),
             truths: Vec::new(),

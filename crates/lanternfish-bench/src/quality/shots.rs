@@ -4,16 +4,15 @@ use std::path::Path;
 
 use glam::Vec3;
 use lanternfish::settings::{Attenuation, Exposure, Settings};
-use lanternfish_scene::{
-    Camera, Environment, Light, Projection, Scene,
-    generate::{light_rain, sky},
-    near_plane,
-};
-
 use lanternfish_cli::{
     error::CliError,
     parse::Size,
     scene::{self, SceneName},
+};
+use lanternfish_scene::{
+    Camera, Environment, Light, Projection, Scene,
+    generate::{light_rain, sky},
+    near_plane,
 };
 
 /// One view of one scene.
@@ -63,34 +62,36 @@ const SPONZA_TEN: &[([f32; 3], [f32; 3])] = &[
     ([-5.0, 1.0, 6.0], [25.0, 10.0, 40.0]),
 ];
 
+/// The smallest, from which others differ.
+const CORNELL: Shot = Shot {
+    name: "cornell",
+    scene: "demo:cornell",
+    view: View::Camera(0),
+    size: size(128, 128),
+    factor: 4,
+    points: &[],
+    rain: 0,
+    attenuation: Attenuation::Gltf,
+    range_threshold: 0.02,
+    exposure: 1.0,
+};
+
 /// The view, the light and the attenuation of the reference cornell-point-direct.
 const CORNELL_BLOCKS: Shot = Shot {
     name: "cornell-blocks",
     scene: "cornell/CornellBox-Blocks.glb",
     view: View::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
-    size: size(128, 128),
-    factor: 4,
     points: &[([0.0, 1.7, 0.1], [2.5, 2.3, 2.0])],
-    rain: 0,
     attenuation: Attenuation::Physical,
-    range_threshold: 0.02,
-    exposure: 1.0,
+    ..CORNELL
 };
+
+/// A built-in interior.
+const INTERIOR: Shot = Shot { size: size(160, 90), factor: 3, exposure: 0.0, ..CORNELL };
 
 /// All shots, the smallest first. Another scene, camera or size is another entry: rows of one shot are compared over time.
 pub const SHOTS: &[Shot] = &[
-    Shot {
-        name: "cornell",
-        scene: "demo:cornell",
-        view: View::Camera(0),
-        size: size(128, 128),
-        factor: 4,
-        points: &[],
-        rain: 0,
-        attenuation: Attenuation::Gltf,
-        range_threshold: 0.02,
-        exposure: 1.0,
-    },
+    CORNELL,
     CORNELL_BLOCKS,
     // A mirror in the place of a block.
     Shot { name: "cornell-mirror", scene: "cornell/CornellBox-Mirror.glb", ..CORNELL_BLOCKS },
@@ -103,43 +104,19 @@ pub const SHOTS: &[Shot] = &[
         ..CORNELL_BLOCKS
     },
     // Its own lanterns and sun, and coloured lights of short range.
-    Shot {
-        name: "atrium",
-        scene: "demo:atrium",
-        view: View::Camera(0),
-        size: size(160, 90),
-        factor: 3,
-        points: &[],
-        rain: 100,
-        attenuation: Attenuation::Gltf,
-        range_threshold: 0.02,
-        exposure: 0.0,
-    },
+    Shot { name: "atrium", scene: "demo:atrium", rain: 100, ..INTERIOR },
     // Nave and aisles inside an outer shell, turned about all axes: light comes through what surfaces let pass.
-    Shot {
-        name: "hall",
-        scene: "demo:hall",
-        view: View::Camera(0),
-        size: size(160, 90),
-        factor: 3,
-        points: &[],
-        rain: 0,
-        attenuation: Attenuation::Gltf,
-        range_threshold: 0.02,
-        exposure: 0.0,
-    },
+    Shot { name: "hall", scene: "demo:hall", ..INTERIOR },
     // Textures, normal maps, alpha masks.
     Shot {
         name: "sponza-ten",
         scene: "sponza/Sponza.glb",
         view: View::At([6.6, 2.6, -0.6], [-4.0, 3.2, 0.4], 65.0),
         size: size(192, 108),
-        factor: 4,
         points: SPONZA_TEN,
-        rain: 0,
-        attenuation: Attenuation::Gltf,
         range_threshold: 0.5,
         exposure: 0.0,
+        ..CORNELL
     },
     // A street at night: 94 point lights and a moon, instances, blended surfaces. Its file's intensities are not photometric.
     // Its beams are blended: they shade the ground in the truth, and cast no shadow in the renderer, which is thus brighter.
@@ -148,12 +125,8 @@ pub const SHOTS: &[Shot] = &[
         scene: "candela-city/candela_city.glb",
         view: View::At([70.0, 4.0, -3.0], [-30.0, -8.0, 0.0], 45.0),
         size: size(192, 108),
-        factor: 4,
-        points: &[],
-        rain: 0,
-        attenuation: Attenuation::Gltf,
-        range_threshold: 0.02,
         exposure: 2.0,
+        ..CORNELL
     },
 ];
 
