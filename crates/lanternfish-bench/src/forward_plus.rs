@@ -16,6 +16,7 @@ use crate::{
     run::{Run, RunArgs, counter, medians, ms_of},
     subject::{Subject, SubjectArgs},
     table::{DASH, Row, decimal},
+    technique,
 };
 
 /// Flags of `forward-plus`.
@@ -49,7 +50,7 @@ impl Case {
 }
 
 fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
-    Culling::Tiled(Tiled { tile_size, aabb_test })
+    technique::tiled(Tiled { tile_size, aabb_test })
 }
 
 /// The rows of table 5.1, at tiles of 8 × 8, and ours.
@@ -57,12 +58,12 @@ fn cases() -> Vec<Case> {
     use RayCulling::{Improved, Naive, None as NoCulling, Surface};
     let px8 = |aabb| tiled(TileSize::Px8, aabb);
     let rows = [
-        ("no optimisations", Culling::All, NoCulling, Some("rays-none.png"), Some(16.0)),
+        ("no optimisations", technique::NO_CULLING, NoCulling, Some("rays-none.png"), Some(16.0)),
         ("light culling", px8(false), NoCulling, Some("rays-culling.png"), Some(11.52)),
         ("light culling + AABB", px8(true), NoCulling, Some("rays-culling-aabb.png"), Some(10.93)),
         ("light culling + AABB + naive normals", px8(true), Naive, Some("rays-naive.png"), Some(9.59)),
         ("light culling + AABB + improved normals", px8(true), Improved, Some("rays-improved.png"), Some(9.67)),
-        ("improved normals", Culling::All, Improved, None, Some(13.55)),
+        ("improved normals", technique::NO_CULLING, Improved, None, Some(13.55)),
         ("light culling + AABB + surface normals", px8(true), Surface, Some("rays-surface.png"), None),
     ];
     let case =

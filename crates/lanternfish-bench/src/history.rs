@@ -1,7 +1,7 @@
 //! `lanternfish-bench history`: indirect light while the camera walks and after a light changes, with what pixels keep from frame to frame
 //! and without.
 
-use lanternfish::settings::{History, HitLight, Indirect, IndirectResolution, Sampled, Settings, Tracer};
+use lanternfish::settings::{History, HitLight, IndirectResolution, Sampled, Settings, Tracer};
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_scene::Scene;
 
@@ -9,6 +9,7 @@ use crate::{
     one_bounce::{Bench, Case, OneBounceArgs},
     run::frame_ms,
     table::Row,
+    technique,
     truths::Truth,
 };
 
@@ -77,7 +78,7 @@ fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
     let case = |(name, rays, history): (&str, Sampled, History)| Case {
         name: format!("{name}, history {history}"),
-        settings: Settings { indirect: Indirect::Sampled(rays), history, ..look.clone() },
+        settings: Settings { indirect: technique::sampled(rays), history, ..look.clone() },
     };
     with_history.map(case).collect()
 }

@@ -15,6 +15,7 @@ mod quality;
 mod run;
 mod subject;
 mod table;
+mod technique;
 mod truths;
 mod virtual_lights;
 

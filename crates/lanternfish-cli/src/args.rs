@@ -8,7 +8,7 @@ mod technique;
 #[cfg(test)]
 mod tests;
 mod track;
-pub mod view;
+pub(crate) mod view;
 
 use std::{ffi::OsString, path::PathBuf};
 
@@ -29,7 +29,7 @@ use crate::{
 };
 
 /// What the short help of `render` ends with.
-pub const RENDER_SHORT_HELP: &str = "\
+pub(crate) const RENDER_SHORT_HELP: &str = "\
 Examples:
   lanternfish render demo:atrium --lights rain:1000 -o atrium.png
   lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --sun 0.3,-1,-0.6,3 --exposure 1
@@ -38,7 +38,7 @@ Units: metres, degrees, candela, lux. +y is up. The last line of output is the p
 `lanternfish help render --all` shows every flag, and what each value means.";
 
 /// What the long help of `render` ends with.
-pub const RENDER_HELP: &str = "\
+pub(crate) const RENDER_HELP: &str = "\
 Examples:
   A built-in scene with a thousand lights, and what each pass cost:
     lanternfish render demo:atrium --lights rain:1000 --timings -o atrium.png
@@ -121,7 +121,7 @@ pub struct RenderArgs {
 }
 
 /// `render`, by itself.
-pub fn render_command() -> Command {
+pub(crate) fn render_command() -> Command {
     let command =
         Command::new("render").bin_name("lanternfish render").disable_help_flag(true).arg(help::flag("lanternfish"));
     RenderArgs::augment_args(command).args_override_self(true)
@@ -129,7 +129,7 @@ pub fn render_command() -> Command {
 
 /// The flags of `render`, which `help render` tells of.
 #[derive(Debug)]
-pub struct ShotArgs(pub RenderArgs);
+pub(crate) struct ShotArgs(pub RenderArgs);
 
 impl Args for ShotArgs {
     fn augment_args(command: Command) -> Command {
@@ -252,7 +252,7 @@ pub struct RunArgs {
 }
 
 /// The built-in scenes as they are named on the command line.
-pub fn demos() -> String {
+pub(crate) fn demos() -> String {
     DEMOS.iter().map(|name| format!("demo:{name}")).collect::<Vec<_>>().join(", ")
 }
 
@@ -268,7 +268,7 @@ pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
 
 impl RenderArgs {
     /// The arguments that these words say, after `lanternfish render`.
-    pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+    pub(crate) fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)
     }
 

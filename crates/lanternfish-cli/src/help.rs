@@ -39,7 +39,7 @@ pub fn run<C: CommandFactory>(args: &HelpArgs) -> Result<(), CliError> {
     for name in &args.command {
         let known = command.get_subcommands().filter(|known| !known.is_hide_set());
         let known: Vec<_> = known.map(|known| known.get_name().to_owned()).collect();
-        let whole = command.get_bin_name().unwrap_or_default().to_owned();
+        let whole = command.get_bin_name().unwrap_or_else(|| command.get_name()).to_owned();
         command = command.find_subcommand_mut(name).ok_or_else(|| {
             let hint = match known.is_empty() {
                 true => format!("{whole} has no commands of its own"),

@@ -288,6 +288,6 @@ pub fn numbers(text: &str) -> Option<Vec<f32>> {
 }
 
 /// A finite number.
-pub fn number(text: &str) -> Option<f32> {
+pub(crate) fn number(text: &str) -> Option<f32> {
     text.trim().parse().ok().filter(|n: &f32| n.is_finite())
 }

@@ -54,7 +54,7 @@ struct Pass<'r> {
 
 /// What a report of a run is made from.
 #[derive(Debug)]
-pub struct Run<'r> {
+pub(crate) struct Run<'r> {
     /// What was rendered.
     pub scene: &'r SceneName,
     /// The picture's path.
@@ -116,7 +116,7 @@ impl Run<'_> {
 }
 
 /// Adds the cost of another picture to what came before.
-pub fn add(total: &mut Report, picture: Report) {
+pub(crate) fn add(total: &mut Report, picture: Report) {
     for pass in picture.passes {
         match total.passes.iter_mut().find(|known| known.name == pass.name) {
             Some(known) => known.ms += pass.ms,
@@ -132,7 +132,7 @@ pub fn add(total: &mut Report, picture: Report) {
 }
 
 /// Settings by the names of the command line.
-pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
+pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
         ("ray-culling", settings.ray_culling.to_string()),

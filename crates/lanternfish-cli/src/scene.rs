@@ -72,7 +72,7 @@ impl ValueParserFactory for SceneName {
 static CONFINES: AtomicBool = AtomicBool::new(false);
 
 /// Says once, before anything is read, whether this process reads scenes from their folders alone, and the most bytes that it takes.
-pub fn trust(confine: bool, memory_limit: Option<u64>) {
+pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
     CONFINES.store(confine, Relaxed);
     if let Some(bytes) = memory_limit {
         memory::set_limit(bytes);

@@ -1,7 +1,9 @@
 //! What is measured [VanGelderen2020, §6.1.3, §6.1.4, §6.2].
 
-use lanternfish::settings::{Assignment, ClusterShape, Clustered, Culling, Grouping, Settings, Shadows};
+use lanternfish::settings::{Assignment, ClusterShape, Clustered, Grouping, Settings, Shadows};
 use serde::Serialize;
+
+use crate::technique;
 
 /// [VanGelderen2020, §6.1.4].
 pub const LIGHT_COUNTS: &[u32] = &[1_000, 10_000, 100_000];
@@ -67,7 +69,7 @@ pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
 /// No shadows: it is lists that are measured.
 pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment, depth: u32) -> Settings {
     let clustered = Clustered { shape, grouping, assignment, depth, ..Clustered::default() };
-    Settings { culling: Culling::Clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
+    Settings { culling: technique::clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
 }
 
 #[test]

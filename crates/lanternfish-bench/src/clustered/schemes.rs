@@ -14,16 +14,17 @@ use crate::{
     image::differing,
     run::{Run, counter, medians, ms_of},
     table::Row,
+    technique,
 };
 
 /// What is compared: each technique as it is by default, and other sizes of tiles and numbers of layers.
 fn cullings(quick: bool) -> Vec<Culling> {
-    let tiled = |tile_size| Culling::Tiled(Tiled { tile_size, ..Tiled::default() });
-    let grid = |tile_size, layers| Culling::RasterGrid(RasterGrid { tile_size, layers });
+    let tiled = |tile_size| technique::tiled(Tiled { tile_size, ..Tiled::default() });
+    let grid = |tile_size, layers| technique::raster_grid(RasterGrid { tile_size, layers });
     let mut all = vec![
-        Culling::Tiled(Tiled::default()),
-        Culling::Clustered(Clustered::default()),
-        Culling::RasterGrid(RasterGrid::default()),
+        technique::tiled(Tiled::default()),
+        technique::clustered(Clustered::default()),
+        technique::raster_grid(RasterGrid::default()),
     ];
     if !quick {
         all.extend([tiled(TileSize::Px8), tiled(TileSize::Px32), grid(TileSize::Px8, 32)]);

@@ -16,6 +16,7 @@ use crate::{
     image::{energy, flip},
     run::{counter, frame_ms},
     table::Row,
+    technique,
 };
 
 /// Frames after which the cache counts as warm.
@@ -34,7 +35,8 @@ impl Bench<'_> {
         let through_images = set.map(|set| (set, Tracer::WithinTexel));
         let ways =
             [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
-        let direct = Settings { indirect: Indirect::None, ..Case::plain(Brdf::Diffuse).settings(self.look, None) };
+        let direct =
+            Settings { indirect: technique::NO_INDIRECT, ..Case::plain(Brdf::Diffuse).settings(self.look, None) };
         let direct = energy(&self.picture(direct)?);
         let mut rows = Vec::new();
         for images in [None].into_iter().chain(through_images.map(Some)) {

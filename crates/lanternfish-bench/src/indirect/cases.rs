@@ -1,8 +1,10 @@
 //! What is measured: one list.
 
-use lanternfish::settings::{DeepImageSettings, DirectionSet, Indirect, Materials, Sampled, Samples, Settings, Tracer};
+use lanternfish::settings::{DeepImageSettings, DirectionSet, Materials, Sampled, Samples, Settings, Tracer};
 use lanternfish_scene::Scene;
 use serde::Serialize;
+
+use crate::technique;
 
 /// Frames of a picture where they are averaged.
 const FRAMES: u32 = 4;
@@ -152,7 +154,7 @@ impl Case {
         };
         Settings {
             materials: self.brdf.materials(),
-            indirect: Indirect::Sampled(sampled),
+            indirect: technique::sampled(sampled),
             deep_images,
             samples: self.samples,
             accumulate: self.accumulate,

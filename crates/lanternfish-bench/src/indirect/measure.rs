@@ -2,7 +2,7 @@
 
 use lanternfish::{
     GpuScene, Picture, RenderError, Renderer,
-    settings::{DeepImageSettings, Indirect, Sampled, Settings},
+    settings::{DeepImageSettings, Sampled, Settings},
 };
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
 use lanternfish_gpu::{PassTime, Profiler};
@@ -19,6 +19,7 @@ use crate::{
     image::{self, energy},
     run::{Run, least},
     table::{DASH, Row},
+    technique,
 };
 
 /// The figures of a case.
@@ -203,7 +204,7 @@ impl Bench<'_> {
 
     fn reference(&self, case: Case) -> Result<(Reference, Times), RenderError> {
         let (bvh, times) = self.render(case, None)?;
-        let direct = Settings { indirect: Indirect::None, ..case.settings(self.look, None) };
+        let direct = Settings { indirect: technique::NO_INDIRECT, ..case.settings(self.look, None) };
         let Size { width, height } = self.size;
         let direct = self.renderer(direct)?.render(self.scene(case.brdf), self.camera, width, height)?;
         Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))

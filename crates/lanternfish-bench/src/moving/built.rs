@@ -4,7 +4,7 @@ use glam::Mat3A;
 use lanternfish::{
     Renderer,
     deep_images::directions::Directions,
-    settings::{Indirect, Quality, Settings, Shadows, Tracer},
+    settings::{Quality, Settings, Shadows, Tracer},
 };
 use lanternfish_cli::error::CliError;
 use lanternfish_scene::Scene;
@@ -13,6 +13,7 @@ use super::{Bench, moved};
 use crate::{
     run::{leasts, ms_of},
     table::{DASH, Row},
+    technique,
 };
 
 /// Size of the image of the frame that builds deep images, pixels: all but a few of its milliseconds are theirs.
@@ -28,7 +29,7 @@ impl Bench {
     fn images(&self) -> Result<Row, CliError> {
         let (scene, mut sampled) = (&self.scene, Quality::Good.sampled().one_bounce());
         sampled.tracer = Tracer::WithinTexel.into();
-        let settings = Settings { indirect: Indirect::Sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
+        let settings = Settings { indirect: technique::sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
         let row = Row::default()
             .data("directions", Directions::new(settings.deep_images.directions).map_or(0, |all| all.len()))
             .data("resolution", settings.deep_images.resolution);

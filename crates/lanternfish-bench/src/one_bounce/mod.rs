@@ -21,6 +21,7 @@ use crate::{
     run::{Run, RunArgs, frame_ms, least},
     subject::{Subject, SubjectArgs},
     table::Row,
+    technique,
     truths::{self, Truth},
 };
 
@@ -148,7 +149,7 @@ impl Bench {
 
     /// Settings without indirect light.
     fn without(&self) -> Settings {
-        Settings { indirect: Indirect::None, ..self.look.clone() }
+        Settings { indirect: technique::NO_INDIRECT, ..self.look.clone() }
     }
 
     fn camera(&self) -> &Camera {

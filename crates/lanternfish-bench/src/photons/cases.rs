@@ -5,28 +5,29 @@ use lanternfish::{
         photon_splatting::{PhotonSplatting, Splat},
         virtual_lights::VirtualLights,
     },
-    settings::{
-        Culling, DeepImageSettings, DirectionSet, Indirect, IndirectResolution, Quality, Sampled, Settings, Tracer,
-    },
+    settings::{DeepImageSettings, DirectionSet, IndirectResolution, Quality, Sampled, Settings, Tracer},
 };
 
-use crate::one_bounce::{Case, named};
+use crate::{
+    one_bounce::{Case, named},
+    technique,
+};
 
 /// All of them. `look`: what they share; `quick`: few.
 pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
     let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
     let of = |indirect| Settings { indirect, ..look.clone() };
-    let with = |room: PhotonSplatting| of(Indirect::PhotonSplatting(room));
+    let with = |room: PhotonSplatting| of(technique::photons(room));
     let usual = PhotonSplatting::default();
     let good = Quality::Good.sampled().one_bounce();
-    add("none", of(Indirect::None));
-    add("sampled", of(Indirect::Sampled(good)));
+    add("none", of(technique::NO_INDIRECT));
+    add("sampled", of(technique::sampled(good)));
     let half = Sampled { resolution: IndirectResolution::Half, ..good };
-    add("sampled, indirect-resolution half", of(Indirect::Sampled(half)));
-    add("virtual-lights", of(Indirect::VirtualLights(VirtualLights::default())));
+    add("sampled, indirect-resolution half", of(technique::sampled(half)));
+    add("virtual-lights", of(technique::virtual_lights(VirtualLights::default())));
     let half = VirtualLights { resolution: IndirectResolution::Half, ..VirtualLights::default() };
-    add("virtual-lights, indirect-resolution half", of(Indirect::VirtualLights(half)));
+    add("virtual-lights, indirect-resolution half", of(technique::virtual_lights(half)));
     add("photon-splatting", with(usual));
     add(
         "photon-splatting, indirect-resolution half",
@@ -56,7 +57,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     for (name, room) in rooms {
         add(&format!("photon-splatting, {name}"), with(room));
     }
-    for culling in [Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
+    for culling in [technique::tiled(Default::default()), technique::raster_grid(Default::default())] {
         let name = lanternfish::rooms::Family::name(&culling);
         add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
     }
@@ -89,13 +90,13 @@ pub fn papers_photons() -> PhotonSplatting {
 pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
     let usual = PhotonSplatting::default();
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
-        ("photon-splatting", Indirect::PhotonSplatting(usual)),
-        ("photon-splatting, photon-count 16384", Indirect::PhotonSplatting(PhotonSplatting { count: 16384, ..usual })),
+        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
+        ("photon-splatting", technique::photons(usual)),
+        ("photon-splatting, photon-count 16384", technique::photons(PhotonSplatting { count: 16384, ..usual })),
         (
             "photon-splatting, photon-tracer within-texel",
-            Indirect::PhotonSplatting(PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
+            technique::photons(PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
         ),
     ];
     let mut all = named(look, &rooms);
@@ -106,9 +107,9 @@ pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
 /// What is walked along a track.
 pub fn walked(look: &Settings) -> Vec<Case> {
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", Indirect::VirtualLights(VirtualLights::default())),
-        ("photon-splatting", Indirect::PhotonSplatting(PhotonSplatting::default())),
+        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
+        ("photon-splatting", technique::photons(PhotonSplatting::default())),
     ];
     named(look, &rooms)
 }

@@ -1,6 +1,6 @@
 //! Ambient occlusion by 512 deep images [Aalund2015, figs 8 and 9].
 
-use lanternfish::settings::{DeepImageSettings, Hbao, Occlusion, Settings};
+use lanternfish::settings::{DeepImageSettings, Occlusion, Settings};
 use lanternfish_cli::error::CliError;
 
 use super::cases::papers_images;
@@ -8,6 +8,7 @@ use crate::{
     one_bounce::Bench,
     run::{counter, ms_of},
     table::Row,
+    technique,
     truths::{self, Truth},
 };
 
@@ -19,10 +20,10 @@ pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
     let far = 0.28 * scene.bounds().size().length();
     let usual = DeepImageSettings::default();
     let ways = [
-        ("deep, 512 x 200²", Occlusion::deep(None), papers_images(200)),
-        ("deep, 512 x 50²", Occlusion::deep(None), papers_images(50)),
-        ("deep, as usual", Occlusion::deep(None), usual),
-        ("hbao, 28 % of the diagonal", Occlusion::Hbao(Hbao { radius: far }), usual),
+        ("deep, 512 x 200²", technique::deep_occlusion(None), papers_images(200)),
+        ("deep, 512 x 50²", technique::deep_occlusion(None), papers_images(50)),
+        ("deep, as usual", technique::deep_occlusion(None), usual),
+        ("hbao, 28 % of the diagonal", technique::hbao(far), usual),
     ];
     let row = |(name, occlusion, images): (&str, Occlusion, DeepImageSettings)| {
         let deep_images = DeepImageSettings { payload: false, ..images };

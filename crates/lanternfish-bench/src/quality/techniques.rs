@@ -13,7 +13,10 @@ use lanternfish::{
     },
 };
 
-use crate::truths::{SOFT_RADIUS, Truth};
+use crate::{
+    technique,
+    truths::{SOFT_RADIUS, Truth},
+};
 
 /// One way to make the picture.
 #[derive(Clone, Debug)]
@@ -98,7 +101,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), Truth::DirectSoft, settings));
     }
     // What is missing from all the light there is, and what one bounce adds.
-    let without = |accumulate| Settings { indirect: Indirect::None, accumulate, ..default.clone() };
+    let without = |accumulate| Settings { indirect: technique::NO_INDIRECT, accumulate, ..default.clone() };
     rows.push(row("indirect none".to_owned(), Truth::Full, without(1)));
     rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), Truth::Full, without(MEAN_FRAMES)));
     for indirect in Indirect::rooms() {
@@ -106,7 +109,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
     let sampled = |name: &str, sampled, accumulate| {
-        let settings = Settings { indirect: Indirect::Sampled(sampled), accumulate, ..default.clone() };
+        let settings = Settings { indirect: technique::sampled(sampled), accumulate, ..default.clone() };
         row(format!("indirect sampled, {name}"), Truth::Full, settings)
     };
     rows.push(sampled("one bounce", GOOD, 1));
@@ -136,9 +139,9 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
         Technique { name: format!("one-bounce {name}"), settings, truth }
     };
-    let mut rows = vec![of("none", Indirect::None, usual)];
+    let mut rows = vec![of("none", technique::NO_INDIRECT, usual)];
     for tracer in Tracer::ALL.iter().copied() {
-        let plain = Indirect::Sampled(Sampled { tracer: tracer.into(), ..GOOD });
+        let plain = technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
         if tracer.uses_deep_images() {
             rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain, resolution)));
         } else {
@@ -164,7 +167,7 @@ fn bounces(default: &Settings) -> Vec<Technique> {
         ("within-texel 128, cached", cached(Tracer::WithinTexel), 128),
         ("within-texel 128, every fourth pixel, cached", half_cached(Tracer::WithinTexel), 128),
     ];
-    rows.extend(more.map(|(name, sampled, resolution)| of(name, Indirect::Sampled(sampled), resolution)));
+    rows.extend(more.map(|(name, sampled, resolution)| of(name, technique::sampled(sampled), resolution)));
     rows
 }
 
@@ -175,9 +178,9 @@ fn glossy_bounces(default: &Settings) -> Vec<Technique> {
         let settings = Settings { indirect, deep_images, ..default.clone() };
         Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
     };
-    let sampled = |tracer: Tracer| Indirect::Sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
+    let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
     let traced = Tracer::ALL.iter().map(|tracer| of(tracer.name(), sampled(*tracer)));
-    std::iter::once(of("none", Indirect::None)).chain(traced).collect()
+    std::iter::once(of("none", technique::NO_INDIRECT)).chain(traced).collect()
 }
 
 /// Directions of a row beside those of the default: four times as many.
@@ -215,7 +218,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
             let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
             rows.push(Technique { name, settings, truth });
         };
-        row(format!("{kind} none"), Occlusion::None, default.deep_images);
+        row(format!("{kind} none"), technique::NO_OCCLUSION, default.deep_images);
         for occlusion in occlusion_rooms(max_distance, diagonal) {
             for (name, images) in with_images(occlusion, &default.deep_images) {
                 row(format!("{kind} {name}"), occlusion, images);
@@ -225,7 +228,7 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
             // What is left at this resolution is directions.
             let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
             let images = DeepImageSettings { resolution: 128, directions, ..default.deep_images };
-            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), Occlusion::deep(None), images);
+            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), technique::deep_occlusion(None), images);
         }
     }
     rows
@@ -236,13 +239,13 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let of =
         |name: String, settings| Technique { name: format!("environment {name}"), settings, truth: Truth::Environment };
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
-    let mut rows = vec![of("none".to_owned(), occluded(Occlusion::None))];
+    let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
     for occlusion in occlusion_rooms(None, diagonal) {
         for (name, deep_images) in with_images(occlusion, &default.deep_images) {
             rows.push(of(name, Settings { deep_images, ..occluded(occlusion) }));
         }
     }
-    let sampled = |tracer: Tracer| Indirect::Sampled(Sampled { tracer: tracer.into(), ..GOOD });
+    let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
     for tracer in Tracer::ALL {
         let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
         rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
@@ -253,12 +256,12 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
 /// Every scheme of light culling.
 fn cullings() -> Vec<Culling> {
     let tiled = TileSize::ALL.iter().flat_map(|tile_size| {
-        [true, false].map(|aabb_test| Culling::Tiled(Tiled { tile_size: *tile_size, aabb_test }))
+        [true, false].map(|aabb_test| technique::tiled(Tiled { tile_size: *tile_size, aabb_test }))
     });
     let clustered = |change: fn(&mut Clustered)| {
         let mut clustered = Clustered::default();
         change(&mut clustered);
-        Culling::Clustered(clustered)
+        technique::clustered(clustered)
     };
     // One view shares its grid with no other, and clusters beyond the scene are not visible: grouping and depth have no row.
     let clusters = [
@@ -268,10 +271,10 @@ fn cullings() -> Vec<Culling> {
         clustered(|c| c.assignment = Assignment::BruteForce),
         clustered(|c| c.test = ClusterTest::Planes),
     ];
-    let mut all: Vec<_> = std::iter::once(Culling::All).chain(tiled).chain(clusters).collect();
+    let mut all: Vec<_> = std::iter::once(technique::NO_CULLING).chain(tiled).chain(clusters).collect();
     let grid = |tile_size: &TileSize| RasterGrid { tile_size: *tile_size, ..RasterGrid::default() };
     let few_layers = RasterGrid { layers: 8, ..RasterGrid::default() };
-    all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(Culling::RasterGrid));
+    all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(technique::raster_grid));
     // A room that nothing is said of here, as it is where nobody says otherwise.
     let is_said = |room: &Culling| matches!(room, Culling::Tiled(_) | Culling::Clustered(_) | Culling::RasterGrid(_));
     all.extend(Culling::rooms().into_iter().filter(|room| !is_said(room)));

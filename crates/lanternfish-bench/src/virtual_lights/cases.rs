@@ -3,12 +3,15 @@
 use lanternfish::{
     indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
     settings::{
-        Attenuation, Culling, DeepImageSettings, DirectionSet, Indirect, IndirectResolution, Quality, Sampled,
-        Settings, Shadows, Tracer,
+        Attenuation, DeepImageSettings, DirectionSet, Indirect, IndirectResolution, Quality, Sampled, Settings,
+        Shadows, Tracer,
     },
 };
 
-use crate::one_bounce::{Case, named};
+use crate::{
+    one_bounce::{Case, named},
+    technique,
+};
 
 /// Deep images as in [Archer2019, §4]: a hemisphere of 13 stacks and 13 slices, 64² texels.
 pub fn papers_images() -> DeepImageSettings {
@@ -56,22 +59,22 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let mut all = Vec::new();
     let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
     let of = |indirect| Settings { indirect, ..look.clone() };
-    let with = |room: VirtualLights| of(Indirect::VirtualLights(room));
+    let with = |room: VirtualLights| of(technique::virtual_lights(room));
     let usual = VirtualLights::default();
-    let grid = Culling::RasterGrid(Default::default());
+    let grid = technique::raster_grid(Default::default());
     let paper = || Settings { deep_images: papers_images(), culling: grid, ..with(papers_lights()) };
-    add("none", of(Indirect::None));
+    add("none", of(technique::NO_INDIRECT));
     let good = Quality::Good.sampled().one_bounce();
-    add("sampled", of(Indirect::Sampled(good)));
+    add("sampled", of(technique::sampled(good)));
     let half = Sampled { resolution: IndirectResolution::Half, ..good };
-    add("sampled, indirect-resolution half", of(Indirect::Sampled(half)));
+    add("sampled, indirect-resolution half", of(technique::sampled(half)));
     add("virtual-lights", with(usual));
     add("as in the paper", paper());
     if quick {
         return all;
     }
     let fewer = Sampled { diffuse_rays: 4, glossy_rays: 2, ..good };
-    add("sampled, half the rays", of(Indirect::Sampled(fewer)));
+    add("sampled, half the rays", of(technique::sampled(fewer)));
     let rooms = [
         ("indirect-resolution half", VirtualLights { resolution: IndirectResolution::Half, ..usual }),
         ("vpl-shadow-rays 1", VirtualLights { shadow_rays: 1, ..usual }),
@@ -109,7 +112,9 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     }
     add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() });
     add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() });
-    for culling in [Culling::All, Culling::Tiled(Default::default()), Culling::RasterGrid(Default::default())] {
+    for culling in
+        [technique::NO_CULLING, technique::tiled(Default::default()), technique::raster_grid(Default::default())]
+    {
         let name = lanternfish::rooms::Family::name(&culling);
         add(&format!("virtual-lights, culling {name}"), Settings { culling, ..with(usual) });
         if culling != grid {
@@ -124,11 +129,11 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
 }
 
 fn weighed() -> Indirect {
-    Indirect::VirtualLights(VirtualLights { weight_count: 32, ..papers_lights() })
+    technique::virtual_lights(VirtualLights { weight_count: 32, ..papers_lights() })
 }
 
 fn shadowed() -> Indirect {
-    Indirect::VirtualLights(VirtualLights { shadows: Shadows::BVH, ..papers_lights() })
+    technique::virtual_lights(VirtualLights { shadows: Shadows::BVH, ..papers_lights() })
 }
 
 /// What is walked along a track: rays from every pixel, virtual lights, and those with one light a texel.
@@ -137,10 +142,10 @@ pub fn walked(look: &Settings) -> Vec<Case> {
     let plain = VirtualLights { unique: false, ..usual };
     let unshadowed = VirtualLights { shadows: Shadows::None, ..usual };
     let rooms = [
-        ("sampled", Indirect::Sampled(Quality::Good.sampled().one_bounce())),
-        ("virtual-lights", Indirect::VirtualLights(usual)),
-        ("virtual-lights, vpl-unique off", Indirect::VirtualLights(plain)),
-        ("virtual-lights, vpl-shadows none", Indirect::VirtualLights(unshadowed)),
+        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", technique::virtual_lights(usual)),
+        ("virtual-lights, vpl-unique off", technique::virtual_lights(plain)),
+        ("virtual-lights, vpl-shadows none", technique::virtual_lights(unshadowed)),
     ];
     named(look, &rooms)
 }
@@ -159,7 +164,7 @@ pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Trace
         shadows: Shadows::None,
         ..VirtualLights::default()
     };
-    Settings { indirect: Indirect::VirtualLights(room), deep_images: papers_images(), ..look.clone() }
+    Settings { indirect: technique::virtual_lights(room), deep_images: papers_images(), ..look.clone() }
 }
 
 #[cfg(test)]

@@ -20,3 +20,44 @@ fn program(folder: &Path) -> Command {
     command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
     command
 }
+
+#[test]
+fn help_tells_of_every_bench_and_names_those_there_are() {
+    let said = |words: &[&str]| {
+        let output = program(Path::new(".")).args(words).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.success(), text(output.stdout), text(output.stderr))
+    };
+    let (success, help, _) = said(&["help"]);
+    for name in [
+        "forward-plus",
+        "deep-images",
+        "indirect",
+        "virtual-lights",
+        "photons",
+        "history",
+        "clustered",
+        "moving",
+        "quality",
+    ] {
+        assert!(success && help.contains(name), "{name} is not in\n{help}");
+        let (success, help, _) = said(&["help", name, "--all"]);
+        assert!(
+            success && help.contains(&format!("Usage: lanternfish-bench {name}")) && help.contains("--adapter"),
+            "{help}"
+        );
+    }
+    // Defaults of one bench are not those of another.
+    let default = |name: &str, flag: &str| {
+        let help = said(&["help", name]).1;
+        help.lines().find(|line| line.contains(flag)).unwrap_or_else(|| panic!("no {flag} in\n{help}")).to_owned()
+    };
+    assert!(default("forward-plus", "--size").contains("1280x720") && default("photons", "--size").contains("480x270"));
+    assert!(
+        default("clustered", "--runs").contains("[default: 1]")
+            && default("history", "--runs").contains("[default: 3]")
+    );
+    let (success, _, error) = said(&["help", "beauty"]);
+    assert!(!success && error.starts_with("error: lanternfish-bench beauty: no such command"), "{error}");
+    assert!(error.contains("quality"), "{error}");
+}

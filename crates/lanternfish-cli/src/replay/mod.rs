@@ -39,7 +39,7 @@ use crate::{
 };
 
 /// What the help of `replay` ends with.
-pub const HELP: &str = "\
+pub(crate) const HELP: &str = "\
 Examples:
   What every frame of a walk takes, and why:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o before
@@ -59,7 +59,7 @@ const FAILED: u8 = 2;
 
 /// Flags of `replay`.
 #[derive(Debug, Args)]
-pub struct ReplayArgs {
+pub(crate) struct ReplayArgs {
     /// What is played.
     #[arg(help = format!("A shot (.toml) with a [track], or what `view --record` wrote; or a scene, as `render` is given it: a file, or {}", demos()))]
     pub scene: SceneName,
@@ -88,7 +88,7 @@ fn percent(text: &str) -> Result<f64, String> {
 /// The flags of `render` that say what is simulated, and how it is rendered. Their values come through the shot, which reads them once
 /// more.
 #[derive(Debug)]
-pub struct SimulationArgs;
+pub(crate) struct SimulationArgs;
 
 /// Flags of `render` that have no meaning here, by id.
 const OTHERS: [&str; 8] = ["scene", "output", "time", "skip_existing", "accumulate", "timings", "report", "progress"];
@@ -116,7 +116,7 @@ impl FromArgMatches for SimulationArgs {
 }
 
 /// Replays, tells, and says by the exit code how it went.
-pub fn main(args: &ReplayArgs, said: &ArgMatches) -> ExitCode {
+pub(crate) fn main(args: &ReplayArgs, said: &ArgMatches) -> ExitCode {
     match run(args, said) {
         Ok(code) => ExitCode::from(code),
         Err(CliError::ReaderGone) => ExitCode::SUCCESS,

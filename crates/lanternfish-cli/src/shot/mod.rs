@@ -10,12 +10,12 @@
 mod frames;
 mod keys;
 mod read;
-pub mod shown;
+pub(crate) mod shown;
 mod track;
 mod write;
 
 pub use frames::ShotFrame;
-pub use write::{quoted, write};
+pub(crate) use write::{quoted, write};
 
 use std::{
     ffi::OsString,
@@ -36,7 +36,7 @@ use keys::{Key, Kind};
 use track::Track;
 
 /// What `lanternfish help shot` ends with.
-pub const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
+pub(crate) const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
 `lanternfish help render --all` lists them, and `lanternfish shot SCENE` prints a shot with every key.
 Paths are relative to the shot's folder. A flag on the command line goes before the shot's key;
 --point, --disk and --rectangle add to the shot's lights.
@@ -80,7 +80,7 @@ pub struct Shot {
 
 /// What the arguments of a command ask for, whose scene is `scene`: that, or the shot that it names, under its flags. For every
 /// command that has flags of `render`, or some of them, by the same ids.
-pub fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
+pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
     let flags = said(matches);
     let shot = match is_shot(scene) {
         true => read(scene.path(), flags)?,
@@ -91,7 +91,7 @@ pub fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError
 }
 
 /// What a recording was made under, under a command's flags; and which of its frames these ask for.
-pub fn of_recording(
+pub(crate) fn of_recording(
     scene: &SceneName,
     recorded: &[(String, String)],
     matches: &ArgMatches,
@@ -125,7 +125,7 @@ pub fn of_recording(
 }
 
 /// A scene under no flags.
-pub fn plain(scene: &SceneName) -> Shot {
+pub(crate) fn plain(scene: &SceneName) -> Shot {
     Shot { args: parsed(scene, &[], &keys::keys()), track: None, words: Vec::new() }
 }
 
