@@ -31,9 +31,18 @@ use lanternfish_cli::{
 
 use self::one_bounce::OneBounceArgs;
 
+const AFTER_HELP: &str = "\
+Examples:
+  lanternfish-bench forward-plus demo:atrium --lights rain:10
+  lanternfish-bench clustered docs/tracks/bistro.toml --runs 5 -o figures
+  lanternfish-bench quality --only cornell
+
+Each writes report.md and report.json into a folder, and prints the first. Counts and errors are exact; times are of this machine, to be
+compared with each other only. `lanternfish-bench help BENCH` says what a bench measures, with --all every flag.";
+
 /// Repeats the measurements of the papers that Lanternfish is built from, and judges every technique.
 #[derive(Debug, Parser)]
-#[command(name = "lanternfish-bench", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(name = "lanternfish-bench", version, after_help = AFTER_HELP, max_term_width = 100, arg_required_else_help = true)]
 #[command(disable_help_flag = true, disable_help_subcommand = true, arg = help::flag("lanternfish-bench"))]
 struct Cli {
     #[command(subcommand)]
@@ -46,8 +55,7 @@ struct Cli {
 enum Bench {
     /// Tables 5.1 and 5.2, heat maps (fig. 5.2) and normals from depth (fig. 5.3) of Elagabani 2025.
     ///
-    /// Renders one view under every configuration of the thesis and ours. Counts are exact; times are medians of one run
-    /// on this machine, to be compared with each other only. Exits with an error when configurations that must show the
+    /// Renders one view under every configuration of the thesis and ours. Exits with an error when configurations that must show the
     /// same picture do not.
     #[command(mut_arg("runs", |runs| runs.default_value("5")))]
     #[command(mut_arg("size", |size| size.default_value("1280x720")))]
@@ -55,7 +63,7 @@ enum Bench {
     /// Building and tracing deep images, beside the BVH: Archer 2019, table 2, and Niessner 2010, table 1.
     ///
     /// Directions are those of the default set, of equal areas; Archer's are stacks and slices. Every speed stands beside its
-    /// error. Counts are exact; times are the least of some runs on this machine, to be compared with each other only.
+    /// error.
     DeepImages(Box<deep_images::DeepImagesArgs>),
     /// Indirect light by rays through deep images, beside the BVH: Niessner 2010, §7.
     ///
@@ -67,8 +75,6 @@ enum Bench {
     /// tracing alone and with shading what they meet; and what they cost in quality: energy and mean FLIP against the same rays
     /// through the BVH, and FLIP against the mean of many frames. Each set of images has its building time and its memory.
     /// What an adapter, or the renderer, refuses is listed with its reason, and the rest goes on.
-    ///
-    /// Counts and errors are exact; times are the least of some runs on this machine, to be compared with each other only.
     Indirect(Box<indirect::IndirectArgs>),
     /// Virtual point lights with ranges: Archer 2019, tables 1 and 3 and fig. 7; Van Gelderen 2020, app. B.
     ///
@@ -76,8 +82,7 @@ enum Bench {
     /// there are, and how far the picture is from the path tracer's: the energy of indirect light alone, and FLIP. Rays that find ranges,
     /// by structure and number, beside random ranges. Along a shot's track: how much the light of what does not move flickers.
     ///
-    /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
-    /// to be compared with each other only.
+    /// The path tracer's images are kept in the folder.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     VirtualLights(Box<OneBounceArgs>),
@@ -87,8 +92,7 @@ enum Bench {
     /// splatting, photons a second, how many are kept, and how far the picture is from the path tracer's: the energy of indirect light
     /// alone, and FLIP; means of 1, 16 and 64 frames. Along a shot's track: how much the light of what does not move flickers.
     ///
-    /// The path tracer's pictures are kept in the folder. Counts and errors are exact; times are the least of some runs on this machine,
-    /// to be compared with each other only.
+    /// The path tracer's images are kept in the folder.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     Photons(Box<OneBounceArgs>),
@@ -97,21 +101,18 @@ enum Bench {
     /// Along a shot's track: how far the last frame is from the path tracer's picture, and how much the light of what does not move
     /// flickers. Then a light goes out: how far the frames after that are from the picture without it.
     ///
-    /// The path tracer's pictures are kept in the folder. Errors are exact; times are of one frame on this machine, to be compared
-    /// with each other only.
+    /// The path tracer's images are kept in the folder.
     #[command(mut_arg("scene", |scene| scene.default_value("demo:cornell")))]
     #[command(mut_arg("size", |size| size.default_value("480x270")))]
     History(Box<OneBounceArgs>),
     /// The measurements of Van Gelderen 2020, ch. 6: shapes and sizes of clusters, numbers of lights, one view and two eyes.
     ///
     /// Counts and times of every step, histograms of lights and fragments per cluster, and the ratios that clustered shading
-    /// stands for, as Markdown, JSON and plots. Counts are exact; times are to be compared with each other only. Exits with an
+    /// stands for, as Markdown, JSON and plots. Exits with an
     /// error when configurations that must show the same picture do not.
     #[command(mut_arg("runs", |runs| runs.default_value("1")))]
     Clustered(Box<clustered::ClusteredArgs>),
     /// Bringing what has moved to the device, beside uploading it afresh, and rays through the tree that was refit.
-    ///
-    /// Times are the least of some runs on this machine, to be compared with each other only.
     Moving(moving::MovingArgs),
     /// The attenuation functions as curves: Van Gelderen 2020, fig. A.1.
     Attenuation(attenuation::AttenuationArgs),

@@ -12,7 +12,7 @@ use crate::{error::CliError, output};
 /// Flags of `help`.
 #[derive(Debug, Args)]
 pub struct HelpArgs {
-    /// The command, such as render. Without it: the commands there are.
+    /// The command. Without it: the commands there are.
     #[arg(value_name = "COMMAND")]
     pub command: Vec<String>,
     /// Every flag, and what each value means; without it: the flags of every day.

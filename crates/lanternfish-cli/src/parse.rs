@@ -68,7 +68,7 @@ pub fn position(text: &str) -> Result<Vec3, String> {
     near_enough(position)
 }
 
-/// Parses a colour, `r,g,b`, each from 0 to [`BRIGHTEST`].
+/// Parses a colour, `r,g,b`, each from 0 to `BRIGHTEST`.
 pub fn color(text: &str) -> Result<Vec3, String> {
     three_numbers(text)
         .filter(|color| color.cmpge(Vec3::ZERO).all() && color.max_element() <= BRIGHTEST)

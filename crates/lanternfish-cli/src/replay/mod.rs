@@ -3,7 +3,7 @@
 //! 1. Say what is played ([`plan`]): a shot's frames, or what a hand did to the camera, at fixed times.
 //! 2. Count: one run that reads back counters, what clusters hold, and pictures ([`counted`]).
 //! 3. Time: runs that are the same, in which nothing is read back ([`measure`], [`series`]).
-//! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before ([`compare`]).
+//! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before (`compare`).
 
 pub mod category;
 mod compare;

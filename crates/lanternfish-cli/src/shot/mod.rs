@@ -1,6 +1,6 @@
 //! Shots: everything a picture or a sequence is made from, in one TOML file.
 //!
-//! [`HELP`] has an example.
+//! `lanternfish help shot` has an example.
 //!
 //! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render --all`: both come from the
 //! flags themselves, so a new flag is a new key. Values are read by the flags' own parsers. Only `scene`, and
