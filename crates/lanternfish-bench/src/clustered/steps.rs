@@ -31,13 +31,8 @@ impl Steps {
                 Some("count") => 4,
                 Some("write") => 5,
                 Some("flag" | "compact") => 2,
-                Some("scan" | "scan_add") => {
-                    if counting {
-                        4
-                    } else {
-                        2
-                    }
-                }
+                Some("scan" | "scan_add") if counting => 4,
+                Some("scan" | "scan_add") => 2,
                 Some(_) => 3,
                 None if name == "prepass" => 0,
                 None if name.starts_with("shading/") => 6,

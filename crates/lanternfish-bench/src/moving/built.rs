@@ -86,11 +86,11 @@ impl Bench {
 
 /// The middle one of the parts that are not emissive.
 fn dark_part(scene: &Scene) -> Option<usize> {
-    let shines = |part: &usize| {
+    let is_emissive = |part: &usize| {
         let primitives = &scene.meshes[scene.instances[*part].mesh].primitives;
         primitives.iter().any(|primitive| scene.materials[primitive.material].emissive.max_element() > 0.0)
     };
-    let dark: Vec<usize> = (0..scene.instances.len()).filter(|part| !shines(part)).collect();
+    let dark: Vec<usize> = (0..scene.instances.len()).filter(|part| !is_emissive(part)).collect();
     dark.get(dark.len() / 2).copied()
 }
 
