@@ -10,7 +10,7 @@ const SCENE: [&str; 5] = ["demo:atrium", "--lights", "rain:1000", "--seed", "1"]
 
 /// Sets up, builds, and renders the built-in scene; `flags` go to `lanternfish render`, after the demo's own.
 pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
-    release::ready(may_install)?;
+    release::ready(&[], may_install)?;
     let picture = workspace().join("lanternfish-demo.png");
     let mut render = lanternfish(&["render"]);
     // The picture's path is the last thing it prints.

@@ -2,7 +2,7 @@
 //!
 //! `target/hardware` then holds:
 //! - `run.sh` and the scripts that it sources: `run.sh --help` says what it does;
-//! - `lanternfish.tar.gz`: the command line, built for release, without symbols;
+//! - `lanternfish.tar.gz` and `lanternfish-bench.tar.gz`: the command line and the benches, built for release, without symbols;
 //! - `tests.tar.gz`: the test programs that need an adapter, as `cargo xtask test` builds them, without symbols;
 //! - `shared.tar.gz`: scenes and a shot, in the layout that `LANTERNFISH_SHARED` names;
 //! - `lib.tar.gz`: libraries, which `run.sh` lends to a machine that lacks them.
@@ -44,7 +44,8 @@ const SHOT: (&str, &str, &str) = ("shots/sponza-ten.toml", "\"../../../shared/",
 pub fn run(may_install: bool) -> Result<(), String> {
     programs::check_strip()?;
     compiler::ensure(may_install)?;
-    let release = programs::build(&mut cargo(["build", "--release", "--package", "lanternfish-cli"]))?;
+    let packages = ["--package", "lanternfish-cli", "--package", "lanternfish-bench"];
+    let release = programs::build(&mut cargo(["build", "--release"].iter().chain(&packages)))?;
     let tests = programs::build(cargo(test::TARGETS).arg("--no-run"))?;
 
     let kit = workspace().join("target/hardware");
@@ -57,8 +58,9 @@ pub fn run(may_install: bool) -> Result<(), String> {
     for name in ["tests", "shared", "lib"] {
         make_empty(&contents.join(name))?;
     }
-    let program = &programs::COMMAND_LINE;
-    programs::strip(&program.find(&release)?, &contents.join(program.name))?;
+    for program in &programs::RELEASED {
+        programs::strip(&program.find(&release)?, &contents.join(program.name))?;
+    }
     for program in &programs::TESTS {
         programs::strip(&program.find(&tests)?, &contents.join("tests").join(program.name))?;
     }

@@ -18,9 +18,6 @@ type File = (&'static str, String);
 /// Files of the largest cycle that a crate may have.
 const LARGEST_CYCLE: usize = 15;
 
-/// The largest cycle of crates that are being taken apart, until they are.
-const STILL_LARGER: &[(&str, usize)] = &[("lanternfish-cli", 64)];
-
 /// Folders of techniques of the library. Beside their own files only these may import from them.
 const TECHNIQUES: &[&str] = &[
     "indirect/photon_splatting",
@@ -213,9 +210,8 @@ fn no_crate_has_a_large_cycle_of_files() {
     for name in crates.map(|entry| entry.file_name().to_string_lossy().into_owned()) {
         let imports = imports(&source(&name));
         files += imports.len();
-        let most = STILL_LARGER.iter().find(|(other, _)| *other == name).map_or(LARGEST_CYCLE, |(_, most)| *most);
         let largest = cycles(&imports).into_iter().next().unwrap_or_default();
-        assert!(largest.len() <= most, "{name}: {} files import each other: {largest:?}", largest.len());
+        assert!(largest.len() <= LARGEST_CYCLE, "{name}: {} files import each other: {largest:?}", largest.len());
     }
     assert!(files > 500, "{files}");
 }

@@ -22,7 +22,7 @@ cargo xtask demo [FLAGS]   sets up what is missing, builds, renders a built-in s
                            says where the picture is; FLAGS go to `lanternfish render`
 cargo xtask quality [FLAGS]
                            sets up what is missing, builds, compares every technique with a path tracer on a fixed list
-                           of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish bench quality`
+                           of shots, writes target/quality/report.{md,json,html}; FLAGS go to `lanternfish-bench quality`
 cargo xtask test [FILTER] [--quick | --full]
                            sets up what is missing, then runs every test (so does --full), or those whose names contain FILTER;
                            --quick runs unit tests that need no adapter, and needs no driver; with cargo-nextest it prints

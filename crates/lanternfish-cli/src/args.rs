@@ -1,4 +1,4 @@
-//! The flags. Their names are fixed: scripts call them.
+//! The flags of `render`, some of which other commands take. Their names are fixed: scripts call them.
 
 mod indirect;
 mod light;
@@ -8,46 +8,28 @@ mod technique;
 #[cfg(test)]
 mod tests;
 mod track;
+pub(crate) mod view;
 
-use std::path::PathBuf;
+use std::{ffi::OsString, path::PathBuf};
 
-use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, builder::NonEmptyStringValueParser};
+use clap::{ArgMatches, Args, Command, FromArgMatches, builder::NonEmptyStringValueParser};
 use glam::Vec3;
 use lanternfish::settings::Settings;
 use lanternfish_gpu::AdapterChoice;
 use lanternfish_scene::{Eyes, Viewpoint, generate::DEMOS};
 
-use self::indirect::IndirectArgs;
-pub use self::{light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
+pub use self::{indirect::IndirectArgs, light::LightArgs, look::LookArgs, technique::TechniqueArgs, track::TrackArgs};
 use crate::{
-    bench::BenchArgs,
     choices::choice,
-    compare::{self, CompareArgs},
-    deep_images::{self, DeepImagesArgs},
-    doctor::{self, DoctorArgs},
-    farm::{self, FarmArgs},
-    frames::{self, FramesArgs},
-    help::{self, HelpArgs},
+    help,
     parse::{self, Size},
     progress::ToldTo,
-    reference::{self, MergeArgs, ReferenceArgs},
-    replay::{self, ReplayArgs},
-    scene::SceneName,
-    shot,
+    scene::{self, SceneName},
     stereo::StereoLayout,
-    window,
 };
 
-const EXAMPLES: &str = "\
-Examples:
-  lanternfish render demo:atrium --lights rain:1000 -o atrium.png
-  lanternfish render scene.glb --view iso --sun 0.3,-1,-0.6,3 --exposure 1 -o scene.png
-  lanternfish info scene.glb
-
-`lanternfish help render` shows the flags of every day, `lanternfish help render --all` every flag.";
-
-/// After the flags of every day.
-const RENDER_SHORT: &str = "\
+/// What the short help of `render` ends with.
+pub(crate) const RENDER_SHORT_HELP: &str = "\
 Examples:
   lanternfish render demo:atrium --lights rain:1000 -o atrium.png
   lanternfish render scene.glb --eye 6,2,-1 --target -4,3,0 --sun 0.3,-1,-0.6,3 --exposure 1
@@ -55,7 +37,8 @@ Examples:
 Units: metres, degrees, candela, lux. +y is up. The last line of output is the picture's path.
 `lanternfish help render --all` shows every flag, and what each value means.";
 
-const RENDER_EXAMPLES: &str = "\
+/// What the long help of `render` ends with.
+pub(crate) const RENDER_HELP: &str = "\
 Examples:
   A built-in scene with a thousand lights, and what each pass cost:
     lanternfish render demo:atrium --lights rain:1000 --timings -o atrium.png
@@ -76,17 +59,6 @@ Examples:
 Units: metres, degrees, candela, lux. +y is up.
 The last line of standard output is the picture's path.";
 
-/// Renders scenes with thousands of lights and ray-traced shadows, on any GPU, or none.
-#[derive(Debug, Parser)]
-#[command(name = "lanternfish", version, after_help = EXAMPLES, max_term_width = 100, arg_required_else_help = true)]
-#[command(disable_help_flag = true, disable_help_subcommand = true, arg = help::flag())]
-pub struct Cli {
-    #[command(subcommand)]
-    pub command: Command,
-    #[command(flatten)]
-    pub trust: TrustArgs,
-}
-
 /// What a run may read and take. For every subcommand, and for the command line alone: no shot decides it.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Files from strangers")]
@@ -102,128 +74,69 @@ pub struct TrustArgs {
     pub memory_limit: Option<u64>,
 }
 
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Renders a scene to a PNG or EXR file.
-    ///
-    /// A flag that is repeated counts as it was said last; --point, --disk and --rectangle add a light each time.
-    // `cargo xtask demo FLAGS` puts FLAGS after its own.
-    #[command(after_help = RENDER_SHORT, after_long_help = RENDER_EXAMPLES, args_override_self = true)]
-    Render(Box<RenderArgs>),
-    /// Opens a window on a scene: fly through it, change every setting, see what each pass costs.
-    ///
-    /// Takes the flags of `render`; without a scene it shows the built-in atrium.
-    #[command(after_help = window::HELP, args_override_self = true)]
-    #[command(
-        override_usage = "lanternfish view [--record TRACK.toml] [--shaders FOLDER] [OPTIONS OF render] [SCENE]\n       \
-        lanternfish view PICTURE [PICTURE...]"
-    )]
-    View(Box<WindowArgs>),
-    /// Prints a shot: a file that renders what these flags render, with every flag as a key.
-    ///
-    /// Takes the flags of `render`. A path is written as it is given, and is read relative to the shot's folder.
-    #[command(after_help = shot::HELP, args_override_self = true)]
-    #[command(override_usage = "lanternfish shot [OPTIONS OF render] <SCENE>")]
-    Shot(Box<ShotArgs>),
-    /// Says which frames of a sequence are there and whole, and names the others.
-    ///
-    /// Every pixel is decoded, and sizes are compared with what is asked for. Exits with 0 if all are whole, else with 1.
-    #[command(after_help = frames::HELP, args_override_self = true)]
-    Frames(Box<FramesArgs>),
-    /// Writes a job that renders a sequence on many machines, for Open Job Description.
-    ///
-    /// The job renders chunks of frames, in any order and at once, and verifies them with `lanternfish frames`.
-    #[command(after_help = farm::HELP)]
-    Farm(FarmArgs),
-    /// Traces every path light takes, on the processor: the ground truth of a picture.
-    ///
-    /// Takes what `render` takes. What a shot says of culling, shadows and the like has no meaning here and is left aside, as
-    /// is the shot's output.
-    #[command(after_help = reference::HELP, args_override_self = true)]
-    Reference(Box<ReferenceArgs>),
-    /// Adds up parts of one ground truth, traced on many machines: the same file as traced at once.
-    #[command(after_help = reference::merge::HELP)]
-    Merge(MergeArgs),
-    /// Checks this machine: which adapters and techniques it has, whether images are right, how fast it is.
-    ///
-    /// Renders small built-in scenes by every technique and compares them with a path tracer on the processor; times rays, sorting and
-    /// the passes of a fixed frame. Takes three minutes at most without a graphics card, 40 seconds with --quick.
-    #[command(after_help = doctor::HELP)]
-    Doctor(DoctorArgs),
-    /// Prints what a scene holds, or which adapters can render it.
-    Info(InfoArgs),
-    /// Says how two pictures differ: in numbers, in a picture, and by its exit code.
-    ///
-    /// A is the picture under test, B the reference.
-    #[command(after_help = compare::HELP)]
-    Compare(Box<CompareArgs>),
-    /// Plays a camera track frame by frame: what every pass takes, what every frame counts, and what became slower.
-    ///
-    /// Takes the flags of `render`. Times are of --runs equal runs, in which nothing is read back; counts and pictures' hashes are of
-    /// one run of their own. Writes report.html with plots, report.json, passes.csv and counts.csv.
-    #[command(after_help = replay::HELP, args_override_self = true)]
-    Replay(Box<ReplayArgs>),
-    /// Shows the scene as sorted rays: deep images as points in the scene, by layers, or by how many surfaces each texel holds.
-    ///
-    /// Takes the camera of `render`. What a shot says of lights, look and technique has no meaning here and is left aside, as is
-    /// the shot's output.
-    #[command(after_help = deep_images::HELP, args_override_self = true)]
-    DeepImages(Box<DeepImagesArgs>),
-    /// Repeats the tables of the papers this renderer is built from.
-    Bench(BenchArgs),
-    /// Prints this, or the help of a command.
-    Help(HelpArgs),
+impl TrustArgs {
+    /// Holds for this process from now on. To be said once, before anything is read.
+    pub fn obey(self) {
+        scene::trust(self.confine, self.memory_limit);
+    }
 }
 
-#[derive(Debug, Args)]
-pub struct InfoArgs {
-    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, or a built-in scene: {}", demos()))]
-    #[arg(required_unless_present = "adapters")]
-    pub scene: Option<SceneName>,
-    #[command(flatten)]
-    pub part: PartArgs,
-    /// Lists the adapters of this machine: name, driver, and which optional features they have.
-    #[arg(long)]
-    pub adapters: bool,
-}
-
+/// All flags of `render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
+    /// What is rendered.
     #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, a shot (.toml), or a built-in scene: {}", demos()))]
     pub scene: SceneName,
 
+    /// The image, and its size.
     #[command(flatten, next_help_heading = "Output")]
     pub output: OutputArgs,
+    /// Which scene of the file.
     #[command(flatten, next_help_heading = "View")]
     pub part: PartArgs,
+    /// The camera.
     #[command(flatten, next_help_heading = "View")]
     pub view: ViewArgs,
+    /// One eye or two.
     #[command(flatten, next_help_heading = "View")]
     pub stereo: StereoArgs,
+    /// One moment, or a sequence.
     #[command(flatten, next_help_heading = "Track (and what moves)")]
     pub track: TrackArgs,
+    /// Lights and environment.
     #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
     pub lights: LightArgs,
+    /// Exposure, tone map, debug view.
     #[command(flatten, next_help_heading = "Look")]
     pub look: LookArgs,
+    /// Light culling, shadows, antialiasing.
     #[command(flatten, next_help_heading = "Technique")]
     pub technique: TechniqueArgs,
+    /// Indirect light and occlusion.
     #[command(flatten, next_help_heading = "Indirect (light)")]
     pub indirect: IndirectArgs,
+    /// The adapter, and what is printed.
     #[command(flatten, next_help_heading = "Run")]
     pub run: RunArgs,
 }
 
+/// `render`, by itself.
+pub(crate) fn render_command() -> Command {
+    let command =
+        Command::new("render").bin_name("lanternfish render").disable_help_flag(true).arg(help::flag("lanternfish"));
+    RenderArgs::augment_args(command).args_override_self(true)
+}
+
 /// The flags of `render`, which `help render` tells of.
 #[derive(Debug)]
-pub struct ShotArgs(pub RenderArgs);
+pub(crate) struct ShotArgs(pub RenderArgs);
 
 impl Args for ShotArgs {
-    fn augment_args(command: clap::Command) -> clap::Command {
+    fn augment_args(command: Command) -> Command {
         RenderArgs::augment_args(command).mut_args(|arg| if arg.is_positional() { arg } else { arg.hide(true) })
     }
 
-    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+    fn augment_args_for_update(command: Command) -> Command {
         Self::augment_args(command)
     }
 }
@@ -238,50 +151,7 @@ impl FromArgMatches for ShotArgs {
     }
 }
 
-/// The flags of `render`, a scene where none is named, and what the window alone does.
-#[derive(Debug)]
-pub struct WindowArgs {
-    pub render: RenderArgs,
-    pub window: OnlyWindowArgs,
-}
-
-#[derive(Debug, Args)]
-pub struct OnlyWindowArgs {
-    /// More pictures, where the first file is one (.exr, .png): they are compared.
-    #[arg(value_name = "PICTURE", index = 2)]
-    pub pictures: Vec<PathBuf>,
-    /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
-    #[arg(long, value_name = "TRACK.toml")]
-    pub record: Option<PathBuf>,
-    /// Renders with the shaders below this folder, the library's `src`, and reads them again when they are saved. One that does not
-    /// compile changes nothing but the line below the picture.
-    #[arg(long, value_name = "FOLDER")]
-    pub shaders: Option<PathBuf>,
-}
-
-impl Args for WindowArgs {
-    fn augment_args(command: clap::Command) -> clap::Command {
-        let command = OnlyWindowArgs::augment_args(ShotArgs::augment_args(command));
-        command.mut_arg("scene", |scene| scene.required(false).default_value(window::FIRST).index(1))
-    }
-
-    fn augment_args_for_update(command: clap::Command) -> clap::Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for WindowArgs {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let (render, window) = (RenderArgs::from_arg_matches(matches)?, OnlyWindowArgs::from_arg_matches(matches)?);
-        Ok(Self { render, window })
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        self.render.update_from_arg_matches(matches)?;
-        self.window.update_from_arg_matches(matches)
-    }
-}
-
+/// Flags of the image.
 #[derive(Debug, Args)]
 pub struct OutputArgs {
     /// The picture: .png (tone-mapped) or .exr (linear).
@@ -301,6 +171,7 @@ pub struct OutputArgs {
     pub open: bool,
 }
 
+/// The flag that chooses a scene of a file.
 #[derive(Debug, Args)]
 pub struct PartArgs {
     /// A scene of the file, by name or by its number. Without it: the one that the file opens with.
@@ -309,6 +180,7 @@ pub struct PartArgs {
     pub scene_of_file: Option<String>,
 }
 
+/// Flags of the camera.
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct ViewArgs {
     /// Where the camera is, world space, m.
@@ -338,6 +210,7 @@ pub struct ViewArgs {
     pub view: Option<Viewpoint>,
 }
 
+/// Flags of stereo images.
 #[derive(Debug, Args)]
 pub struct StereoArgs {
     /// Renders for two eyes: vive (HTC Vive), parallel or parallel:METRES (both see what the camera sees), or
@@ -352,6 +225,7 @@ pub struct StereoArgs {
     pub stereo_layout: StereoLayout,
 }
 
+/// Flags of a run.
 #[derive(Debug, Args)]
 pub struct RunArgs {
     /// The adapter to render on: a part of its name, gpu or cpu.
@@ -378,10 +252,11 @@ pub struct RunArgs {
 }
 
 /// The built-in scenes as they are named on the command line.
-pub fn demos() -> String {
+pub(crate) fn demos() -> String {
     DEMOS.iter().map(|name| format!("demo:{name}")).collect::<Vec<_>>().join(", ")
 }
 
+/// Reads `cpu`, `gpu` or a part of an adapter's name.
 pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
     match text {
         "" => Err("expected a part of an adapter's name, gpu or cpu".to_owned()),
@@ -392,6 +267,11 @@ pub fn adapter(text: &str) -> Result<AdapterChoice, String> {
 }
 
 impl RenderArgs {
+    /// The arguments that these words say, after `lanternfish render`.
+    pub(crate) fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+        Self::from_arg_matches(&render_command().no_binary_name(true).try_get_matches_from(words)?)
+    }
+
     /// The library's settings as these flags choose them.
     pub fn settings(&self) -> Settings {
         self.settings_of(self.technique.accumulate)

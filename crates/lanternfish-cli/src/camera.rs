@@ -27,14 +27,14 @@ pub fn choose_each(scene: &Scene, views: &[ViewArgs], aspect: f32) -> Result<(Ve
 }
 
 /// What is said where nobody chose a camera and the scene is a room.
-pub const INSIDE: &str = "a closed interior, looked at from inside; --eye and --target choose another place, --view iso \
+pub(crate) const INSIDE: &str = "a closed interior, looked at from inside; --eye and --target choose another place, --view iso \
                           shows it from outside";
 
 /// What `flags` take at another time, where all else that they choose by is as it was: a camera of the file that has moved in
 /// `scene` since it was `chosen`, which stays what it is otherwise.
 ///
 /// What frames a scene frames it as it was chosen, so that a picture does not sway with what moves in it.
-pub fn follow(
+pub(crate) fn follow(
     scene: &Scene,
     bounds: &Bounds,
     flags: &ViewArgs,

@@ -12,6 +12,6 @@ pub fn choice<T: Named>() -> impl TypedValueParser<Value = T> {
 }
 
 /// Reads one of these names, each of which has a line of help.
-pub fn names(known: impl IntoIterator<Item = (&'static str, &'static str)>) -> PossibleValuesParser {
+pub(crate) fn names(known: impl IntoIterator<Item = (&'static str, &'static str)>) -> PossibleValuesParser {
     PossibleValuesParser::new(known.into_iter().map(|(name, meaning)| PossibleValue::new(name).help(as_flags(meaning))))
 }

@@ -31,6 +31,7 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// What went wrong and where, and what to do about it; see [`CliError::Failed`].
     pub fn new(what: impl fmt::Display, hint: impl Into<String>) -> Self {
         Self::Failed { what: what.to_string(), hint: hint.into() }
     }
@@ -44,7 +45,7 @@ impl CliError {
     }
 
     /// An error of writing to standard output.
-    pub fn from_stdout(error: io::Error) -> Self {
+    pub(crate) fn from_stdout(error: io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::ReaderGone,
             _ => Self::new(format_args!("standard output: {error}"), "check where the output is sent to"),
@@ -94,7 +95,7 @@ impl From<SceneError> for CliError {
 }
 
 /// What to do where memory is short.
-pub fn memory_hint(need: &TooMuch) -> &'static str {
+pub(crate) fn memory_hint(need: &TooMuch) -> &'static str {
     match need.limit {
         Some(_) => "allow more with a larger --memory-limit, or choose a smaller file",
         None => "free memory, or choose a smaller file; --memory-limit sets another limit than what is free",
@@ -165,7 +166,7 @@ pub fn say(what: &dyn fmt::Display) {
 }
 
 /// A panic is a bug of ours: it is reported like any other error, with what is needed to report it.
-pub fn install_panic_message() {
+pub(crate) fn install_panic_message() {
     panic::set_hook(Box::new(|info| {
         let message = info.payload_as_str().unwrap_or("no message");
         let place = info.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();

@@ -65,8 +65,8 @@ impl FromArgMatches for PictureArgs {
 }
 
 /// Says what is not whole, and gives what the process exits with: 0 where all is.
-pub fn run(args: &FramesArgs) -> Result<u8, CliError> {
-    let shot = shot::resolve(&args.scene)?;
+pub fn run(args: &FramesArgs, said: &ArgMatches) -> Result<u8, CliError> {
+    let shot = shot::resolve(&args.scene, said)?;
     let flags = &shot.args;
     let output = Output::named(flags.output.output.as_deref(), &flags.scene)?;
     let (expected, wanted) = (Expected::of(flags), args.wanted);

@@ -3,15 +3,16 @@
 //! A flag that only research asks for says so where it is declared, by `hide_short_help`: `--help` and `help COMMAND` leave
 //! it out, `help COMMAND --all` has every flag with the meaning of every value.
 
-use std::io::{self, IsTerminal as _, Write as _};
+use std::io::{self, IsTerminal as _};
 
-use clap::{Arg, ArgAction, Args, CommandFactory as _};
+use clap::{Arg, ArgAction, Args, CommandFactory};
 
-use crate::{args::Cli, error::CliError, output};
+use crate::{error::CliError, output};
 
+/// Flags of `help`.
 #[derive(Debug, Args)]
 pub struct HelpArgs {
-    /// The command, such as render, or bench quality. Without it: the commands there are.
+    /// The command. Without it: the commands there are.
     #[arg(value_name = "COMMAND")]
     pub command: Vec<String>,
     /// Every flag, and what each value means; without it: the flags of every day.
@@ -19,25 +20,26 @@ pub struct HelpArgs {
     pub all: bool,
 }
 
-/// `--help` of every command: clap's own would tell everything.
-pub fn flag() -> Arg {
+/// `--help` of every command of a program: clap's own would tell everything.
+pub fn flag(program: &str) -> Arg {
     Arg::new("help")
         .short('h')
         .long("help")
         .global(true)
         .action(ArgAction::HelpShort)
         .help_heading(None)
-        .help("Prints this; `lanternfish help COMMAND --all` prints all there is")
+        .help(format!("Prints this; `{program} help COMMAND --all` prints all there is"))
 }
 
-/// Prints the help that was asked for.
-pub fn run(args: &HelpArgs) -> Result<(), CliError> {
-    let mut root = Cli::command();
+/// Prints the help of a program that was asked for.
+pub fn run<C: CommandFactory>(args: &HelpArgs) -> Result<(), CliError> {
+    let mut root = C::command();
     root.build();
     let mut command = &mut root;
     for name in &args.command {
-        let known: Vec<_> = command.get_subcommands().map(|known| known.get_name().to_owned()).collect();
-        let whole = command.get_bin_name().unwrap_or_default().to_owned();
+        let known = command.get_subcommands().filter(|known| !known.is_hide_set());
+        let known: Vec<_> = known.map(|known| known.get_name().to_owned()).collect();
+        let whole = command.get_bin_name().unwrap_or_else(|| command.get_name()).to_owned();
         command = command.find_subcommand_mut(name).ok_or_else(|| {
             let hint = match known.is_empty() {
                 true => format!("{whole} has no commands of its own"),
@@ -51,18 +53,12 @@ pub fn run(args: &HelpArgs) -> Result<(), CliError> {
     output::print(&if is_styled { text.ansi().to_string() } else { text.to_string() })
 }
 
-/// Prints what clap has to say of the arguments, a mistake or what `--help` and `--version` ask for, and gives what the
-/// process exits with.
-pub fn told_by(error: &clap::Error) -> Result<u8, CliError> {
-    error.print().and_then(|()| io::stdout().flush()).map_err(CliError::from_stdout)?;
-    Ok(u8::try_from(error.exit_code()).unwrap_or(u8::MAX))
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Command;
 
     use super::*;
+    use crate::cli::Cli;
 
     /// Lines of a terminal that is as high as a usual screen, and columns that text is wrapped at.
     const SCREEN: (usize, usize) = (60, 100);

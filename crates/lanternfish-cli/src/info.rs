@@ -2,9 +2,29 @@
 
 use std::fmt::Write as _;
 
+use clap::Args;
 use lanternfish_scene::{AlphaMode, LightKind, Projection, Scene, rig};
 
-use crate::{args::InfoArgs, error::CliError, output, progress::Progress, report::grouped, scene};
+use crate::{
+    args::{PartArgs, demos},
+    error::CliError,
+    output,
+    progress::Progress,
+    report::grouped,
+    scene::{self, SceneName},
+};
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    #[arg(help = format!("A glTF 2.0 file (.gltf, .glb), an OBJ file, or a built-in scene: {}", demos()))]
+    #[arg(required_unless_present = "adapters")]
+    pub scene: Option<SceneName>,
+    #[command(flatten)]
+    pub part: PartArgs,
+    /// Lists the adapters of this machine: name, driver, and which optional features they have.
+    #[arg(long)]
+    pub adapters: bool,
+}
 
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let mut text = String::new();

@@ -11,7 +11,7 @@ use crate::{args::LightArgs, error::CliError};
 
 /// What a picture makes of light.
 #[derive(Clone, Copy, Debug)]
-pub struct Lighting {
+pub(crate) struct Lighting {
     /// Whether light is what it shows.
     pub is_seen: bool,
     /// Whether surroundings light surfaces.
@@ -20,7 +20,7 @@ pub struct Lighting {
 
 /// Adds the rig of `--light-rig`, or where nothing else lights the scene one of its own choice, made about `camera`; `say`
 /// is told what, and where light or surfaces are missing all the same.
-pub fn light(
+pub(crate) fn light(
     scene: &mut Scene,
     flags: &LightArgs,
     camera: &Camera,
@@ -65,14 +65,14 @@ const MOST_NEARLY_BLACK: f32 = 0.6;
 const FAINT_SKY: Vec3 = Vec3::new(0.08, 0.11, 0.16);
 
 /// Whether a scene may be given a faint sky: it has no surroundings, and no flag says what light there is.
-pub fn may_have_faint_sky(scene: &Scene, flags: &LightArgs) -> bool {
+pub(crate) fn may_have_faint_sky(scene: &Scene, flags: &LightArgs) -> bool {
     let has_surroundings = scene.environment.is_some() || scene.sky != Vec3::ZERO;
     !has_surroundings && flags.light_rig.is_none() && !has_light(flags)
 }
 
 /// A faint sky, nits, for a scene whose own lights leave most of `picture` black, as streets at night are. None where there is enough
 /// to see.
-pub fn faint_sky(picture: &Picture) -> Option<Vec3> {
+pub(crate) fn faint_sky(picture: &Picture) -> Option<Vec3> {
     let white = (-picture.exposure?).exp2();
     let (mut surface, mut black) = (0.0, 0.0);
     for [red, green, blue, covered] in &picture.radiance {

@@ -12,7 +12,8 @@ use crate::{error::CliError, scene::SceneName};
 
 /// A picture's file, in a format that is known and a folder that can be written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Output {
+pub(crate) struct Output {
+    /// Its path.
     pub path: PathBuf,
     format: Format,
 }
@@ -70,6 +71,7 @@ impl Output {
         Ok(write_exr_layers(&self.path, &layers, &[])?)
     }
 
+    /// Writes a picture, as its ending chooses.
     pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
         match self.format {
             Format::Png => {
@@ -91,7 +93,7 @@ fn radiance(picture: &Picture) -> Result<RgbImage, CliError> {
 }
 
 /// The scene's name with `.png`, in the current folder: never beside the scene, which may not be ours to write to.
-pub fn default_path(scene: &SceneName) -> PathBuf {
+pub(crate) fn default_path(scene: &SceneName) -> PathBuf {
     let name = match scene.demo() {
         Some(name) => name.as_ref(),
         None => scene.path().file_stem().unwrap_or("picture".as_ref()),
@@ -102,7 +104,7 @@ pub fn default_path(scene: &SceneName) -> PathBuf {
 }
 
 /// An error unless something can be written to `path`, before minutes of work depend on it. Leaves nothing behind.
-pub fn check_writable(path: &Path) -> Result<(), CliError> {
+pub(crate) fn check_writable(path: &Path) -> Result<(), CliError> {
     lanternfish_metrics::check_writable(path).map_err(|error| {
         let hint = match error.kind() {
             ErrorKind::IsADirectory => "name a file in it",
@@ -116,12 +118,12 @@ pub fn check_writable(path: &Path) -> Result<(), CliError> {
 }
 
 /// Whether two paths in folders that exist name one file, which need not exist.
-pub fn same_file(a: &Path, b: &Path) -> bool {
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     destination(a).is_some_and(|path| destination(b) == Some(path))
 }
 
 /// An error where one of the files that are written is one of the others, each with what it is called.
-pub fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -> Result<(), CliError> {
+pub(crate) fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -> Result<(), CliError> {
     for (path, name) in written {
         if let Some((_, other)) = others.iter().find(|(other, _)| same_file(path, other)) {
             let what = format!("{}: both {other} and {name}", path.display());
@@ -132,7 +134,7 @@ pub fn refuse_same(written: &[(&Path, &str)], others: &[(&Path, &str)]) -> Resul
 }
 
 /// Whether a file's name ends so, behind its last dot, in capitals or not.
-pub fn has_ending(path: &Path, ending: &str) -> bool {
+pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending))
 }
 

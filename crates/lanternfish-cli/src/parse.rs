@@ -41,7 +41,9 @@ pub fn bytes(text: &str) -> Result<u64, String> {
 /// Width and height, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
+    /// Columns.
     pub width: u32,
+    /// Rows.
     pub height: u32,
 }
 
@@ -66,7 +68,7 @@ pub fn position(text: &str) -> Result<Vec3, String> {
     near_enough(position)
 }
 
-/// Parses a colour, `r,g,b`, each from 0 to [`BRIGHTEST`].
+/// Parses a colour, `r,g,b`, each from 0 to `BRIGHTEST`.
 pub fn color(text: &str) -> Result<Vec3, String> {
     three_numbers(text)
         .filter(|color| color.cmpge(Vec3::ZERO).all() && color.max_element() <= BRIGHTEST)
@@ -285,6 +287,7 @@ pub fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(number).collect()
 }
 
-pub fn number(text: &str) -> Option<f32> {
+/// A finite number.
+pub(crate) fn number(text: &str) -> Option<f32> {
     text.trim().parse().ok().filter(|n: &f32| n.is_finite())
 }

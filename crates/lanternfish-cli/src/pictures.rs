@@ -6,7 +6,7 @@ use lanternfish_metrics::{exr_layers, read_exr_layer, read_png};
 use lanternfish_viewer::{PictureOfFile, Pictures};
 
 use crate::{
-    args::{OnlyWindowArgs, RenderArgs},
+    args::{RenderArgs, view::OnlyWindowArgs},
     compare::failed,
     error::CliError,
     output::has_ending,

@@ -82,21 +82,21 @@ impl Progress {
     }
 
     /// What came of it, in a line. Shown to scripts too, unless they asked for quiet.
-    pub fn result(&self, text: &str) {
+    pub(crate) fn result(&self, text: &str) {
         if !self.quiet {
             self.line.suspend(|| say(&text));
         }
     }
 
     /// Something that is wrong with the result, if anything is. Shown as [`Progress::note`] is.
-    pub fn warn(&self, text: Option<String>) {
+    pub(crate) fn warn(&self, text: Option<String>) {
         if let Some(text) = text.filter(|_| !self.quiet) {
             self.line.suspend(|| say(&format_args!("warning: {text}")));
         }
     }
 
     /// The line as a bar, for a step that knows how far it is.
-    pub fn bar(&self) -> Bar {
+    pub(crate) fn bar(&self) -> Bar {
         Bar { line: self.line.clone(), quiet: self.quiet }
     }
 
@@ -114,7 +114,7 @@ impl Drop for Progress {
 }
 
 /// The progress line while a step says how far it is; the step's name again when dropped.
-pub struct Bar {
+pub(crate) struct Bar {
     line: ProgressBar,
     quiet: bool,
 }

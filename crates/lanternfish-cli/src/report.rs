@@ -55,18 +55,24 @@ struct Pass<'r> {
 
 /// What a report of a run is made from.
 #[derive(Debug)]
-pub struct Run<'r> {
+pub(crate) struct Run<'r> {
+    /// What was rendered.
     pub scene: &'r SceneName,
+    /// The picture's path.
     pub output: &'r Path,
+    /// What rendered it.
     pub adapter: &'r AdapterDescription,
+    /// The picture's.
     pub size: Size,
     /// Number of pictures in a sequence; `None` for a single picture.
     pub frames: Option<u32>,
     /// Exposure at which the picture is shown, EV; `None` where it is not exposed.
     pub exposure: Option<f32>,
+    /// How it was rendered.
     pub settings: &'r Settings,
     /// Seed of the light rain.
     pub seed: u32,
+    /// Passes and counters.
     pub cost: &'r Report,
     /// Seconds that each step took, and `total` from the start of the process.
     pub seconds: &'r [(&'static str, f64)],
@@ -111,7 +117,7 @@ impl Run<'_> {
 }
 
 /// Adds the cost of another picture to what came before.
-pub fn add(total: &mut Report, picture: Report) {
+pub(crate) fn add(total: &mut Report, picture: Report) {
     for pass in picture.passes {
         match total.passes.iter_mut().find(|known| known.name == pass.name) {
             Some(known) => known.ms += pass.ms,
@@ -127,7 +133,7 @@ pub fn add(total: &mut Report, picture: Report) {
 }
 
 /// Settings by the names of the command line.
-pub fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
+pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'static str, String> {
     let mut names = BTreeMap::from([
         ("shadows", settings.shadows.to_string()),
         ("ray-culling", settings.ray_culling.to_string()),

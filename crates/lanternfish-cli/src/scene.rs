@@ -11,7 +11,7 @@ use clap::builder::{OsStringValueParser, TryMapValueParser, TypedValueParser, Va
 use lanternfish_scene::{LoadOptions, Scene, memory};
 use serde::{Serialize, Serializer};
 
-use crate::{args::TrustArgs, error::CliError};
+use crate::error::CliError;
 
 /// A scene as it is named: a path, in any spelling that the system has, or `demo:NAME`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,6 +23,7 @@ impl SceneName {
         self.0.to_str()?.strip_prefix("demo:")
     }
 
+    /// The name as a path: that of a file, where [`Self::demo`] gives none.
     pub fn path(&self) -> &Path {
         Path::new(&self.0)
     }
@@ -70,10 +71,10 @@ impl ValueParserFactory for SceneName {
 /// Whether scenes are read from their folders alone, as the command line says.
 static CONFINES: AtomicBool = AtomicBool::new(false);
 
-/// Says once, before anything is read, what this process may read and take.
-pub fn trust(args: TrustArgs) {
-    CONFINES.store(args.confine, Relaxed);
-    if let Some(bytes) = args.memory_limit {
+/// Says once, before anything is read, whether this process reads scenes from their folders alone, and the most bytes that it takes.
+pub(crate) fn trust(confine: bool, memory_limit: Option<u64>) {
+    CONFINES.store(confine, Relaxed);
+    if let Some(bytes) = memory_limit {
         memory::set_limit(bytes);
     }
 }

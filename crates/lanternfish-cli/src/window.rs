@@ -12,7 +12,7 @@ use lanternfish_scene::{Camera, Scene, generate::Rain};
 use lanternfish_viewer::{Form, Moment, Opened, RecordKeeper, Shown, Start, ViewerError, Written};
 
 use crate::{
-    args::OnlyWindowArgs,
+    args::view::OnlyWindowArgs,
     camera,
     error::CliError,
     light_rig::{self, Lighting},
@@ -40,9 +40,6 @@ camera and its clusters from above. A file that is dropped on the window is open
 place are kept in lanternfish/window.toml of the folder of settings (XDG_CONFIG_HOME, or ~/.config).
 Pictures (.exr, .png) are shown side by side, with a map and the mean of what differs.
 ";
-
-/// The built-in scene that is seen where none is named.
-pub const FIRST: &str = "demo:atrium";
 
 /// Seconds of a step of what is recorded.
 const STEP: f32 = 1.0 / 60.0;

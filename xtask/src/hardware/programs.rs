@@ -24,9 +24,11 @@ pub struct Program {
     pub name: &'static str,
 }
 
-/// The command line.
-pub const COMMAND_LINE: Program =
-    Program { package: "lanternfish-cli", kind: "bin", target: None, is_test: false, name: "lanternfish" };
+/// The command line, and the benches.
+pub const RELEASED: [Program; 2] = [
+    Program { package: "lanternfish-cli", kind: "bin", target: None, is_test: false, name: "lanternfish" },
+    Program { package: "lanternfish-bench", kind: "bin", target: None, is_test: false, name: "lanternfish-bench" },
+];
 
 /// The programs that hold the tests of passes and images.
 pub const TESTS: [Program; 3] = [
@@ -85,6 +87,8 @@ mod tests {
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["lib"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-1"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":true},"executable":"/t/lanternfish-2"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish"},"profile":{"test":false},"executable":"/t/lanternfish"}
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-cli/Cargo.toml","target":{"kind":["lib"],"name":"lanternfish_cli"},"profile":{"test":false},"executable":null}
+{"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish-bench/Cargo.toml","target":{"kind":["bin"],"name":"lanternfish-bench"},"profile":{"test":false},"executable":"/t/lanternfish-bench"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["test"],"name":"other"},"profile":{"test":true},"executable":"/t/other-3"}
 {"reason":"compiler-artifact","manifest_path":"/w/crates/lanternfish/Cargo.toml","target":{"kind":["test"],"name":"pictures"},"profile":{"test":true},"executable":"/t/pictures-4"}
 not JSON
@@ -94,7 +98,8 @@ not JSON
     #[test]
     fn programs_are_found_in_the_messages_of_cargo() {
         let find = |program: &Program| program.find(MESSAGES);
-        assert_eq!(find(&COMMAND_LINE), Ok("/t/lanternfish".into()));
+        assert_eq!(find(&RELEASED[0]), Ok("/t/lanternfish".into()));
+        assert_eq!(find(&RELEASED[1]), Ok("/t/lanternfish-bench".into()));
         assert_eq!(find(&TESTS[1]), Ok("/t/lanternfish-1".into()));
         assert_eq!(find(&TESTS[2]), Ok("/t/pictures-4".into()));
         assert_eq!(find(&TESTS[0]), Err("cargo built no lib of package lanternfish-gpu".to_owned()));

@@ -58,7 +58,10 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
                 "#!/bin/sh\ncase $1 in\n--version) echo fake ;;\ninfo) printf '{adapters}' ;;\n*) echo \"$@\" ;;\nesac\n"
             );
             let test_program = TEST_PROGRAM.replace("SECOND", second);
-            for (name, text) in [("lanternfish", command_line), ("tests/program", test_program)] {
+            let bench = "#!/bin/sh\necho \"$@\"\n".to_owned();
+            let programs =
+                [("lanternfish", command_line), ("lanternfish-bench", bench), ("tests/program", test_program)];
+            for (name, text) in programs {
                 let file = contents.join(name);
                 fs::write(&file, text).and_then(|()| make_executable(&file)).expect("it can be written");
             }
@@ -120,6 +123,21 @@ printf '\ntest result: ok. 1 passed; 0 failed; 0 ignored\n'
         let left = fs::read_dir(&kit.0).expect("it is there").filter_map(Result::ok);
         let left: Vec<_> = left.map(|entry| entry.file_name()).filter(|name| name != "out" && name != "kit").collect();
         assert_eq!(left, ["contents"], "the temporary folder goes");
+    }
+
+    #[test]
+    fn the_papers_are_benches() {
+        let kit = Kit::new("papers", SOFTWARE, "true");
+        let output = kit.run(&["papers", "--allow-software"], &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout) + &text(&output.stderr));
+        let mut tar = Command::new("tar");
+        tar.arg("-xOzf")
+            .arg(kit.0.join("out/papers.tar.gz"))
+            .args(["forward-plus", "deep-images", "clustered"].map(|name| format!("papers/{name}.txt")));
+        let said = text(&tar.output().expect("tar is there").stdout);
+        for words in ["forward-plus --adapter cpu -o ", "deep-images --quick --adapter cpu ", "clustered --quick "] {
+            assert!(said.contains(words), "{said}");
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ use crate::{choices::choice, parse};
 /// less; with more they are closer.
 const SMOOTH_FRAMES: u32 = 8;
 
+/// Flags of indirect light and occlusion.
 #[derive(Debug, Args)]
 pub struct IndirectArgs {
     #[command(flatten)]

@@ -12,6 +12,7 @@ use crate::{
     parse::{self, LightSet},
 };
 
+/// Flags of lights and environment.
 #[derive(Debug, Args)]
 pub struct LightArgs {
     /// A point light, and another each time.

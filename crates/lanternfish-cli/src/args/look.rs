@@ -5,6 +5,7 @@ use lanternfish::settings::{Anisotropy, DebugView, Exposure, Materials, Settings
 
 use crate::{choices::choice, parse};
 
+/// Flags of how radiance is shown.
 #[derive(Debug, Args)]
 pub struct LookArgs {
     /// Which surfaces are shaded.

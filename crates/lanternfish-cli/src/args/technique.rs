@@ -9,6 +9,7 @@ use lanternfish::{
 use super::parameters::{ParameterFlags, TechniqueFlag};
 use crate::choices::choice;
 
+/// Flags of light culling, shadows and antialiasing.
 #[derive(Debug, Args)]
 pub struct TechniqueArgs {
     /// How shadows are found.

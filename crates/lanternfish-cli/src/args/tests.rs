@@ -1,4 +1,4 @@
-use clap::CommandFactory;
+use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
         Anisotropy, Attenuation, Culling, DebugView, DeepImageSettings, Exposure, History, Indirect, Materials,
@@ -11,7 +11,10 @@ use lanternfish::{
 };
 
 use super::*;
-use crate::parse::LightSet;
+use crate::{
+    cli::{Cli, Command},
+    parse::LightSet,
+};
 
 fn parsed(words: &[&str]) -> Result<RenderArgs, clap::Error> {
     match Cli::try_parse_from(["lanternfish", "render", "scene.glb"].iter().chain(words))?.command {

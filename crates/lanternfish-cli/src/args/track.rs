@@ -4,6 +4,7 @@ use clap::Args;
 
 use crate::parse::{self, Frames};
 
+/// Flags of time.
 #[derive(Debug, Args)]
 pub struct TrackArgs {
     /// The moment that is rendered, seconds: where the camera is on its track, and all else that moves. Without it: the first

@@ -191,7 +191,7 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::args::{Cli, Command};
+    use crate::cli::{Cli, Command};
 
     fn parsed(words: &str) -> Result<DeepImagesArgs, clap::Error> {
         let line = ["lanternfish", "deep-images", "a.glb"].into_iter().chain(words.split_whitespace());

@@ -8,6 +8,7 @@ mod args;
 mod looker;
 mod sheet;
 
+use clap::ArgMatches;
 use glam::{UVec2, Vec3};
 use lanternfish::view::View;
 use lanternfish_gpu::{Gpu, checked, driver_warning};
@@ -21,8 +22,8 @@ use crate::{
     scene, shot,
 };
 
-pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
-    let shot = shot::resolve(&args.scene)?;
+pub fn run(args: &DeepImagesArgs, said: &ArgMatches) -> Result<(), CliError> {
+    let shot = shot::resolve(&args.scene, said)?;
     let path = args.output.output.clone();
     let path = path.unwrap_or_else(|| output::default_path(&args.scene).with_extension("deep-images.png"));
     let output = Output::choose(Some(&path), &args.scene)?;

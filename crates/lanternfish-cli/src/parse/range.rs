@@ -11,7 +11,9 @@ pub const SAMPLES: RangeInclusive<u64> = 1..=1 << 32;
 /// Whole numbers from `first` to `last`, both of them in it; `first` is not above `last`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span<N> {
+    /// The first.
     pub first: N,
+    /// The last, which is one of them.
     pub last: N,
 }
 

@@ -7,6 +7,7 @@ use super::{Axis, FRAME, SIZE, Svg, places};
 /// One of the areas.
 #[derive(Clone, Debug)]
 pub struct Area {
+    /// As the legend has it.
     pub name: String,
     /// As CSS has it.
     pub color: &'static str,

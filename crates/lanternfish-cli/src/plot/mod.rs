@@ -12,9 +12,11 @@ use std::fmt::Write;
 
 /// One axis of [`curves`].
 pub struct Axis<'a> {
+    /// What stands beside it.
     pub label: &'a str,
     /// Ends of what is shown, low < high; above 0 where logarithmic.
     pub ends: [f64; 2],
+    /// Whether equal ratios are equally long.
     pub logarithmic: bool,
     /// Where a line is drawn across, and its name.
     pub ticks: Vec<(f64, String)>,
@@ -39,13 +41,17 @@ impl<'a> Axis<'a> {
     }
 }
 
+/// A curve of [`curves`].
 pub struct Curve {
+    /// As the legend has it.
     pub name: String,
     /// As CSS has it.
     pub color: &'static str,
+    /// Whether it is dashed.
     pub dashed: bool,
     /// A mark at every point.
     pub marked: bool,
+    /// Where it goes through, in the axes' units.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -53,6 +59,7 @@ pub struct Curve {
 const SIZE: [f64; 2] = [760.0, 420.0];
 const FRAME: [f64; 4] = [70.0, 40.0, 560.0, 365.0];
 
+/// Curves over two axes, with a legend.
 pub fn curves(title: &str, x: &Axis<'_>, y: &Axis<'_>, curves: &[Curve]) -> String {
     let [_, top, right, _] = FRAME;
     let [px, py] = places(x, y);

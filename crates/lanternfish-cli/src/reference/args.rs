@@ -252,7 +252,7 @@ mod tests {
     use clap::{CommandFactory, Parser};
 
     use super::*;
-    use crate::args::{Cli, Command as Subcommand};
+    use crate::cli::{Cli, Command as Subcommand};
 
     fn parsed(words: &str) -> Result<ReferenceArgs, clap::Error> {
         let line = ["lanternfish", "reference", "a.glb"].into_iter().chain(words.split_whitespace());

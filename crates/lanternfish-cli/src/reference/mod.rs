@@ -14,6 +14,7 @@ mod trace;
 
 use std::{fmt::Write as _, slice, time::Instant};
 
+use clap::ArgMatches;
 use lanternfish::settings::Exposure;
 use lanternfish_reference::{
     Film, Settings, Tracer,
@@ -44,8 +45,8 @@ use crate::{
 };
 
 /// Traces, and gives what the process exits with: 0, or what Ctrl-C and the like exit with.
-pub fn run(args: &ReferenceArgs, started: Instant) -> Result<u8, CliError> {
-    let mut shot = shot::resolve(&args.scene)?;
+pub fn run(args: &ReferenceArgs, said: &ArgMatches, started: Instant) -> Result<u8, CliError> {
+    let mut shot = shot::resolve(&args.scene, said)?;
     let frames = shot.args.track.frames.take();
     let is_track = frames.is_some();
     if let Some(Frames::Span(_)) = frames {

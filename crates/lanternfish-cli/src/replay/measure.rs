@@ -27,7 +27,9 @@ pub struct Player<'a> {
 /// Times of all runs.
 #[derive(Debug, Default)]
 pub struct Times {
+    /// Of the device, pass by pass.
     pub passes: Vec<Series>,
+    /// Of the host.
     pub host: Vec<Series>,
 }
 

@@ -3,7 +3,7 @@
 //! 1. Say what is played ([`plan`]): a shot's frames, or what a hand did to the camera, at fixed times.
 //! 2. Count: one run that reads back counters, what clusters hold, and pictures ([`counted`]).
 //! 3. Time: runs that are the same, in which nothing is read back ([`measure`], [`series`]).
-//! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before ([`compare`]).
+//! 4. Write what was found ([`report`], [`page`]), and compare it with what was found before (`compare`).
 
 pub mod category;
 mod compare;
@@ -38,7 +38,8 @@ use crate::{
     shot::{self, Shot},
 };
 
-pub const HELP: &str = "\
+/// What the help of `replay` ends with.
+pub(crate) const HELP: &str = "\
 Examples:
   What every frame of a walk takes, and why:
     lanternfish replay docs/tracks/sponza.toml --runs 7 -o before
@@ -56,8 +57,10 @@ The last line of standard output is the page's path.";
 /// What the process exits with where something cannot be replayed, or compared.
 const FAILED: u8 = 2;
 
+/// Flags of `replay`.
 #[derive(Debug, Args)]
-pub struct ReplayArgs {
+pub(crate) struct ReplayArgs {
+    /// What is played.
     #[arg(help = format!("A shot (.toml) with a [track], or what `view --record` wrote; or a scene, as `render` is given it: a file, or {}", demos()))]
     pub scene: SceneName,
     /// The folder for the report. It is made if it is not there.
@@ -72,6 +75,7 @@ pub struct ReplayArgs {
     /// By how many percent a pass must be slower at least for --compare to say so, however sure it is.
     #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = percent, allow_hyphen_values = true)]
     pub matters: f64,
+    /// The flags of `render` that have a meaning here.
     #[command(flatten)]
     pub shared: SimulationArgs,
 }
@@ -84,7 +88,7 @@ fn percent(text: &str) -> Result<f64, String> {
 /// The flags of `render` that say what is simulated, and how it is rendered. Their values come through the shot, which reads them once
 /// more.
 #[derive(Debug)]
-pub struct SimulationArgs;
+pub(crate) struct SimulationArgs;
 
 /// Flags of `render` that have no meaning here, by id.
 const OTHERS: [&str; 8] = ["scene", "output", "time", "skip_existing", "accumulate", "timings", "report", "progress"];
@@ -112,8 +116,8 @@ impl FromArgMatches for SimulationArgs {
 }
 
 /// Replays, tells, and says by the exit code how it went.
-pub fn main(args: &ReplayArgs) -> ExitCode {
-    match run(args) {
+pub(crate) fn main(args: &ReplayArgs, said: &ArgMatches) -> ExitCode {
+    match run(args, said) {
         Ok(code) => ExitCode::from(code),
         Err(CliError::ReaderGone) => ExitCode::SUCCESS,
         Err(error) => {
@@ -123,9 +127,9 @@ pub fn main(args: &ReplayArgs) -> ExitCode {
     }
 }
 
-fn run(args: &ReplayArgs) -> Result<u8, CliError> {
+fn run(args: &ReplayArgs, said: &ArgMatches) -> Result<u8, CliError> {
     let old = args.compare.as_deref().map(Report::read).transpose()?;
-    let (shot, recorded) = simulation(&args.scene)?;
+    let (shot, recorded) = simulation(&args.scene, said)?;
     fs::create_dir_all(&args.output).map_err(|error| {
         CliError::new(format_args!("{}: {error}", args.output.display()), "name a folder that can be made")
     })?;
@@ -158,9 +162,9 @@ fn run(args: &ReplayArgs) -> Result<u8, CliError> {
 type Cameras = Vec<(f32, Camera)>;
 
 /// What is played: a shot, or a recording in the scene of a shot.
-fn simulation(source: &SceneName) -> Result<(Shot, Option<Cameras>), CliError> {
-    let Some(recorded) = Recorded::read(source)? else { return Ok((shot::resolve(source)?, None)) };
-    let (shot, frames) = shot::of_recording(&recorded.scene, &recorded.flags)?;
+fn simulation(source: &SceneName, said: &ArgMatches) -> Result<(Shot, Option<Cameras>), CliError> {
+    let Some(recorded) = Recorded::read(source)? else { return Ok((shot::resolve(source, said)?, None)) };
+    let (shot, frames) = shot::of_recording(&recorded.scene, &recorded.flags, said)?;
     let step = recorded.recording.step;
     let cameras = recorded.recording.cameras().into_iter().enumerate();
     let cameras = cameras.map(|(i, camera)| ((i as f64 * f64::from(step)) as f32, camera));

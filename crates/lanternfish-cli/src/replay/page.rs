@@ -14,7 +14,7 @@ const STYLE: &str = "body{font-family:sans-serif;max-width:60rem;margin:1rem aut
                      td:first-child,th:first-child{text-align:left}pre{overflow-x:auto;background:#f4f4f4;padding:.6rem}";
 
 /// The page. `compared`: the table of a comparison, or nothing.
-pub fn html(report: &Report, compared: &str) -> String {
+pub(crate) fn html(report: &Report, compared: &str) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Replay of {title}</title><style>{STYLE}</style></head>\
          <body>\n<h1>Replay of {title}</h1>\n<p>{}</p>\n",
@@ -44,7 +44,7 @@ pub fn html(report: &Report, compared: &str) -> String {
 }
 
 /// The same in a few lines, for a terminal.
-pub fn summary(report: &Report) -> String {
+pub(crate) fn summary(report: &Report) -> String {
     let mut text = conditions(report) + "\n";
     let all = [ALL_PASSES, "host/frame"].into_iter().filter_map(|name| Some((name, report.estimates.get(name)?)));
     for (name, estimate) in all {

@@ -43,8 +43,11 @@ fn steps_of(scene: &Scene, shot: &Shot, progress: &Progress) -> Result<Vec<Step>
 pub struct Plan {
     /// As it was loaded, at 0 s; then as the last frame left it.
     pub scene: Scene,
+    /// How it is rendered.
     pub settings: Settings,
+    /// Of an eye.
     pub size: Size,
+    /// Two eyes, where there are two.
     pub eyes: Option<Eyes>,
     motion: Option<Motion>,
     bounds: Bounds,

@@ -14,10 +14,15 @@ pub struct Report {
     pub version: String,
     /// What was replayed: a shot, a recorded track or a scene.
     pub source: String,
+    /// The scene as it is named.
     pub scene: String,
+    /// The adapter's name.
     pub adapter: String,
+    /// Its driver.
     pub driver: String,
+    /// Columns of an eye's picture.
     pub width: u32,
+    /// Its rows.
     pub height: u32,
     /// Pictures of a frame: 1, or 2 for two eyes.
     pub eyes: usize,
@@ -136,7 +141,7 @@ impl Report {
 }
 
 #[cfg(test)]
-pub mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::replay::counted::Clusters;
 

@@ -7,13 +7,13 @@ use std::{
     path::PathBuf,
 };
 
-use clap::{Arg, ArgAction, CommandFactory, error::ContextKind, error::ContextValue};
+use clap::{Arg, ArgAction, Args as _, Command, error::ContextKind, error::ContextValue};
 use glam::Vec3;
 use lanternfish::settings::Exposure;
 use lanternfish_scene::Light;
 
 use crate::{
-    args::Cli,
+    args::{RenderArgs, render_command},
     parse::{Frames, Size},
 };
 
@@ -55,9 +55,7 @@ pub enum Kind {
 
 /// Every flag of `render`, in the order of help.
 pub fn keys() -> Vec<Key> {
-    let command = Cli::command();
-    let render = command.find_subcommand("render").expect("a subcommand");
-    render.get_arguments().filter_map(Key::new).collect()
+    RenderArgs::augment_args(Command::new("render")).get_arguments().filter_map(Key::new).collect()
 }
 
 impl Key {
@@ -107,9 +105,9 @@ impl Key {
     }
 
     fn refuses(&self, values: &[OsString]) -> Option<String> {
-        let words = ["lanternfish".into(), "render".into(), "scene".into()].into_iter();
+        let words = ["render".into(), "scene".into()].into_iter();
         let words = words.chain(values.iter().filter_map(|value| self.word(value)));
-        let error = Cli::command().try_get_matches_from(words).err()?;
+        let error = render_command().try_get_matches_from(words).err()?;
         if let Some(reason) = error.source() {
             let reason = reason.to_string();
             // The standard library's reasons say nothing of what is expected.

@@ -1,6 +1,6 @@
 //! Shots: everything a picture or a sequence is made from, in one TOML file.
 //!
-//! [`HELP`] has an example.
+//! `lanternfish help shot` has an example.
 //!
 //! A key is a flag's long name, and a table is the flag's heading in `lanternfish help render --all`: both come from the
 //! flags themselves, so a new flag is a new key. Values are read by the flags' own parsers. Only `scene`, and
@@ -10,12 +10,12 @@
 mod frames;
 mod keys;
 mod read;
-pub mod shown;
+pub(crate) mod shown;
 mod track;
 mod write;
 
 pub use frames::ShotFrame;
-pub use write::{quoted, write};
+pub(crate) use write::{quoted, write};
 
 use std::{
     ffi::OsString,
@@ -23,10 +23,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{ArgMatches, CommandFactory, Parser, parser::ValueSource};
+use clap::{ArgMatches, parser::ValueSource};
 
 use crate::{
-    args::{Cli, Command, RenderArgs},
+    args::RenderArgs,
     error::CliError,
     output,
     parse::{self, Frames},
@@ -36,7 +36,7 @@ use keys::{Key, Kind};
 use track::Track;
 
 /// What `lanternfish help shot` ends with.
-pub const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
+pub(crate) const HELP: &str = r#"A shot is TOML. A key is the long name of a flag of `render`, in the table of the flag's heading:
 `lanternfish help render --all` lists them, and `lanternfish shot SCENE` prints a shot with every key.
 Paths are relative to the shot's folder. A flag on the command line goes before the shot's key;
 --point, --disk and --rectangle add to the shot's lights.
@@ -78,12 +78,10 @@ pub struct Shot {
     words: Vec<(String, OsString)>,
 }
 
-/// What this process's arguments ask for, whose scene is `scene`: that, or the shot that it names, under its flags. For every
-/// subcommand that has flags of `render`, or some of them, by the same ids.
-pub fn resolve(scene: &SceneName) -> Result<Shot, CliError> {
-    // The arguments of this process, once more: which were said, and which are defaults.
-    let matches = Cli::command().get_matches();
-    let flags = matches.subcommand().map(|(_, matches)| said(matches)).unwrap_or_default();
+/// What the arguments of a command ask for, whose scene is `scene`: that, or the shot that it names, under its flags. For every
+/// command that has flags of `render`, or some of them, by the same ids.
+pub(crate) fn resolve(scene: &SceneName, matches: &ArgMatches) -> Result<Shot, CliError> {
+    let flags = said(matches);
     let shot = match is_shot(scene) {
         true => read(scene.path(), flags)?,
         false => Shot { args: parsed(scene, &flags, &keys::keys()), track: None, words: flags },
@@ -92,11 +90,14 @@ pub fn resolve(scene: &SceneName) -> Result<Shot, CliError> {
     Ok(shot)
 }
 
-/// What a recording was made under, under this process's flags; and which of its frames these ask for.
-pub fn of_recording(scene: &SceneName, recorded: &[(String, String)]) -> Result<(Shot, Option<Frames>), CliError> {
+/// What a recording was made under, under a command's flags; and which of its frames these ask for.
+pub(crate) fn of_recording(
+    scene: &SceneName,
+    recorded: &[(String, String)],
+    matches: &ArgMatches,
+) -> Result<(Shot, Option<Frames>), CliError> {
     let keys = keys::keys();
-    let matches = Cli::command().get_matches();
-    let flags = matches.subcommand().map(|(_, matches)| said(matches)).unwrap_or_default();
+    let flags = said(matches);
     let mut words = Vec::new();
     for (name, value) in recorded {
         let known = keys.iter().find(|key| key.name == *name).ok_or_else(|| {
@@ -124,7 +125,7 @@ pub fn of_recording(scene: &SceneName, recorded: &[(String, String)]) -> Result<
 }
 
 /// A scene under no flags.
-pub fn plain(scene: &SceneName) -> Shot {
+pub(crate) fn plain(scene: &SceneName) -> Shot {
     Shot { args: parsed(scene, &[], &keys::keys()), track: None, words: Vec::new() }
 }
 
@@ -187,16 +188,13 @@ fn said(matches: &ArgMatches) -> Vec<(String, OsString)> {
 
 /// The arguments of `render` for words that were each let through before.
 fn parsed(scene: &SceneName, words: &[(String, OsString)], keys: &[Key]) -> RenderArgs {
-    let mut line: Vec<OsString> = vec!["lanternfish".into(), "render".into()];
+    let mut line: Vec<OsString> = Vec::new();
     for (id, value) in words {
         let key = keys.iter().find(|key| key.id == *id).expect("words are made from keys");
         line.extend(key.word(value));
     }
     line.extend(["--".into(), scene.spelling().to_owned()]);
-    match Cli::try_parse_from(line).unwrap_or_else(|error| error.exit()).command {
-        Command::Render(args) => *args,
-        _ => unreachable!("the words start with render"),
-    }
+    RenderArgs::of(line).unwrap_or_else(|error| error.exit())
 }
 
 /// Flags that say where the camera is, when, and where results go: a recording says the first two itself.

@@ -1,5 +1,6 @@
 use std::{collections::BTreeSet, fs};
 
+use clap::CommandFactory;
 use glam::Vec3;
 use lanternfish::{
     settings::{Culling, DebugView, Exposure, ToneMap},
@@ -8,7 +9,7 @@ use lanternfish::{
 use lanternfish_scene::{Viewpoint, rig::LightRig};
 
 use super::{keys::keys, *};
-use crate::parse::LightSet;
+use crate::{cli::Cli, parse::LightSet};
 
 /// The shot of this text in a folder of its own, under these flags.
 fn shot(text: &str, flags: &str) -> Result<Shot, String> {

@@ -5,6 +5,7 @@ use std::{
     fmt::Write as _,
 };
 
+use clap::ArgMatches;
 use lanternfish_scene::{Camera, Projection};
 
 use super::{
@@ -40,8 +41,8 @@ const WIDTH: usize = 118;
 
 /// Prints the shot that renders what `lanternfish render` renders with the same arguments, of which `scene` is one. The
 /// scene is read, so that what cannot be rendered is told now.
-pub fn write(scene: &SceneName) -> Result<(), CliError> {
-    let shot = super::resolve(scene)?;
+pub fn write(scene: &SceneName, said: &ArgMatches) -> Result<(), CliError> {
+    let shot = super::resolve(scene, said)?;
     let (args, size) = (&shot.args, shot.args.output.size);
     let scene = scene::load_part(&args.scene, args.part.scene_of_file.as_deref())?;
     let camera = camera::choose(&scene, &shot.views()[0], size.width as f32 / size.height as f32)?;

@@ -274,9 +274,16 @@ fn help_teaches() {
         assert!(all.stdout.contains(word) && all.success, "{word:?} is not in: {}", all.stdout);
     }
     assert!(run(folder.path(), &["help"]).stdout.contains("deep-images"));
-    assert!(run(folder.path(), &["help", "bench", "quality", "--all"]).stdout.contains("lanternfish bench quality"));
-    run(folder.path(), &["help", "bench", "beauty"]).assert_refused(&["lanternfish bench beauty", "quality"], &[]);
+    run(folder.path(), &["help", "beauty"]).assert_refused(&["lanternfish beauty", "there are: render, view"], &[]);
     run(folder.path(), &["help", "render", "quality"]).assert_refused(&["lanternfish render quality"], &[]);
+}
+
+#[test]
+fn benches_are_said_to_be_a_program_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let known = ["error: bench: benches", "`lanternfish-bench quality --only cornell`"];
+    run(folder.path(), &["bench", "quality", "--only", "cornell"]).assert_refused(&known, &[]);
+    assert!(!run(folder.path(), &["help"]).stdout.contains("bench"));
 }
 
 #[test]

@@ -93,7 +93,7 @@ part_frames() {
 paper() {
     local name=$1 status
     shift
-    before_deadline "$program" bench "$name" "$@" --adapter "$adapter" -o "$work/papers/$name" >"$work/papers/$name.txt" 2>&1
+    before_deadline "$work/lanternfish-bench" "$name" "$@" --adapter "$adapter" -o "$work/papers/$name" >"$work/papers/$name.txt" 2>&1
     status=$?
     ((status == 0)) && return
     paper_words+=("$name $(status_words "$status")")

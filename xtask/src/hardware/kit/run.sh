@@ -77,7 +77,7 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/lanternfish.XXXXXX") || fail 4 'cannot make a 
 trap 'rm -rf -- "$work"' EXIT
 trap 'exit 143' INT TERM
 
-for name in lanternfish tests shared lib; do
+for name in lanternfish lanternfish-bench tests shared lib; do
     [[ -f $here/$name.tar.gz ]] || continue
     tar -xzf "$here/$name.tar.gz" --no-same-owner -C "$work" || fail 4 "cannot unpack $name.tar.gz into $work"
 done

@@ -10,7 +10,7 @@ use lanternfish_scene::generate::demo;
 
 use super::*;
 use crate::{
-    args::{Cli, Command},
+    cli::{Cli, Command},
     scene::SceneName,
     shot,
 };

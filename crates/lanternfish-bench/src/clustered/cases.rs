@@ -1,0 +1,87 @@
+//! What is measured [VanGelderen2020, §6.1.3, §6.1.4, §6.2].
+
+use lanternfish::{
+    settings::{Settings, Shadows},
+    techniques::{Assignment, ClusterShape, Clustered, Grouping},
+};
+use serde::Serialize;
+
+use crate::technique;
+
+/// [VanGelderen2020, §6.1.4].
+pub const LIGHT_COUNTS: &[u32] = &[1_000, 10_000, 100_000];
+/// Those of the promises.
+pub const QUICK_LIGHT_COUNTS: &[u32] = &[10_000, 100_000];
+
+/// Tests of a light against a cluster that every light against every visible cluster may come to; with more, that row is
+/// left out. Twice as many are made, for lists are counted and then written.
+pub const BRUTE_FORCE_TESTS: u64 = 300_000_000;
+
+/// How far from the eye clusters reach in the thesis, whose units are taken as m [VanGelderen2020, §6.1.3].
+pub const DEPTH: u32 = 100;
+/// Rows of the thesis' pictures, in whose pixels its clusters are [VanGelderen2020, §6.1.5].
+const ROWS: f32 = 720.0;
+/// Width of a cluster at least, pixels.
+const LEAST_PIXELS: u32 = 4;
+
+/// One picture, or two, and how two share clusters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Views {
+    Mono,
+    StereoIndividual,
+    StereoEnclosed,
+}
+
+impl Views {
+    pub fn grouping(self) -> Grouping {
+        match self {
+            Self::Mono | Self::StereoIndividual => Grouping::Individual,
+            Self::StereoEnclosed => Grouping::Enclosed,
+        }
+    }
+}
+
+impl std::fmt::Display for Views {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Mono => "mono",
+            Self::StereoIndividual => "stereo, individual",
+            Self::StereoEnclosed => "stereo, enclosed",
+        })
+    }
+}
+
+/// The shapes of [VanGelderen2020, §6.2] and those around them, in pixels that fit a picture of so many `rows`, and in m.
+pub fn shapes(rows: u32, quick: bool) -> Vec<ClusterShape> {
+    let pixels = |pixels: f32| ((pixels * rows as f32 / ROWS).round() as u32).max(LEAST_PIXELS);
+    let perspective = |width| ClusterShape::Perspective { pixels: pixels(width) };
+    let orthographic = |side| ClusterShape::Orthographic { side };
+    let displaced = |width, distance| ClusterShape::Displaced { pixels: pixels(width), distance };
+    if quick {
+        return vec![perspective(64.0), orthographic(4.0), displaced(64.0, 32.0)];
+    }
+    let mut shapes: Vec<_> = [16.0, 32.0, 64.0, 128.0].map(perspective).into();
+    shapes.extend([1.0, 2.0, 4.0, 8.0].map(orthographic));
+    shapes.extend([displaced(64.0, 8.0), displaced(64.0, 32.0)]);
+    // In a small picture two may be one.
+    shapes.dedup();
+    shapes
+}
+
+/// No shadows: it is lists that are measured.
+pub fn settings(shape: ClusterShape, grouping: Grouping, assignment: Assignment, depth: u32) -> Settings {
+    let clustered = Clustered { shape, grouping, assignment, depth, ..Clustered::default() };
+    Settings { culling: technique::clustered(clustered), shadows: Shadows::None, ..Settings::direct_light() }
+}
+
+#[test]
+fn shapes_are_those_of_the_thesis_and_grow_with_the_picture() {
+    // Those that the thesis judges best.
+    assert_eq!(shapes(720, true)[0], ClusterShape::Perspective { pixels: 64 });
+    assert_eq!(shapes(720, true)[1], ClusterShape::Orthographic { side: 4.0 });
+    assert_eq!(shapes(720, true)[2], ClusterShape::Displaced { pixels: 64, distance: 32.0 });
+    assert_eq!(shapes(180, true)[2], ClusterShape::Displaced { pixels: 16, distance: 32.0 });
+    assert!(shapes(720, true).iter().all(|shape| shapes(720, false).contains(shape)));
+    assert_eq!(shapes(90, false).iter().filter(|s| **s == ClusterShape::Perspective { pixels: 4 }).count(), 1);
+}

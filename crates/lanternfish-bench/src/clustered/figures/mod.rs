@@ -1,0 +1,149 @@
+//! Figures 6.2 to 6.10 of `[VanGelderen2020]`: every shape of clusters over the frames of a track, one view and two eyes.
+//!
+//! Each configuration is replayed as `lanternfish replay` does it: counted once, then timed in runs of which the least counts
+//! ([`lanternfish_cli::replay`]).
+
+mod claims;
+mod page;
+
+use lanternfish::techniques::{Assignment, ClusterShape};
+use lanternfish_cli::{
+    error::CliError,
+    output,
+    parse::Size,
+    progress::Progress,
+    replay::{category::Category, measure::Player, page::least_of, plan::Plan, report::Report},
+    report::grouped,
+    shot::Shot,
+};
+use lanternfish_scene::Eyes;
+use serde::Serialize;
+
+use super::{
+    ClusteredArgs, EYE_ASPECT,
+    cases::{LIGHT_COUNTS, QUICK_LIGHT_COUNTS, Views, settings, shapes},
+};
+use crate::{document::LeftOut, run::Run, table::to_markdown};
+
+/// One configuration over all frames.
+#[derive(Debug, Serialize)]
+pub struct Played {
+    pub clusters: String,
+    pub views: Views,
+    pub lights: u32,
+    pub report: Report,
+}
+
+/// All that is in the figures.
+#[derive(Debug, Serialize)]
+pub struct Figures {
+    pub source: String,
+    pub frames: usize,
+    pub size: [u32; 2],
+    pub eye_width: u32,
+    pub depth: u32,
+    pub runs: u32,
+    pub seed: u32,
+    pub played: Vec<Played>,
+    pub left_out: Vec<LeftOut>,
+}
+
+impl Played {
+    /// By frame, milliseconds of all passes.
+    pub fn frame_ms(&self) -> Vec<f64> {
+        least_of(&self.report, |_| true).unwrap_or_default()
+    }
+
+    /// By frame, milliseconds of what the thesis counts as clustering, depth pass and marking among it.
+    pub fn clustering_ms(&self) -> Vec<f64> {
+        least_of(&self.report, Category::is_clustering).unwrap_or_default()
+    }
+
+    /// By frame, milliseconds of shading.
+    pub fn shading_ms(&self) -> Vec<f64> {
+        least_of(&self.report, |category| category == Category::Shading).unwrap_or_default()
+    }
+
+    /// By frame, clusters with visible fragments.
+    pub fn visible(&self) -> Vec<f64> {
+        self.report.frames.iter().filter_map(|frame| Some(frame.clusters.as_ref()?.visible as f64)).collect()
+    }
+
+    /// By frame, lights of its cluster's list, summed over all fragments.
+    pub fn operations(&self) -> Vec<f64> {
+        self.report
+            .frames
+            .iter()
+            .filter_map(|frame| Some(frame.clusters.as_ref()?.lighting_operations as f64))
+            .collect()
+    }
+}
+
+/// The mean of values over frames; 0 of none.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+pub fn run(args: &ClusteredArgs, shot: &Shot) -> Result<(), CliError> {
+    let run = Run::start(&args.run, "clustered")?;
+    let eye_width = ((EYE_ASPECT * args.size.height as f32).round() as u32).max(1);
+    let counts = if args.quick { QUICK_LIGHT_COUNTS } else { LIGHT_COUNTS };
+    let mut figures = Figures {
+        source: args.scene.path().file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        frames: shot.frames().len(),
+        size: [args.size.width, args.size.height],
+        eye_width,
+        depth: args.depth,
+        runs: run.runs,
+        seed: args.seed,
+        played: Vec::new(),
+        left_out: Vec::new(),
+    };
+    for lights in counts {
+        play(args, shot, &run, *lights, &mut figures)?;
+    }
+    let file = |name: &str| run.folder.join(name);
+    output::write_text(&file("report.json"), &(serde_json::to_string(&figures).expect("numbers and strings") + "\n"))?;
+    output::write_text(&file("figures.html"), &page::page(&figures, &run.gpu).to_html(page::STYLE))?;
+    output::print(&format!("{}\n{}\n", to_markdown(&claims::claims(&figures)), file("figures.html").display()))
+}
+
+/// Every shape for one view, and those that the thesis judges best for two eyes, with so many lights.
+fn play(args: &ClusteredArgs, shot: &Shot, run: &Run, lights: u32, figures: &mut Figures) -> Result<(), CliError> {
+    let mut progress = Progress::hidden();
+    let mut plan = Plan::of(shot, None, &mut progress)?;
+    plan.rain_alone(lights, args.seed);
+    let size = args.size;
+    let best = shapes(size.height, true);
+    let mono = shapes(size.height, args.quick).into_iter().map(|shape| (shape, Views::Mono));
+    let in_stereo = best.iter().filter(|shape| !matches!(shape, ClusterShape::Displaced { .. }));
+    let stereo =
+        in_stereo.flat_map(|shape| [Views::StereoIndividual, Views::StereoEnclosed].map(|views| (*shape, views)));
+    plan.settings = settings(best[0], Views::Mono.grouping(), Assignment::Hierarchy, args.depth);
+    let mut player = Player::new(&run.gpu, plan, &mut progress)?;
+    for (shape, views) in mono.chain(stereo) {
+        eprintln!("  {lights} lights, {shape}, {views}");
+        let settings = settings(shape, views.grouping(), Assignment::Hierarchy, args.depth);
+        let (eyes, size) = match views {
+            Views::Mono => (None, size),
+            _ => (Some(Eyes::Vive), Size { width: figures.eye_width, height: size.height }),
+        };
+        player.set(&settings, eyes, size)?;
+        let mut report = player.report(&figures.source, shot.args.scene.to_string(), run.runs as usize, args.seed);
+        let clusters = shape.to_string();
+        match player.count(&mut progress) {
+            Ok(frames) => report.frames = frames,
+            // More clusters than there may be, or views that no grid encloses: the others go on.
+            Err(error) => {
+                let what = format!("{clusters}, {views}, {} lights", grouped(lights.into()));
+                figures.left_out.push(LeftOut { what, reason: error.to_string() });
+                continue;
+            }
+        }
+        let times = player.time(run.runs as usize, &mut progress)?;
+        (report.passes, report.host) = (times.passes, times.host);
+        report.estimate();
+        figures.played.push(Played { clusters, views, lights, report });
+    }
+    Ok(())
+}

@@ -1,0 +1,163 @@
+//! The figures as one page of HTML that needs nothing else.
+
+use lanternfish_cli::{
+    plot::{Area, heat_map, stacked},
+    replay::{
+        category::Category,
+        counted::Clusters,
+        page::{areas, least_of, over_frames},
+    },
+    report::grouped,
+};
+use lanternfish_gpu::Gpu;
+
+use super::{
+    Figures, Played,
+    claims::{claims, tuned},
+    mean,
+};
+use crate::{clustered::cases::Views, document::Document};
+
+pub const STYLE: &str = "body{font-family:sans-serif;margin:1rem auto;max-width:110rem;padding:0 1rem;color:#222}\
+                     .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(22rem,1fr));gap:.4rem}\
+                     svg{width:100%;height:auto}table{border-collapse:collapse}\
+                     td,th{padding:.15rem .6rem;text-align:left;border-bottom:1px solid #ddd}";
+
+const COLORS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#444444"];
+
+/// A name, its unit, and values by frame.
+type Quantity = (&'static str, &'static str, fn(&Played) -> Vec<f64>);
+
+/// What figures 6.2 to 6.6 show of every configuration.
+const QUANTITIES: [Quantity; 5] = [
+    ("Frame", "ms", Played::frame_ms),
+    ("Clustering", "ms", Played::clustering_ms),
+    ("Shading", "ms", Played::shading_ms),
+    ("Visible clusters", "clusters", Played::visible),
+    ("Lighting operations", "operations", Played::operations),
+];
+
+/// The page.
+pub fn page(figures: &Figures, gpu: &Gpu) -> Document {
+    let Figures { source, frames, size: [width, height], eye_width, depth, runs, seed, .. } = figures;
+    let mut page = Document::new(&format!("Clusters along {source}"), gpu, *runs);
+    let what = format!(
+        "{frames} frames of {width} x {height}, each eye {eye_width} x {height} (HTC Vive); clusters reach at least {depth} m from the eye; \
+         falling lights, seed {seed}, as many at a point whatever their number; no shadows"
+    );
+    page.introduction(&what, &format!("{runs} runs, of which the least counts, pass by pass and frame by frame"));
+    page.paragraph("Numbers of figures are those of Van Gelderen 2020, chapter 6.");
+    page.heading("The thesis' numbers beside ours");
+    page.paragraph("Its figures are plots without tables: these are all numbers that its text has of them.");
+    page.show(claims(figures));
+    let lights = distinct(figures.played.iter().map(|played| played.lights));
+    let rows = |plots: &dyn Fn(u32) -> Vec<String>| -> String {
+        lights.iter().map(|count| format!("<div class=\"row\">{}</div>\n", plots(*count).concat())).collect()
+    };
+    for (heading, wanted) in [
+        ("6.2: sizes of perspective clusters", &(|p: &Played| mono_of(p, "persp")) as &dyn Fn(&Played) -> bool),
+        ("6.3: sizes of orthographic clusters", &|p| mono_of(p, "ortho")),
+        ("6.4: displacements", &|p| mono_of(p, "displ")),
+        ("6.5: two eyes, a grid each or one around both", &|p| p.views != Views::Mono),
+        ("6.6: the tuned three", &|p| tuned(figures, p.lights).iter().any(|t| std::ptr::eq(*t, p))),
+    ] {
+        page.heading(&format!("Figure {heading}"));
+        page.html(rows(&|count| {
+            let of: Vec<&Played> = figures.played.iter().filter(|p| p.lights == count && wanted(p)).collect();
+            plots(&of, count)
+        }));
+    }
+    let clustering = |played: &Played| areas(&played.report, Category::is_clustering);
+    let times = |count| stacks(figures, count, &breakdown, Played::frame_ms);
+    let parts = |count| stacks(figures, count, &clustering, Played::clustering_ms);
+    let by_lights = |count| maps(figures, count, "lights, from", |c| &c.by_lights);
+    let by_fragments = |count| maps(figures, count, "fragments, from", |c| &c.by_fragments);
+    for (heading, plots) in [
+        ("6.7: what a frame takes", &times as &dyn Fn(u32) -> Vec<String>),
+        ("6.8: what clustering takes", &parts),
+        ("6.9: clusters by their lights", &by_lights),
+        ("6.10: clusters by their fragments", &by_fragments),
+    ] {
+        page.heading(&format!("Figure {heading}"));
+        page.html(rows(plots));
+    }
+    page.left_out(&figures.left_out);
+    page
+}
+
+/// Each value once, in their order.
+pub fn distinct(values: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut values: Vec<u32> = values.collect();
+    values.sort_unstable();
+    values.dedup();
+    values
+}
+
+fn mono_of(played: &Played, kind: &str) -> bool {
+    played.views == Views::Mono && played.clusters.starts_with(kind)
+}
+
+/// A configuration among others of as many lights.
+fn name(played: &Played) -> String {
+    match played.views {
+        Views::Mono => played.clusters.clone(),
+        Views::StereoIndividual => format!("{}, indi", played.clusters),
+        Views::StereoEnclosed => format!("{}, encl", played.clusters),
+    }
+}
+
+/// All quantities of these configurations, a plot each.
+fn plots(of: &[&Played], lights: u32) -> Vec<String> {
+    let plot = |(quantity, unit, values): Quantity| {
+        let curves = of.iter().zip(COLORS.iter().cycle());
+        let curves = curves.map(|(played, color)| (name(played), *color, values(played))).collect();
+        over_frames(&format!("{quantity}, {} lights", grouped(lights.into())), unit, curves)
+    };
+    QUANTITIES.map(plot).into()
+}
+
+/// Clustering, shading and miscellaneous, as fig. 6.7 has them.
+fn breakdown(played: &Played) -> Vec<Area> {
+    let area = |name: &str, color, wanted: &dyn Fn(Category) -> bool| {
+        Some(Area { name: name.to_owned(), color, heights: least_of(&played.report, wanted)? })
+    };
+    let is_shading = |category: Category| category == Category::Shading;
+    let areas = [
+        area("clustering", "#56b4e9", &Category::is_clustering),
+        area("shading", "#009e73", &is_shading),
+        area("miscellaneous", "#bbbbbb", &|category| !category.is_clustering() && !is_shading(category)),
+    ];
+    areas.into_iter().flatten().collect()
+}
+
+/// Stacked times of the tuned three, on one scale.
+fn stacks(
+    figures: &Figures,
+    lights: u32,
+    parts: &dyn Fn(&Played) -> Vec<Area>,
+    whole: fn(&Played) -> Vec<f64>,
+) -> Vec<String> {
+    let of = tuned(figures, lights);
+    let high = of.iter().flat_map(|played| whole(played)).fold(0.0, f64::max);
+    let plot = |played: &&Played| {
+        let title = format!("{}, {} lights: {:.1} ms", played.clusters, grouped(lights.into()), mean(&whole(played)));
+        stacked(&title, "frame", "ms", high, &parts(played))
+    };
+    of.iter().map(plot).collect()
+}
+
+/// Heat maps of the tuned three, on one scale.
+fn maps(figures: &Figures, lights: u32, label: &str, of_clusters: fn(&Clusters) -> &Vec<u64>) -> Vec<String> {
+    let of = tuned(figures, lights);
+    let bins = |played: &'_ Played| -> Vec<Vec<u64>> {
+        played.report.frames.iter().filter_map(|frame| frame.clusters.as_ref().map(of_clusters).cloned()).collect()
+    };
+    let high = of.iter().flat_map(|played| bins(played)).flatten().max().unwrap_or(0) as f64;
+    let plot = |played: &&Played| {
+        let bins = bins(played);
+        let frames: Vec<&[u64]> = bins.iter().map(Vec::as_slice).collect();
+        let title = format!("{}, {} lights", played.clusters, grouped(lights.into()));
+        heat_map(&title, "frame", label, high, &frames)
+    };
+    of.iter().map(plot).collect()
+}

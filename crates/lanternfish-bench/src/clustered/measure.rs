@@ -1,0 +1,205 @@
+//! Renders every configuration and counts.
+
+use std::collections::BTreeMap;
+
+use lanternfish::{
+    GpuScene, Picture, RenderError, Renderer,
+    light_culling::clustered::GridContents,
+    techniques::{Assignment, ClusterShape},
+};
+use lanternfish_cli::{error::CliError, replay::counted::histogram, report::grouped};
+use lanternfish_scene::{Camera, Scene};
+use serde::Serialize;
+
+use super::{
+    cases::{BRUTE_FORCE_TESTS, Views, settings},
+    steps::Steps,
+};
+use crate::{
+    document::LeftOut,
+    image::differing,
+    run::{Run, counter, medians},
+    table::Row,
+};
+
+/// Counts that are the same in every run, and on every adapter that draws the same pixels.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Clusters of all grids.
+    pub clusters: u64,
+    /// Clusters with visible fragments.
+    pub visible_clusters: u64,
+    pub fragments: u64,
+    /// Entries of all lists.
+    pub lights_listed: u64,
+    /// Tests of a light, or of a node of the tree, against a cluster.
+    pub light_tests: u64,
+    /// Lights of its cluster's list, summed over all fragments.
+    pub lighting_operations: u64,
+    /// Bytes of marks, lists, lights and tree.
+    pub bytes: u64,
+    /// Visible clusters by the lights that they list: none, 1, 2 to 3, 4 to 7, and so on (fig. 6.9).
+    pub clusters_by_lights: Vec<u64>,
+    /// Visible clusters by their fragments, in the same bins (fig. 6.10).
+    pub clusters_by_fragments: Vec<u64>,
+}
+
+/// What one case did.
+#[derive(Debug, Serialize)]
+pub struct Measured {
+    pub clusters: String,
+    pub lights: usize,
+    pub views: Views,
+    pub assignment: String,
+    pub counts: Counts,
+    /// Milliseconds of each step, medians over the runs.
+    pub ms: Steps,
+    /// Pixels that differ in any bit from those of the first case with these lights and as many views.
+    pub differing_pixels: usize,
+}
+
+impl Measured {
+    pub fn in_words(&self) -> String {
+        in_words(&self.clusters, self.lights, self.views, &self.assignment)
+    }
+
+    /// As a row of the page.
+    pub fn row(&self) -> Row {
+        let (counts, ms) = (&self.counts, &self.ms);
+        let row = Row::default()
+            .text("clusters", "clusters", &self.clusters)
+            .text("views", "views", self.views)
+            .text("assignment", "assignment", &self.assignment)
+            .count("visible_clusters", "visible clusters", counts.visible_clusters)
+            .count("all", "of", counts.clusters)
+            .count("lights_listed", "lights listed", counts.lights_listed)
+            .count("light_tests", "light tests", counts.light_tests)
+            .count("lighting_operations", "lighting operations", counts.lighting_operations)
+            .fixed("a_fragment", "a fragment", 1, counts.lighting_operations as f64 / counts.fragments.max(1) as f64)
+            .count("kib", "KiB", counts.bytes / 1024);
+        let names = ["visibility", "compact", "sort + tree", "count", "write", "shading", "frame ms"];
+        let [_, _, compact, tree, count, write, shading, _] = ms.0;
+        let times = [ms.visibility(), compact, tree, count, write, shading, ms.frame()];
+        names.into_iter().zip(times).fold(row, |row, (name, ms)| row.shown(name, format_args!("{ms:.2}")))
+    }
+}
+
+fn in_words(clusters: &str, lights: usize, views: Views, assignment: &str) -> String {
+    format!("{clusters}, {} lights, {views}, {assignment}", grouped(lights as u64))
+}
+
+/// What every case shares.
+pub struct Bench<'a> {
+    pub run: &'a Run,
+    /// How far from the eye clusters reach at least, m.
+    pub depth: u32,
+    pub mono: [(&'a Camera, u32, u32); 1],
+    pub stereo: [(&'a Camera, u32, u32); 2],
+}
+
+/// A scene on the device, and its number of lights.
+struct Lit {
+    lights: usize,
+    scene: GpuScene,
+}
+
+/// Each view's first pictures, by the number of lights and of views.
+type Pictures = BTreeMap<(usize, usize), Vec<Picture>>;
+
+impl Bench<'_> {
+    /// Rows of every shape, view and number of lights.
+    pub fn measure(
+        &self,
+        shapes: &[ClusterShape],
+        scenes: &[Scene],
+    ) -> Result<(Vec<Measured>, Vec<LeftOut>), CliError> {
+        let (mut rows, mut left_out, mut firsts) = (Vec::new(), Vec::new(), Pictures::new());
+        let mut lit = Vec::new();
+        for shape in shapes {
+            eprintln!("  {shape}");
+            for (views, assignment) in [
+                (Views::Mono, Assignment::Hierarchy),
+                (Views::StereoIndividual, Assignment::Hierarchy),
+                (Views::StereoEnclosed, Assignment::Hierarchy),
+                (Views::Mono, Assignment::BruteForce),
+            ] {
+                let settings = settings(*shape, views.grouping(), assignment, self.depth);
+                let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
+                if lit.is_empty() {
+                    lit = scenes.iter().map(|scene| upload(&renderer, scene)).collect::<Result<_, _>>()?;
+                }
+                for lit in &lit {
+                    let (clusters, lights, assigned) = (shape.to_string(), lit.lights, assignment.to_string());
+                    let name = |reason: String| LeftOut { what: in_words(&clusters, lights, views, &assigned), reason };
+                    let tests = tests_of_all(&rows, &clusters, lights, views);
+                    if assignment == Assignment::BruteForce && tests.is_none_or(|tests| tests > BRUTE_FORCE_TESTS) {
+                        left_out.push(name(match tests {
+                            Some(tests) => format!("{} tests of a light against a cluster", grouped(tests)),
+                            None => "the hierarchy has no figures".to_owned(),
+                        }));
+                        continue;
+                    }
+                    match self.case(&mut renderer, lit, views, &mut firsts) {
+                        Ok((counts, ms, differing_pixels)) => rows.push(Measured {
+                            clusters,
+                            lights,
+                            views,
+                            assignment: assigned,
+                            counts,
+                            ms,
+                            differing_pixels,
+                        }),
+                        // More clusters than there may be, or views that no grid encloses: the others go on.
+                        Err(error) => left_out.push(name(error.to_string())),
+                    }
+                }
+            }
+        }
+        Ok((rows, left_out))
+    }
+
+    fn case(
+        &self,
+        renderer: &mut Renderer,
+        lit: &Lit,
+        views: Views,
+        firsts: &mut Pictures,
+    ) -> Result<(Counts, Steps, usize), RenderError> {
+        let cameras: &[_] = if views == Views::Mono { &self.mono } else { &self.stereo };
+        let pictures = renderer.render_views(&lit.scene, cameras)?;
+        let counts = counts(&pictures, &renderer.cluster_contents()?);
+        let ms = medians(self.run.runs, || {
+            let passes = &renderer.render_views(&lit.scene, cameras)?[0].report.passes;
+            Ok::<_, RenderError>(Steps::of(passes).0)
+        })?;
+        let firsts = firsts.entry((lit.lights, cameras.len())).or_insert_with(|| pictures.clone());
+        let differing = pictures.iter().zip(firsts).map(|(picture, first)| differing(first, picture)).sum();
+        Ok((counts, Steps(ms), differing))
+    }
+}
+
+fn upload(renderer: &Renderer, scene: &Scene) -> Result<Lit, CliError> {
+    Ok(Lit { lights: scene.lights.len(), scene: renderer.upload(scene)? })
+}
+
+/// Number of tests of every light against every visible cluster, by the row of these clusters, lights and views; `None` where it is missing.
+fn tests_of_all(rows: &[Measured], clusters: &str, lights: usize, views: Views) -> Option<u64> {
+    let row = rows.iter().find(|row| row.clusters == clusters && row.lights == lights && row.views == views)?;
+    Some(row.counts.visible_clusters * lights as u64)
+}
+
+fn counts(pictures: &[Picture], grids: &[GridContents]) -> Counts {
+    let sum = |name: &str| pictures.iter().map(|picture| counter(&picture.report, name)).sum();
+    let visible = || grids.iter().flat_map(|grid| &grid.visible);
+    Counts {
+        clusters: sum("light_culling/clusters"),
+        visible_clusters: sum("light_culling/visible_clusters"),
+        fragments: grids.iter().map(GridContents::fragments).sum(),
+        lights_listed: sum("light_culling/listed_lights"),
+        light_tests: sum("light_culling/light_tests"),
+        lighting_operations: grids.iter().map(GridContents::lighting_operations).sum(),
+        bytes: sum("light_culling/cluster_bytes"),
+        clusters_by_lights: histogram(visible().map(|cluster| (cluster.lights, 1))),
+        clusters_by_fragments: histogram(visible().map(|cluster| (cluster.fragments, 1))),
+    }
+}

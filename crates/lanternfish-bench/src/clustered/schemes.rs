@@ -1,0 +1,138 @@
+//! Every scheme of light culling beside each other: what it lists, what that takes, and how long.
+
+use lanternfish::{
+    Picture, RenderError, Renderer,
+    settings::{Culling, Settings, Shadows},
+    techniques::{Clustered, RasterGrid, TileSize, Tiled},
+};
+use lanternfish_cli::{error::CliError, report::grouped};
+use lanternfish_scene::{Camera, Scene};
+
+use super::cases::BRUTE_FORCE_TESTS;
+use crate::{
+    document::LeftOut,
+    image::differing,
+    run::{Run, counter, medians, ms_of},
+    table::Row,
+    technique,
+};
+
+/// What is compared: each technique as it is by default, and other sizes of tiles and numbers of layers.
+fn cullings(quick: bool) -> Vec<Culling> {
+    let tiled = |tile_size| technique::tiled(Tiled { tile_size, ..Tiled::default() });
+    let grid = |tile_size, layers| technique::raster_grid(RasterGrid { tile_size, layers });
+    let mut all = vec![
+        technique::tiled(Tiled::default()),
+        technique::clustered(Clustered::default()),
+        technique::raster_grid(RasterGrid::default()),
+    ];
+    if !quick {
+        all.extend([tiled(TileSize::Px8), tiled(TileSize::Px32), grid(TileSize::Px8, 32)]);
+        all.extend([grid(TileSize::Px16, 8), grid(TileSize::Px32, 32)]);
+        all.sort_by_key(|culling| Culling::all().iter().position(|room| room.name() == culling.name()));
+    }
+    all
+}
+
+/// By the flags of the command line.
+fn name(culling: &Culling) -> String {
+    let name = culling.name();
+    match (culling.get::<Tiled>(), culling.get::<Clustered>(), culling.get::<RasterGrid>()) {
+        (Some(tiled), ..) => format!("{name} {}", tiled.tile_size),
+        (_, Some(clustered), _) => format!("{name} {}", clustered.shape),
+        (.., Some(grid)) => format!("{name} {}, {} layers", grid.tile_size, grid.layers),
+        _ => name.to_owned(),
+    }
+}
+
+/// Tiles of an image.
+fn tiles(size: TileSize, width: u32, height: u32) -> u64 {
+    u64::from(width.div_ceil(size.pixels())) * u64::from(height.div_ceil(size.pixels()))
+}
+
+/// Rows of every scheme and number of lights, in one view.
+pub fn measure(
+    run: &Run,
+    (camera, width, height): (&Camera, u32, u32),
+    scenes: &[Scene],
+    quick: bool,
+) -> Result<(Vec<Row>, Vec<LeftOut>), CliError> {
+    let (mut rows, mut left_out) = (Vec::new(), Vec::new());
+    let mut firsts: Vec<Option<Picture>> = scenes.iter().map(|_| None).collect();
+    for culling in cullings(quick) {
+        let scheme = name(&culling);
+        eprintln!("  {scheme}");
+        let settings = Settings { culling: culling.clone(), shadows: Shadows::None, ..Settings::direct_light() };
+        let mut renderer = Renderer::with_engine(&run.engine, settings)?;
+        for (scene, first) in scenes.iter().zip(&mut firsts) {
+            let lights = scene.lights.len() as u64;
+            let mut leave_out =
+                |reason| left_out.push(LeftOut { what: format!("{scheme}, {} lights", grouped(lights)), reason });
+            if let Some(tiled) = culling.get::<Tiled>() {
+                let tests = tiles(tiled.tile_size, width, height) * lights;
+                if tests > BRUTE_FORCE_TESTS {
+                    leave_out(format!("{} tests of a light against a tile", grouped(tests)));
+                    continue;
+                }
+            }
+            let uploaded = renderer.upload(scene)?;
+            let mut frame = || renderer.render(&uploaded, camera, width, height);
+            let mut found = || {
+                let picture = frame()?;
+                let times = medians(run.runs, || {
+                    let passes = frame()?.report.passes;
+                    Ok::<_, RenderError>(["light_culling/", "shading/"].map(|folder| ms_of(&passes, folder)))
+                })?;
+                Ok::<_, RenderError>((picture, times))
+            };
+            match found() {
+                Ok((picture, times)) => {
+                    let first = first.get_or_insert_with(|| picture.clone());
+                    let differing = differing(first, &picture);
+                    rows.push(row(&culling, lights, &picture, times).data("differing_pixels", differing));
+                }
+                Err(error) => leave_out(error.to_string()),
+            }
+        }
+    }
+    rows.sort_by_key(|row| row.get("lights").as_u64());
+    Ok((rows, left_out))
+}
+
+fn row(culling: &Culling, lights: u64, picture: &Picture, [building, shading]: [f64; 2]) -> Row {
+    let counter = |name| counter(&picture.report, name);
+    let listed = counter("light_culling/listed_lights");
+    let tiles = |size| tiles(size, picture.width, picture.height);
+    // Bytes of cells, lists and what they are made from, as the techniques' pages have them.
+    let bytes = match (culling.get::<Tiled>(), culling.get::<RasterGrid>()) {
+        // A start and a volume a tile.
+        (Some(tiled), _) => 36 * tiles(tiled.tile_size) + 4 * listed,
+        // A start and the next place a cell, a mask a tile, an outline a light.
+        (_, Some(grid)) => tiles(grid.tile_size) * (8 * u64::from(grid.layers) + 4) + 8 * lights + 4 * listed,
+        // Lists are among them.
+        _ => counter("light_culling/cluster_bytes"),
+    };
+    Row::default()
+        .count("lights", "lights", lights)
+        .text("scheme", "scheme", name(culling))
+        .count("lights_listed", "lights listed", listed)
+        // Of a light, or of a node of a tree over lights, against a cell; each is made again when the lists are written.
+        .count("light_tests", "light tests", counter("light_culling/light_tests"))
+        .count("bytes", "KiB", bytes)
+        .said_as(grouped(bytes / 1024))
+        .fixed("building_ms", "building ms", 2, building)
+        .fixed("shading_ms", "shading ms", 2, shading)
+}
+
+#[test]
+fn every_scheme_but_the_baseline_is_compared() {
+    for quick in [false, true] {
+        let compared = cullings(quick);
+        let mut names: Vec<_> = compared.iter().map(name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), compared.len(), "a scheme twice");
+        assert!(Culling::all().iter().all(|room| compared.contains(room)), "{names:?}");
+    }
+    assert_eq!(tiles(TileSize::Px16, 480, 270), 510);
+}

@@ -1,0 +1,250 @@
+//! `lanternfish-bench deep-images`: building and tracing deep images, beside other builders and exact rays, with the error of
+//! every figure [Archer2019, table 2; Niessner2010, table 1].
+
+pub mod build;
+pub mod cases;
+mod rays;
+mod trace;
+
+use clap::Args;
+use lanternfish::{
+    GpuScene, Renderer,
+    deep_images::{DeepImages, Holes},
+    settings::{DeepImageSettings, Settings, Shadows, Tracer},
+    techniques::DeepBuilder,
+};
+use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, report::grouped, scene::SceneName};
+use lanternfish_gpu::Profiler;
+use lanternfish_reference::Tracer as Exact;
+use lanternfish_scene::Scene;
+
+use self::{
+    build::build,
+    cases::{Group, TABLES, fitted, groups, in_words},
+};
+use crate::{
+    document::{Document, LeftOut},
+    run::{Run, RunArgs},
+    subject,
+    table::{Row, percent},
+};
+
+/// Flags of `deep-images`.
+#[derive(Debug, Args)]
+pub struct DeepImagesArgs {
+    /// A shot (.toml), of which only the scene counts; a glTF or OBJ file, or demo:NAME.
+    #[arg(default_value = "demo:atrium")]
+    scene: SceneName,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Rays of each kind.
+    #[arg(long, value_name = "N", default_value_t = 1 << 19, value_parser = clap::value_parser!(u32).range(1024..=1 << 22))]
+    rays: u32,
+    /// Few directions and coarse images only.
+    #[arg(long)]
+    quick: bool,
+    /// The tables that are made. Builders that draw the scene for each image or each layer take minutes in a large scene.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = TABLES, default_values = TABLES)]
+    tables: Vec<String>,
+    #[command(flatten)]
+    part: PartArgs,
+}
+
+/// What every case shares.
+struct Bench {
+    run: Run,
+    profiler: Profiler,
+    /// For the builders, which draw the BVH's triangles, and for the BVH.
+    uploaded: GpuScene,
+    /// For rays through the adapter's own structure, where it has one.
+    with_ray_query: Option<GpuScene>,
+    built: Vec<Row>,
+    traced: Vec<Row>,
+    holes: Vec<Row>,
+    left_out: Vec<LeftOut>,
+}
+
+/// Measures, and writes the report.
+pub fn run(args: &DeepImagesArgs) -> Result<(), CliError> {
+    let mut progress = Progress::start(false);
+    let shot = subject::shot_of(&args.scene)?;
+    let scene = subject::load(&args.scene, &args.part, shot.as_ref(), false, &mut progress)?;
+    let run = Run::start_timed(&args.run, "deep-images")?;
+    let exact = Exact::new(&scene, lanternfish_reference::Settings::default())
+        .map_err(|error| CliError::new(error, "choose another scene"))?;
+    let mut bench = progress.step("upload", "Uploading", || Bench::new(run, &scene))?;
+    let is_wanted = |group: &Group| args.tables.iter().any(|table| *table == group.title.to_lowercase());
+    for group in groups(args.quick).into_iter().filter(is_wanted) {
+        for settings in &group.rows {
+            bench.case(&group, *settings, (&scene, &exact, args.rays), &mut progress)?;
+        }
+    }
+    if bench.with_ray_query.is_none() {
+        bench.leave_out("ray query", "this adapter has none");
+    }
+    progress.finish();
+
+    let triangles = exact.triangle_count();
+    let mut report = Document::of_scene("Deep images", &args.scene, &bench.run.gpu, args.run.runs);
+    report.facts(Row::default().data("triangles", triangles));
+    let times = format!("the least of {} runs (of one, where it takes ten seconds)", args.run.runs);
+    report.introduction(&format!("{} triangles", grouped(triangles as u64)), &times);
+    let Bench { built, traced, holes, left_out, run, .. } = bench;
+    report.list(builder_ratios(&built).into_iter().chain(tracer_ratios(&traced)));
+    for group in built.chunk_by(|a, b| a.get("group") == b.get("group")) {
+        report.heading(&format!("Building: {}", group[0].words_of("group").to_lowercase()));
+        report.show(group.iter().cloned());
+    }
+    if !holes.is_empty() {
+        report.heading("Holes");
+        report.paragraph(
+            "Surfaces that images miss of those of a draw for each direction, and those that they have besides: fragments without a partner \
+             within a texel of depth in the list of the same texel. By the cosine between a surface's normal and the image's axis.",
+        );
+        report.show(holes);
+    }
+    report.heading("Tracing");
+    report.paragraph(
+        "Rays from surfaces in all directions; the error is that of the distance to the first hit, relative to an exact ray along the ray's \
+         own direction (images have their own).",
+    );
+    for group in traced.chunk_by(|a, b| a.get("group") == b.get("group")) {
+        report.subheading(group[0].words_of("group"));
+        report.show(group.iter().cloned());
+    }
+    report.keep("built", built);
+    report.keep("traced", traced);
+    report.left_out(&left_out);
+    report.write(&run.folder)
+}
+
+impl Bench {
+    fn new(run: Run, scene: &Scene) -> Result<Self, CliError> {
+        let upload = |shadows| {
+            let settings = Settings { shadows, ..Settings::direct_light() };
+            Renderer::with_engine(&run.engine, settings)?.upload(scene)
+        };
+        let uploaded = upload(Shadows::BVH)?;
+        let with_ray_query = run.gpu.description.ray_query.then(|| upload(Shadows::RAY_QUERY)).transpose()?;
+        let profiler = Profiler::new(&run.gpu.device, &run.gpu.queue);
+        let (built, traced, holes, left_out) = Default::default();
+        Ok(Self { run, profiler, uploaded, with_ray_query, built, traced, holes, left_out })
+    }
+
+    fn leave_out(&mut self, what: &str, reason: impl ToString) {
+        self.left_out.push(LeftOut { what: what.to_owned(), reason: reason.to_string() });
+    }
+
+    /// Builds images with as many directions as fit, counts holes, and traces rays. What an adapter refuses is left out.
+    fn case(
+        &mut self,
+        group: &Group,
+        wanted: DeepImageSettings,
+        (scene, exact, rays): (&Scene, &Exact<'_>, u32),
+        progress: &mut Progress,
+    ) -> Result<(), CliError> {
+        let settings = fitted(wanted, &self.built);
+        let doing = format!("{}, {} x {}²", in_words(&settings), settings.directions.count(), settings.resolution);
+        if settings.directions.count() < wanted.directions.count() {
+            self.leave_out(&doing, format_args!("{} directions would take too much memory", wanted.directions.count()));
+        }
+        let runs = self.run.runs;
+        // Lists that do not fit the device, say: the others go on.
+        let (mut row, images) = match progress.step("build", &doing, || self.build(runs, group.title, settings)) {
+            Ok(made) => made,
+            Err(error) => {
+                self.leave_out(&doing, error);
+                return Ok(());
+            }
+        };
+        let mut found = None;
+        if group.with_holes && settings.builder != DeepBuilder::PerDirection {
+            let doing = format!("Holes, {doing}");
+            match progress.step("holes", &doing, || self.holes(settings, &images)) {
+                Ok(holes) => found = Some(holes),
+                Err(error) => self.leave_out(&doing, error),
+            }
+        }
+        let holes = found.map(|holes| holes_row(&row, &holes));
+        row = row.data("holes", &holes);
+        self.holes.extend(holes);
+        self.built.push(row);
+        let known = progress
+            .step("rays", "Exact rays", || Ok::<_, CliError>(rays::from_surfaces(scene, exact, &images, rays)))?;
+        let tracing = format!("Tracing, {doing}");
+        let traced = progress.step("trace", &tracing, || self.trace(group, settings, &images, known))?;
+        self.traced.extend(traced);
+        Ok(())
+    }
+
+    fn build(
+        &mut self,
+        runs: u32,
+        group: &'static str,
+        settings: DeepImageSettings,
+    ) -> Result<(Row, DeepImages), CliError> {
+        build(&self.run.gpu, &mut self.profiler, &self.uploaded, runs, group, settings)
+    }
+
+    /// What images of these settings miss of those of a draw for each direction.
+    fn holes(&mut self, settings: DeepImageSettings, images: &DeepImages) -> Result<Holes, CliError> {
+        let settings = DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings };
+        let (_, baseline) = self.build(0, "holes", settings)?;
+        Ok(images.holes(&self.run.gpu.device, &self.run.gpu.queue, &self.uploaded, &baseline)?)
+    }
+}
+
+fn holes_row(built: &Row, holes: &Holes) -> Row {
+    let row = Row::default()
+        .shown("images", built.words("images"))
+        .shown("directions", built.words("directions"))
+        .shown("texels", built.words("resolution"))
+        .fixed("fragments", "fragments, of a direction's", 3, holes.fragments)
+        .percent("missing", "missing", 3, holes.missing)
+        .data("missing_by_cosine", holes.missing_by_cosine);
+    let classes = ["to 1/4", "to 1/2", "to 3/4", "to 1"].into_iter().zip(holes.missing_by_cosine);
+    let row = classes.fold(row, |row, (class, missing)| row.shown(class, percent(3, missing)));
+    row.percent("spurious", "spurious", 3, holes.spurious)
+}
+
+/// Each row over the row of the same table, directions and texels whose `key` is `baseline`.
+fn over<'r>(rows: &'r [Row], key: &'static str, baseline: &'static str) -> impl Iterator<Item = (&'r Row, &'r Row)> {
+    let is_alike = |a: &Row, b: &Row| ["group", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key));
+    let others = rows.iter().filter(move |row| *row.get(key) != baseline);
+    others.filter_map(move |row| {
+        Some((row, rows.iter().find(|other| *other.get(key) == baseline && is_alike(row, other))?))
+    })
+}
+
+/// How much longer the other builders take than the single pass, at equal directions and raster.
+fn builder_ratios(built: &[Row]) -> Vec<String> {
+    let ratio = |(row, single): (&Row, &Row)| {
+        let (directions, texels, times) =
+            (row.words("directions"), row.words("resolution"), row.f64("total_ms") / single.f64("total_ms"));
+        format!("{} / single_pass, {directions} directions of {texels}, time: {times:.1}", row.words_of("builder"))
+    };
+    over(built, "builder", "single_pass").map(ratio).collect()
+}
+
+/// How many times as many rays a second go through images as through the BVH that was timed beside them.
+fn tracer_ratios(traced: &[Row]) -> Vec<String> {
+    let ratio = |(row, bvh): (&Row, &Row)| {
+        let [random, by_direction] = ["rate_random", "rate_by_direction"].map(|key| row.f64(key) / bvh.f64(key));
+        let (structure, directions, texels) =
+            (row.words("structure"), row.words("directions"), row.words("resolution"));
+        format!(
+            "{structure} / BVH, {directions} x {texels}, rays a second: {random:.1} random, {by_direction:.1} by direction"
+        )
+    };
+    over(traced, "structure", Tracer::Bvh.name()).map(ratio).collect()
+}
+
+#[test]
+fn ratios_are_between_rows_that_differ_in_one_thing() {
+    let row = |builder: &str, directions: u32, ms| {
+        let row = Row::default().data("group", "Builders").data("builder", builder);
+        row.number("directions", "", directions).number("resolution", "", 64).fixed("total_ms", "", 1, ms)
+    };
+    let rows = [row("single_pass", 8, 2.0), row("per_triangle", 8, 3.0), row("per_triangle", 16, 9.0)];
+    assert_eq!(builder_ratios(&rows), ["per_triangle / single_pass, 8 directions of 64, time: 1.5"]);
+}

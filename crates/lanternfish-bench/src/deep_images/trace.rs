@@ -1,0 +1,131 @@
+//! Traces rays through images and through exact structures, times them, and compares distances.
+
+use lanternfish::{
+    deep_images::DeepImages,
+    rays::{RayTracer, TracedRay},
+    settings::{DeepImageSettings, Tracer},
+};
+use lanternfish_cli::error::CliError;
+use lanternfish_gpu::{Frame, read_back};
+
+use super::{
+    Bench,
+    cases::{Group, in_words},
+    rays::KnownRay,
+};
+use crate::{
+    run::{least, ms_of},
+    table::Row,
+};
+
+/// One ray in this many goes through a software adapter's ray query, which is slow.
+const SOFTWARE_RAYS: usize = 8;
+
+impl Bench {
+    /// Traces `rays` through every tracer of deep images, and through the exact ones where the group wants them.
+    pub fn trace(
+        &mut self,
+        group: &Group,
+        settings: DeepImageSettings,
+        images: &DeepImages,
+        rays: Vec<KnownRay>,
+    ) -> Result<Vec<Row>, CliError> {
+        let tracer = RayTracer::new(&self.run.gpu.device)?;
+        let known = Tracer::ALL.iter().filter(|known| known.is_supported(&self.run.gpu.device));
+        let (coarse, exact): (Vec<_>, Vec<_>) = known.copied().partition(|known| known.uses_deep_images());
+        let asked = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
+        let is_software = self.run.gpu.description.device_type == "Cpu";
+        let figures = |through: Tracer| {
+            let is_slow = is_software && through == Tracer::RayQuery;
+            let mut chosen = rays[..rays.len() / if is_slow { SOFTWARE_RAYS } else { 1 }].to_vec();
+            let count = chosen.len();
+            let rate = |ms: f64| count as f64 / ms / 1e3;
+            let (random_ms, _) = self.time(&tracer, through, images, &chosen)?;
+            chosen.sort_by_key(|known| known.ray.image_and_side);
+            let (by_direction_ms, distances) = self.time(&tracer, through, images, &chosen)?;
+            let errors = Errors::of(&distances, &chosen);
+            Ok(Row::default()
+                .data("group", group.title)
+                .text("images", "images", in_words(&settings))
+                .number("directions", "directions", settings.directions.count())
+                .number("resolution", "texels", settings.resolution)
+                .said_as(format_args!("{}²", settings.resolution))
+                .text("structure", "structure", through.name())
+                .count("rays", "rays", count as u64)
+                // Million rays a second, best of all runs, in random order and image by image.
+                .fixed("rate_random", "random, M/s", 2, rate(random_ms))
+                .fixed("rate_by_direction", "by direction, M/s", 2, rate(by_direction_ms))
+                .percent("error_median", "error, median", 2, errors.median)
+                .percent("error_p95", "95 %", 1, errors.p95)
+                .percent("missed", "missed", 2, errors.missed)
+                .percent("false_hits", "false", 2, errors.false_hits))
+        };
+        asked.map(figures).collect()
+    }
+
+    /// Milliseconds, the least of all runs but the first, and distances.
+    fn time(
+        &mut self,
+        tracer: &RayTracer,
+        through: Tracer,
+        images: &DeepImages,
+        rays: &[KnownRay],
+    ) -> Result<(f64, Vec<f32>), CliError> {
+        let rays: Vec<TracedRay> = rays.iter().map(|known| known.ray).collect();
+        let uploaded = tracer.upload(&self.run.gpu.device, &rays)?;
+        let scene = match (through, &self.with_ray_query) {
+            (Tracer::RayQuery, Some(scene)) => scene,
+            _ => &self.uploaded,
+        };
+        let gpu = &self.run.gpu;
+        let frame = || {
+            let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut self.profiler);
+            let buffer = tracer.record(&mut frame, scene, through, Some(images), &uploaded, rays.len() as u32)?;
+            frame.submit();
+            let distances = read_back::<f32>(&gpu.device, &gpu.queue, &buffer, rays.len())?;
+            Ok::<_, CliError>((ms_of(&self.profiler.finished(), ""), distances))
+        };
+        Ok(least(self.run.runs, frame, |(ms, _)| *ms)?.1)
+    }
+}
+
+/// How far distances are from the truth; the median and the 95th percentile of relative errors where both rays hit, and the ratios of rays that miss what
+/// the exact ray hits, and hit something where it hits nothing. Zero where there is nothing to judge.
+#[derive(Debug, PartialEq)]
+struct Errors {
+    median: f64,
+    p95: f64,
+    missed: f64,
+    false_hits: f64,
+}
+
+impl Errors {
+    fn of(found: &[f32], known: &[KnownRay]) -> Self {
+        let (mut errors, mut missed, mut false_hits) = (Vec::new(), 0, 0);
+        for (found, known) in found.iter().zip(known) {
+            match known.distance {
+                Some(distance) if *found >= 0.0 => errors.push(f64::from((found - distance).abs() / distance)),
+                Some(_) => missed += 1,
+                None => false_hits += usize::from(*found >= 0.0),
+            }
+        }
+        errors.sort_by(f64::total_cmp);
+        let at = |share: f64| errors.get((share * errors.len() as f64) as usize).copied().unwrap_or_default();
+        let share = |count: usize| count as f64 / known.len().max(1) as f64;
+        Self { median: at(0.5), p95: at(0.95), missed: share(missed), false_hits: share(false_hits) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_those_of_the_distances() {
+        let known = [Some(1.0), Some(2.0), Some(4.0), Some(1.0), None, None]
+            .map(|distance| KnownRay { ray: TracedRay::default(), distance });
+        let errors = Errors::of(&[1.0, 3.0, 8.0, -1.0, 5.0, -1.0], &known);
+        assert_eq!(errors, Errors { median: 0.5, p95: 1.0, missed: 1.0 / 6.0, false_hits: 1.0 / 6.0 });
+        assert_eq!(Errors::of(&[], &[]), Errors { median: 0.0, p95: 0.0, missed: 0.0, false_hits: 0.0 });
+    }
+}

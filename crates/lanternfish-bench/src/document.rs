@@ -1,0 +1,237 @@
+//! What a bench found: tables with what they say, once, for scripts as report.json and for people as report.md, or report.html.
+
+use std::path::Path;
+
+use lanternfish_cli::{
+    error::CliError,
+    output::{print, write_text},
+    plot::escaped,
+    scene::SceneName,
+};
+use lanternfish_gpu::Gpu;
+use serde::{Serialize, Serializer, ser::SerializeMap};
+use serde_json::Value;
+
+use crate::table::{self, Row};
+
+/// A part of a page.
+#[derive(Debug)]
+enum Block {
+    /// With its level.
+    Heading(usize, String),
+    Paragraph(String),
+    List(Vec<String>),
+    Table(Vec<Row>),
+    /// For the page in HTML alone: images, plots.
+    Html(String),
+}
+
+/// Everything a bench found.
+#[derive(Debug)]
+pub struct Document {
+    title: String,
+    /// What all figures share, for scripts.
+    header: Row,
+    data: Vec<(&'static str, Value)>,
+    rows: Vec<(&'static str, Vec<Row>)>,
+    page: Vec<Block>,
+}
+
+/// A case without figures.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeftOut {
+    pub what: String,
+    pub reason: String,
+}
+
+impl Document {
+    /// A document of one scene, which title and header name.
+    pub fn of_scene(title: &str, scene: &SceneName, gpu: &Gpu, runs: u32) -> Self {
+        let mut document = Self::new(&format!("{title}: {scene}"), gpu, runs);
+        document.facts(Row::default().data("scene", scene));
+        document
+    }
+
+    /// A document whose header says version, adapter, driver and runs.
+    pub fn new(title: &str, gpu: &Gpu, runs: u32) -> Self {
+        let adapter = &gpu.description;
+        let header = Row::default()
+            .data("version", env!("CARGO_PKG_VERSION"))
+            .data("adapter", &adapter.name)
+            .data("driver", &adapter.driver)
+            .data("runs", runs);
+        Self { title: title.to_owned(), header, data: Vec::new(), rows: Vec::new(), page: Vec::new() }
+    }
+
+    /// Adds to the header.
+    pub fn facts(&mut self, facts: Row) {
+        self.header = std::mem::take(&mut self.header).and(facts);
+    }
+
+    /// Where the figures come from, in words: `what`, then adapter, driver and version, then how times were taken.
+    pub fn introduction(&mut self, what: &str, times: &str) {
+        let said = |key| self.header.get(key).as_str().unwrap_or_default();
+        let text = format!(
+            "{what}; {} on {}, Lanternfish {}. Times: {times}, to be compared within this page only. Counts and errors are exact.",
+            said("adapter"),
+            said("driver"),
+            said("version")
+        );
+        self.paragraph(text);
+    }
+
+    pub fn heading(&mut self, text: &str) {
+        self.page.push(Block::Heading(2, text.to_owned()));
+    }
+
+    pub fn subheading(&mut self, text: &str) {
+        self.page.push(Block::Heading(3, text.to_owned()));
+    }
+
+    pub fn paragraph(&mut self, text: impl Into<String>) {
+        self.page.push(Block::Paragraph(text.into()));
+    }
+
+    pub fn list(&mut self, lines: impl IntoIterator<Item = String>) {
+        let lines: Vec<_> = lines.into_iter().collect();
+        if !lines.is_empty() {
+            self.page.push(Block::List(lines));
+        }
+    }
+
+    /// Shows a table.
+    pub fn show(&mut self, rows: impl IntoIterator<Item = Row>) {
+        self.page.push(Block::Table(rows.into_iter().collect()));
+    }
+
+    /// Adds to the page in HTML alone.
+    pub fn html(&mut self, html: String) {
+        self.page.push(Block::Html(html));
+    }
+
+    /// Keeps rows for scripts.
+    pub fn keep(&mut self, key: &'static str, rows: Vec<Row>) {
+        self.rows.push((key, rows));
+    }
+
+    /// Keeps anything else for scripts.
+    pub fn keep_data(&mut self, key: &'static str, data: &impl Serialize) {
+        self.data.push((key, serde_json::to_value(data).expect("plain numbers and strings")));
+    }
+
+    /// A section with a table, which is kept for scripts too. Without rows there is no section.
+    pub fn section(&mut self, heading: &str, text: &str, key: &'static str, rows: Vec<Row>) {
+        if !rows.is_empty() {
+            self.heading(heading);
+            if !text.is_empty() {
+                self.paragraph(text);
+            }
+            self.show(rows.iter().cloned());
+        }
+        self.keep(key, rows);
+    }
+
+    /// What has no figures, and why.
+    pub fn left_out(&mut self, left_out: &[LeftOut]) {
+        if !left_out.is_empty() {
+            self.heading("Left out");
+        }
+        self.list(left_out.iter().map(|left_out| format!("{}: {}", left_out.what, left_out.reason)));
+        self.keep_data("left_out", &left_out);
+    }
+
+    pub fn to_markdown(&self) -> String {
+        let mut text = format!("# {}\n", self.title);
+        for block in &self.page {
+            text += &match block {
+                Block::Heading(level, heading) => format!("\n{} {heading}\n", "#".repeat(*level)),
+                Block::Paragraph(words) => format!("\n{words}\n"),
+                Block::List(lines) => lines.iter().fold("\n".to_owned(), |text, line| text + "- " + line + "\n"),
+                Block::Table(rows) => format!("\n{}", table::to_markdown(rows)),
+                Block::Html(_) => continue,
+            };
+        }
+        text
+    }
+
+    /// A page that needs nothing else; no scripts.
+    pub fn to_html(&self, style: &str) -> String {
+        let title = escaped(&self.title);
+        let mut text = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{style}</style></head>\
+             <body>\n<h1>{title}</h1>\n"
+        );
+        for block in &self.page {
+            text += &match block {
+                Block::Heading(level, heading) => format!("<h{level}>{}</h{level}>\n", escaped(heading)),
+                Block::Paragraph(words) => format!("<p>{}</p>\n", escaped(words)),
+                Block::List(lines) => {
+                    format!(
+                        "<ul>{}</ul>\n",
+                        lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect::<String>()
+                    )
+                }
+                Block::Table(rows) => table::to_html(rows),
+                Block::Html(html) => format!("{html}\n"),
+            };
+        }
+        text + "</body></html>\n"
+    }
+
+    /// Writes report.json and report.md, and prints the page.
+    pub fn write(&self, folder: &Path) -> Result<(), CliError> {
+        self.write_json(folder)?;
+        let (page, file) = (self.to_markdown(), folder.join("report.md"));
+        write_text(&file, &page)?;
+        print(&format!("{page}\n{}\n", file.display()))
+    }
+
+    /// Writes report.json.
+    pub fn write_json(&self, folder: &Path) -> Result<(), CliError> {
+        let json = serde_json::to_string_pretty(self).expect("plain numbers and strings");
+        write_text(&folder.join("report.json"), &(json + "\n"))
+    }
+}
+
+/// The header's figures, then every table under its key.
+impl Serialize for Document {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        self.header.entries(&mut map)?;
+        self.rows.iter().try_for_each(|(key, rows)| map.serialize_entry(key, rows))?;
+        self.data.iter().try_for_each(|(key, data)| map.serialize_entry(key, data))?;
+        map.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_document_is_for_scripts_and_for_people() {
+        let mut document = Document {
+            title: "Rays & images".to_owned(),
+            header: Row::default().data("runs", 3),
+            data: Vec::new(),
+            rows: Vec::new(),
+            page: Vec::new(),
+        };
+        document.facts(Row::default().data("triangles", 36));
+        document.section("None", "", "none", Vec::new());
+        document.section("Rays", "Of *one* frame.", "rows", vec![Row::default().count("rays", "rays", 7)]);
+        document.html("<svg/>".to_owned());
+        document.left_out(&[LeftOut { what: "samples".to_owned(), reason: "refused".to_owned() }]);
+        let markdown = "# Rays & images\n\n## Rays\n\nOf *one* frame.\n\n| rays |\n|---:|\n| 7 |\n\n## Left out\n\n- samples: refused\n";
+        assert_eq!(document.to_markdown(), markdown);
+        let html = document.to_html("");
+        assert!(
+            html.contains("<h1>Rays &amp; images</h1>")
+                && html.contains("<svg/>")
+                && html.contains("<li>samples: refused</li>")
+        );
+        let json = serde_json::to_string(&document).unwrap();
+        let expected = r#"{"runs":3,"triangles":36,"none":[],"rows":[{"rays":7}],"left_out":[{"reason":"refused","what":"samples"}]}"#;
+        assert_eq!(json, expected);
+    }
+}

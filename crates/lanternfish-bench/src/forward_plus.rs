@@ -1,0 +1,272 @@
+//! The tables of [Elagabani2025, ch. 5]: what each way to save shadow rays saves, and how wrong normals from depth are.
+
+use std::time::Instant;
+
+use clap::Args;
+use lanternfish::{
+    GpuScene, Picture, Renderer,
+    settings::{Culling, DebugView, RayCulling, Settings, Shadows, ToneMap},
+    techniques::{TileSize, Tiled},
+};
+use lanternfish_cli::{choices::choice, error::CliError, parse::Size, progress::Progress};
+use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, flip_ldr, write_png};
+
+use crate::{
+    document::Document,
+    image::{self, differing, displayed, rgb},
+    run::{Run, RunArgs, counter, medians, ms_of},
+    subject::{Subject, SubjectArgs},
+    table::{DASH, Row, decimal},
+    technique,
+};
+
+/// Flags of `forward-plus`.
+#[derive(Debug, Args)]
+pub struct ForwardPlusArgs {
+    #[command(flatten)]
+    run: RunArgs,
+    /// Which tracer answers.
+    #[arg(long, value_name = "NAME", value_parser = choice::<Shadows>(), default_value_t = Settings::default().shadows)]
+    shadows: Shadows,
+    #[command(flatten)]
+    subject: SubjectArgs,
+}
+
+/// One way to render the view.
+struct Case {
+    name: &'static str,
+    culling: Culling,
+    ray_culling: RayCulling,
+    /// The heat map's file, if it gets one.
+    heat_map: Option<&'static str>,
+    /// Frame time in the thesis, ms.
+    paper_ms: Option<f64>,
+}
+
+impl Case {
+    /// Whether its picture must be that of the case without optimisations. Normals from depth are wrong at edges, and may lose light there.
+    fn is_exact(&self) -> bool {
+        matches!(self.ray_culling, RayCulling::None | RayCulling::Surface)
+    }
+}
+
+fn tiled(tile_size: TileSize, aabb_test: bool) -> Culling {
+    technique::tiled(Tiled { tile_size, aabb_test })
+}
+
+/// The rows of table 5.1, at tiles of 8 × 8, and ours.
+fn cases() -> Vec<Case> {
+    use RayCulling::{Improved, Naive, None as NoCulling, Surface};
+    let px8 = |aabb| tiled(TileSize::Px8, aabb);
+    let rows = [
+        ("no optimisations", technique::NO_CULLING, NoCulling, Some("rays-none.png"), Some(16.0)),
+        ("light culling", px8(false), NoCulling, Some("rays-culling.png"), Some(11.52)),
+        ("light culling + AABB", px8(true), NoCulling, Some("rays-culling-aabb.png"), Some(10.93)),
+        ("light culling + AABB + naive normals", px8(true), Naive, Some("rays-naive.png"), Some(9.59)),
+        ("light culling + AABB + improved normals", px8(true), Improved, Some("rays-improved.png"), Some(9.67)),
+        ("improved normals", technique::NO_CULLING, Improved, None, Some(13.55)),
+        ("light culling + AABB + surface normals", px8(true), Surface, Some("rays-surface.png"), None),
+    ];
+    let case =
+        |(name, culling, ray_culling, heat_map, paper_ms)| Case { name, culling, ray_culling, heat_map, paper_ms };
+    rows.map(case).into()
+}
+
+/// The rows of table 5.2.
+fn tile_sizes() -> [Case; 3] {
+    let paper = [("8 x 8", TileSize::Px8, 9.44), ("16 x 16", TileSize::Px16, 9.56), ("32 x 32", TileSize::Px32, 9.99)];
+    paper.map(|(name, size, ms)| Case {
+        name,
+        culling: tiled(size, true),
+        ray_culling: RayCulling::Improved,
+        heat_map: None,
+        paper_ms: Some(ms),
+    })
+}
+
+/// What every case shares.
+struct Bench<'a> {
+    run: Run,
+    subject: Subject,
+    args: &'a ForwardPlusArgs,
+}
+
+impl Bench<'_> {
+    fn settings(&self, case: &Case) -> Settings {
+        let Settings { attenuation, range_threshold, .. } = self.subject.look;
+        let (culling, ray_culling, shadows) = (case.culling.clone(), case.ray_culling, self.args.shadows);
+        Settings { culling, ray_culling, shadows, attenuation, range_threshold, ..Settings::direct_light() }
+    }
+
+    fn renderer(&self, settings: Settings) -> Result<(Renderer, GpuScene), CliError> {
+        let renderer = Renderer::with_engine(&self.run.engine, settings)?;
+        let uploaded = renderer.upload(&self.subject.scene)?;
+        Ok((renderer, uploaded))
+    }
+
+    fn render(&self, (renderer, uploaded): &mut (Renderer, GpuScene)) -> Result<Picture, CliError> {
+        let Size { width, height } = self.args.subject.size;
+        Ok(renderer.render(uploaded, &self.subject.cameras[0], width, height)?)
+    }
+
+    fn write(&self, name: &str, picture: &Picture) -> Result<(), CliError> {
+        image::write(&self.run.folder.join(name), picture)
+    }
+
+    /// Renders a case once to warm up and then for its times. Changes are from `none`, the first row of its table.
+    fn row(&self, case: &Case, first: Option<&Picture>, none: Option<&Row>) -> Result<(Row, Picture), CliError> {
+        eprintln!("  {}", case.name);
+        let mut ready = self.renderer(self.settings(case))?;
+        let picture = self.render(&mut ready)?;
+        let [frame_ms, shadow_ms] = medians(self.run.runs, || {
+            let started = Instant::now();
+            let passes = self.render(&mut ready)?.report.passes;
+            // By the wall clock where the adapter cannot time its passes.
+            let wall_ms = 1e3 * started.elapsed().as_secs_f64();
+            let ms = if passes.is_empty() { wall_ms } else { ms_of(&passes, "") };
+            Ok::<_, CliError>([ms, ms_of(&passes, "shadows/trace")])
+        })?;
+        if let Some(name) = case.heat_map {
+            let settings = Settings { debug_view: Some(DebugView::RayCount), ..self.settings(case) };
+            self.write(name, &self.render(&mut self.renderer(settings)?)?)?;
+        }
+        let counter = |name| counter(&picture.report, name);
+        let row = Row::default()
+            .text("name", "", case.name)
+            .fixed("frame_ms", "frame ms", 2, frame_ms)
+            .fixed("shadow_ms", "shadow rays ms", 2, shadow_ms)
+            .count("rays", "rays", counter("shadows/rays"))
+            .count("light_tests", "light tests", counter("light_culling/light_tests"))
+            .count("listed_lights", "listed lights", counter("light_culling/listed_lights"))
+            .count("differing_pixels", "pixels that differ", first.map_or(0, |first| differing(first, &picture)) as u64)
+            .data("exact", case.is_exact())
+            .optional("paper_ms", "thesis: frame ms", case.paper_ms);
+        let change = |key| {
+            let (value, of) = (row.f64(key), none.unwrap_or(&row).f64(key));
+            let is_known = of > 0.0 && !row.get(key).is_null();
+            if is_known { format!("{:+.2} %", 100.0 * (value / of - 1.0)) } else { DASH.to_owned() }
+        };
+        let changes = [("frame ms, change", "frame_ms"), ("rays, change", "rays"), ("thesis, change", "paper_ms")];
+        let changes = changes.into_iter().fold(Row::default(), |changes, (name, key)| changes.shown(name, change(key)));
+        Ok((row.and(changes), picture))
+    }
+
+    /// Rows of these cases. The first image of all becomes `first`.
+    fn table(&self, cases: &[Case], first: &mut Option<Picture>) -> Result<Vec<Row>, CliError> {
+        let mut rows = Vec::new();
+        for case in cases {
+            let (row, picture) = self.row(case, first.as_ref(), rows.first())?;
+            rows.push(row);
+            if first.is_none() {
+                self.write("picture.png", &picture)?;
+                *first = Some(picture);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Renders normals rebuilt from depth, writes them and their differences from the triangles' own, and compares [Elagabani2025, fig. 5.3].
+    fn normals(&self) -> Result<Vec<Row>, CliError> {
+        let view = |view| {
+            let (debug_view, tone_map) = (Some(view), ToneMap::None);
+            let settings = Settings { debug_view, shadows: Shadows::None, tone_map, ..Settings::direct_light() };
+            self.render(&mut self.renderer(settings)?)
+        };
+        let reference = view(DebugView::GeometricNormal)?;
+        self.write("normals-reference.png", &reference)?;
+        let ways = [("naive", DebugView::NormalNaive, 0.07975), ("improved", DebugView::NormalImproved, 0.02264)];
+        let row = |(name, of, paper)| {
+            let picture = view(of)?;
+            self.write(&format!("normals-{name}.png"), &picture)?;
+            let error = flip_ldr(&displayed(&reference)?, &displayed(&picture)?, PIXELS_PER_DEGREE)?;
+            let file = self.run.folder.join(format!("normals-{name}-error.png"));
+            write_png(&file, picture.width, picture.height, ColorType::Rgb, &error.magma())?;
+            let [degrees, over_ten] = angles(&rgb(&reference), &rgb(&picture));
+            Ok(Row::default()
+                .text("name", "", name)
+                .fixed("mean_flip", "mean FLIP", 5, error.mean().into())
+                .fixed("mean_degrees", "mean angle", 2, degrees)
+                .said_as(format_args!("{degrees:.2}°"))
+                .percent("share_over_ten_degrees", "over 10°", 2, over_ten)
+                .fixed("paper_flip", "thesis: mean FLIP", 5, paper))
+        };
+        ways.into_iter().map(row).collect()
+    }
+}
+
+/// The mean angle between normals packed as (n + 1) / 2, degrees, and the ratio of those that are more than ten degrees off; of pixels
+/// that show a surface.
+fn angles(truth: &[u8], found: &[u8]) -> [f64; 2] {
+    let unpack = |n: &[u8; 3]| glam::DVec3::from(n.map(|v| f64::from(v) / 127.5 - 1.0)).normalize_or_zero();
+    let pixels = truth.as_chunks::<3>().0.iter().zip(found.as_chunks::<3>().0);
+    // Black is where nothing is: no normal is packed so.
+    let seen = pixels.filter(|(truth, _)| **truth != [0; 3]);
+    let angles: Vec<f64> = seen.map(|(a, b)| unpack(a).angle_between(unpack(b)).to_degrees()).collect();
+    let count = angles.len().max(1) as f64;
+    [angles.iter().sum::<f64>() / count, angles.iter().filter(|angle| **angle > 10.0).count() as f64 / count]
+}
+
+/// Measures, and writes the report. An error where pictures that must be the same are not.
+pub fn run(args: &ForwardPlusArgs) -> Result<(), CliError> {
+    let subject = Subject::load(&args.subject, true, &mut Progress::hidden())?;
+    if subject.scene.lights.is_empty() {
+        return Err(CliError::new("the scene has no lights to bench", "add some, e.g. --lights rain:10"));
+    }
+    let bench = Bench { run: Run::start(&args.run, "forward-plus")?, subject, args };
+    let mut first = None;
+    let rows = bench.table(&cases(), &mut first)?;
+    let tiles = bench.table(&tile_sizes(), &mut first)?;
+
+    let (Subject { scene, look, .. }, Size { width, height }) = (&bench.subject, args.subject.size);
+    let surface = first.iter().flat_map(|first| &first.radiance).filter(|texel| texel[3] > 0.0).count();
+    let (title, source) = ("Forward+ with ray-traced shadows", &args.subject.scene);
+    let mut report = Document::of_scene(title, source, &bench.run.gpu, args.run.runs);
+    let facts = Row::default().data("width", width).data("height", height).data("light_count", scene.lights.len());
+    let facts = facts.data("range_threshold", decimal(look.range_threshold)).data("surface_pixels", surface);
+    report.facts(facts);
+    let what =
+        format!("{width} x {height}, {} lights (threshold of ranges {})", scene.lights.len(), look.range_threshold);
+    report.introduction(&what, &format!("median of {} runs", args.run.runs));
+    report.paragraph("The thesis' figures: Sponza, ten lights, 1920 x 1080, Ryzen 7 3700X and Nvidia RTX 2060 SUPER.");
+    let wrong = rows.iter().find(|row| row.get("exact") == true && row.f64("differing_pixels") > 0.0);
+    let wrong = wrong.map(|row| format!("{}: {} pixels", row.words("name"), row.words("differing_pixels")));
+    let text = "Pixels may differ only where normals are rebuilt from depth.";
+    report.section("Optimisations (table 5.1), tiles of 8 x 8", text, "configurations", rows);
+    report.section("Tile sizes (table 5.2): culling, AABB test, improved normals", "", "tile_sizes", tiles);
+    report.section("Normals from depth (fig. 5.3)", "", "normals", bench.normals()?);
+    report.heading("Pictures");
+    report.paragraph(
+        "Rays a pixel (fig. 5.2; black 0, red 10 and more): `rays-*.png`. Normals and their errors: `normals-*.png`.",
+    );
+    report.write(&bench.run.folder)?;
+    match wrong {
+        None => Ok(()),
+        Some(wrong) => Err(CliError::new(
+            format_args!("{wrong} differ from no optimisations, none may"),
+            "this is a fault of the renderer; please report it with the scene",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rows_are_the_papers() {
+        assert_eq!(cases().iter().filter(|case| case.paper_ms.is_some()).count(), 6);
+        let exact: Vec<_> = cases().iter().filter(|case| case.is_exact()).map(|case| case.name).collect();
+        let expected =
+            ["no optimisations", "light culling", "light culling + AABB", "light culling + AABB + surface normals"];
+        assert_eq!(exact, expected, "those that use no normals from depth");
+    }
+
+    #[test]
+    fn equal_pictures_have_no_error_and_a_turned_normal_has_its_angle() {
+        let truth = [255, 128, 128, 128, 255, 128, 0, 0, 0];
+        let [degrees, over_ten] = angles(&truth, &truth);
+        assert!(degrees < 1e-3 && over_ten == 0.0);
+        let [degrees, over_ten] = angles(&truth, &[128, 255, 128, 128, 255, 128, 9, 9, 9]);
+        assert!((degrees - 45.0).abs() < 0.5 && over_ten == 0.5);
+    }
+}

@@ -1,0 +1,97 @@
+//! `lanternfish-bench history`: indirect light while the camera walks and after a light changes, with what pixels keep from frame to frame
+//! and without.
+
+use lanternfish::{
+    settings::{History, Settings, Tracer},
+    techniques::{HitLight, IndirectResolution, Sampled},
+};
+use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_scene::Scene;
+
+use crate::{
+    one_bounce::{Bench, Case, OneBounceArgs},
+    run::frame_ms,
+    table::Row,
+    technique,
+    truths::Truth,
+};
+
+/// Frames before the change of a light.
+const BEFORE: u32 = 16;
+/// Frames after it that are looked at.
+const AFTER: [u32; 3] = [1, 4, 16];
+/// Factor on the intensity of the scene's light, where it has only one.
+const DIMMED: f32 = 0.1;
+
+const TEXT: &str = "The walk is the shot's track up to its middle; without a track it is one frame. *After the change*: HDR-FLIP to the path \
+                    tracer's image of the new light, the camera at rest and each frame by itself; the first light is off, or dimmed to a \
+                    tenth where it is the only one; and the ms of these frames, of one run each: in the first, and a little less for some \
+                    more, the radiance cache samples all its entries.";
+
+/// Measures, and writes the report.
+pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
+    let mut progress = Progress::start(false);
+    let mut bench = Bench::start(args, "history", "Frames after frames", &mut progress)?;
+    let changed = changed(&bench.scene);
+    let changed_truth =
+        progress.step("truth", "Tracing the changed light", || bench.truth_of(Truth::OneBounceFile, &changed))?;
+    let asked: Vec<Case> = cases(&bench.look, args.quick).into_iter().filter(|c| args.asks_for(&c.name)).collect();
+    let mut rows = Vec::new();
+    for Case { name, settings } in &asked {
+        let row = || {
+            let walked = bench.walked(settings)?;
+            let errors = bench.keep(name, &walked)?;
+            let pictures = bench.after_change(settings, BEFORE, &changed, &AFTER)?;
+            let (mut flips, mut times, mut shown) = ([0.0; AFTER.len()], [0.0; AFTER.len()], Row::default());
+            for (k, (picture, after)) in pictures.iter().zip(AFTER).enumerate() {
+                bench.keep(&format!("{name}, {after} after the change"), picture)?;
+                flips[k] = bench.against(picture, &changed_truth)?.0;
+                times[k] = frame_ms(&picture.report.passes);
+                shown = shown.shown(&format!("after the change: frame {after}"), format_args!("{:.4}", flips[k]));
+                shown = shown.shown("ms", format_args!("{:.0}", times[k]));
+            }
+            Ok::<_, CliError>(
+                Row::default()
+                    .text("name", "", name)
+                    .number("frames", "frames", bench.steps())
+                    .fixed("frame_ms", "frame, ms", 1, frame_ms(&walked.report.passes))
+                    .and(errors.row())
+                    .data("after_change", flips)
+                    .data("after_change_ms", times)
+                    .and(shown),
+            )
+        };
+        rows.push(progress.step("render", name, row)?);
+    }
+    bench.report.section("The last frame of a walk, and frames after a change of light", TEXT, "rows", rows);
+    bench.finish(&asked, progress)
+}
+
+/// Each way with what pixels keep and without.
+fn cases(look: &Settings, quick: bool) -> Vec<Case> {
+    let shaded = Sampled::default().one_bounce();
+    let cached = Sampled { hit_light: HitLight::Cached, ..shaded };
+    let ways = [
+        ("bvh, shaded", shaded),
+        ("bvh, cached", cached),
+        ("bvh, shaded, half resolution", Sampled { resolution: IndirectResolution::Half, ..shaded }),
+        ("within-texel, cached", Sampled { tracer: Tracer::WithinTexel.into(), ..cached }),
+    ];
+    let ways = ways.into_iter().take(if quick { 1 } else { usize::MAX });
+    let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));
+    let case = |(name, rays, history): (&str, Sampled, History)| Case {
+        name: format!("{name}, history {history}"),
+        settings: Settings { indirect: technique::sampled(rays), history, ..look.clone() },
+    };
+    with_history.map(case).collect()
+}
+
+/// The scene without its first light; the only one is dimmed.
+fn changed(scene: &Scene) -> Scene {
+    let mut changed = Scene { name: format!("{}, changed", scene.name), ..scene.clone() };
+    match &mut changed.lights[..] {
+        [only] => only.intensity *= DIMMED,
+        _ => drop(changed.lights.remove(0)),
+    }
+    changed
+}

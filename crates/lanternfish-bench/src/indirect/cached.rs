@@ -1,0 +1,149 @@
+//! Rays whose ends bring what the radiance cache keeps, beside rays whose ends are shaded.
+
+use lanternfish::{
+    Picture, Renderer,
+    settings::{Settings, Tracer},
+    techniques::{Bounces, HitLight, Sampled},
+};
+use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_gpu::PassTime;
+
+use super::{
+    cases::{Brdf, Case, ImageSet},
+    measure::Bench,
+    times::rays,
+};
+use crate::{
+    image::{energy, flip},
+    run::{counter, frame_ms},
+    table::Row,
+    technique,
+};
+
+/// Frames after which the cache counts as warm.
+const WARM_FRAMES: u32 = 32;
+/// Samples of each cache entry in an image whose cache is warmed before its rays are looked at.
+const WARMED_SAMPLES: u32 = 64;
+
+impl Bench<'_> {
+    /// Rows through the BVH, and within a texel of the plan's first images.
+    pub fn cached(
+        &self,
+        set: Option<ImageSet>,
+        converged: &Picture,
+        progress: &mut Progress,
+    ) -> Result<Vec<Row>, CliError> {
+        let through_images = set.map(|set| (set, Tracer::WithinTexel));
+        let ways =
+            [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
+        let direct =
+            Settings { indirect: technique::NO_INDIRECT, ..Case::plain(Brdf::Diffuse).settings(self.look, None) };
+        let direct = energy(&self.picture(direct)?);
+        let mut rows = Vec::new();
+        for images in [None].into_iter().chain(through_images.map(Some)) {
+            for (hit_light, bounces) in ways {
+                let case = Case { images, ..Case::plain(Brdf::Diffuse) };
+                let settings = |cache_samples| {
+                    let mut settings = case.settings(self.look, None);
+                    if let Some(sampled) = settings.indirect.get_mut::<Sampled>() {
+                        *sampled = Sampled { hit_light, bounces, cache_samples, ..*sampled };
+                    }
+                    settings
+                };
+                let words = format!("{}, hit light {hit_light}, bounces {bounces}", case.in_words());
+                let row = progress.step("cached", &words, || {
+                    let usual = Sampled::default().cache_samples;
+                    let first = self.picture(settings(usual))?;
+                    let warmed = self.picture(settings(WARMED_SAMPLES))?;
+                    let warm = self.warm_frame(settings(usual))?;
+                    let share = |picture: &Picture| (energy(picture) - direct) / (energy(converged) - direct);
+                    let (trace, light) = (sum(&warm, is_trace), sum(&warm, is_light));
+                    let covered = first.radiance.iter().map(|pixel| pixel[3]);
+                    let count = rays(covered, 1, Brdf::Diffuse.counted_rays()) as f64;
+                    let [traced, with_light] = [trace, trace + light].map(|ms| count / ms / 1e3);
+                    Ok::<_, CliError>(
+                        Row::default()
+                            .text("tracer", "tracer", case.tracer().name())
+                            .text("hit_light", "hit light", hit_light.name())
+                            .text("bounces", "bounces", bounces)
+                            .fixed("first_frame_ms", "first frame, ms", 1, frame_ms(&first.report.passes))
+                            .fixed("warm_frame_ms", "warm, ms", 1, frame_ms(&warm.report.passes))
+                            .fixed("rate_traced", "traced, M/s", 2, traced)
+                            .fixed("rate_with_light", "with light, M/s", 2, with_light)
+                            .shown("ratio", format_args!("{:.2}", with_light / traced))
+                            .count("cells", "cells", counter(&warm.report, "radiance_cache/cells"))
+                            .count("samples", "samples a frame", counter(&warm.report, "radiance_cache/samples"))
+                            .fixed("energy", "energy", 3, share(&first))
+                            .fixed("warmed_energy", "warmed", 3, share(&warmed))
+                            .fixed("flip", "FLIP", 4, flip(&first, converged)?)
+                            .fixed("warmed_flip", "warmed", 4, flip(&warmed, converged)?),
+                    )
+                })?;
+                rows.push(row);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// A picture of one frame, after one whose times do not count.
+    fn picture(&self, settings: Settings) -> Result<Picture, CliError> {
+        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
+        let mut render = || renderer.render(self.scene(Brdf::Diffuse), self.camera, self.size.width, self.size.height);
+        render()?;
+        Ok(render()?)
+    }
+
+    /// The frame after [`WARM_FRAMES`] others of one mean.
+    fn warm_frame(&self, settings: Settings) -> Result<Picture, CliError> {
+        let settings = Settings { accumulate: WARM_FRAMES + 1, ..settings };
+        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
+        renderer.reset();
+        let view = [(self.camera, self.size.width, self.size.height)];
+        for _ in 0..WARM_FRAMES {
+            renderer.refine(self.scene(Brdf::Diffuse), &view)?;
+        }
+        Ok(renderer.refine(self.scene(Brdf::Diffuse), &view)?.remove(0))
+    }
+}
+
+fn sum(picture: &Picture, counts: fn(&PassTime) -> bool) -> f64 {
+    picture.report.passes.iter().filter(|pass| counts(pass)).map(|pass| pass.ms).sum()
+}
+
+fn is_trace(pass: &PassTime) -> bool {
+    pass.name == "indirect/trace"
+}
+
+/// All that light takes, between tracing and smoothing.
+fn is_light(pass: &PassTime) -> bool {
+    let shading = ["indirect/shade", "indirect/shadow", "indirect/emitters"];
+    shading.contains(&pass.name.as_str())
+        || ["indirect/cells/", "radiance_cache/"].iter().any(|room| pass.name.starts_with(room))
+}
+
+/// What the table says.
+pub fn text(converged_frames: u32) -> String {
+    format!(
+        "The whole frame, without building deep images: an image of one frame, whose cache is empty before it, and the frame after \
+         {WARM_FRAMES} others (*warm*). Rays a second are of the warm frame; *with light*: and all that is done for the light at their hits. \
+         *Energy*, of the indirect light, and *FLIP* are against the mean of {converged_frames} frames through the BVH whose hits are shaded: \
+         of the image of one frame, and of one whose entries had {WARMED_SAMPLES} samples each before (*warmed*). With every bounce there is \
+         more light than in that mean."
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_light_takes_is_all_between_tracing_and_smoothing() {
+        let of = |name: &str| PassTime { name: name.to_owned(), ms: 1.0 };
+        for name in ["indirect/shade", "indirect/shadow", "indirect/cells/find", "radiance_cache/light"] {
+            assert!(is_light(&of(name)) && !is_trace(&of(name)), "{name}");
+        }
+        for name in ["indirect/trace", "indirect/filter", "indirect/resolve", "shadows/trace"] {
+            assert!(!is_light(&of(name)), "{name}");
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! What is measured: one list.
+
+use lanternfish::{
+    settings::{DeepImageSettings, Materials, Samples, Settings, Tracer},
+    techniques::{DirectionSet, Sampled},
+};
+use lanternfish_scene::Scene;
+use serde::Serialize;
+
+use crate::technique;
+
+/// Frames of a picture where they are averaged.
+const FRAMES: u32 = 4;
+
+/// What all surfaces of the scene are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Brdf {
+    /// Their base colour is a diffuse albedo.
+    Diffuse,
+    /// Half metal, of roughness 0.3.
+    Glossy,
+    /// Half metal, smooth.
+    Mirror,
+}
+
+impl Brdf {
+    pub const ALL: [Self; 3] = [Self::Diffuse, Self::Glossy, Self::Mirror];
+
+    /// Its name; rays a pixel [Niessner2010, §7], diffuse and glossy; and the k of his 6 k² directions, 96 for diffuse light and 150 for the
+    /// others [Niessner2010, table 1, fig. 7]. The renderer has at least one diffuse ray: where glossy ones are measured it is traced,
+    /// but not counted.
+    const fn of_paper(self) -> (&'static str, (u32, u32), u32) {
+        match self {
+            Self::Diffuse => ("diffuse", (8, 0), 4),
+            Self::Glossy => ("glossy", (1, 16), 5),
+            Self::Mirror => ("mirror", (1, 1), 5),
+        }
+    }
+
+    pub const fn name(self) -> &'static str {
+        self.of_paper().0
+    }
+
+    pub const fn rays(self) -> (u32, u32) {
+        self.of_paper().1
+    }
+
+    pub const fn k(self) -> u32 {
+        self.of_paper().2
+    }
+
+    /// Rays a pixel that count.
+    pub const fn counted_rays(self) -> u32 {
+        match self.rays() {
+            (diffuse, 0) => diffuse,
+            (_, glossy) => glossy,
+        }
+    }
+
+    /// Rays a pixel before those that count.
+    pub const fn skipped_rays(self) -> u32 {
+        match self.rays() {
+            (_, 0) => 0,
+            (diffuse, _) => diffuse,
+        }
+    }
+
+    /// The scene with all surfaces made of it. What is all metal would send nothing on but lamps' highlights, for there is one
+    /// bounce: half of every surface stays diffuse, so that there is something to be seen in it.
+    pub fn scene(self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        let roughness = match self {
+            Self::Diffuse => return scene,
+            Self::Glossy => 0.3,
+            Self::Mirror => 0.0,
+        };
+        for material in &mut scene.materials {
+            material.metallic = 0.5;
+            material.perceptual_roughness = roughness;
+            material.metallic_roughness_texture = None;
+        }
+        scene
+    }
+
+    pub const fn materials(self) -> Materials {
+        match self {
+            Self::Diffuse => Materials::Lambert,
+            Self::Glossy | Self::Mirror => Materials::File,
+        }
+    }
+}
+
+/// A set of deep images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSet {
+    /// 6 k² directions, 3 k² images.
+    pub k: u32,
+    /// Texels across and down each.
+    pub resolution: u32,
+}
+
+impl ImageSet {
+    pub fn settings(self) -> DeepImageSettings {
+        let (directions, resolution) = (DirectionSet::Cube { k: self.k }, self.resolution);
+        DeepImageSettings { directions, resolution, ..DeepImageSettings::default() }
+    }
+
+    pub const fn directions(self) -> u32 {
+        6 * self.k * self.k
+    }
+
+    pub fn in_words(self) -> String {
+        format!("{} directions of {}²", self.directions(), self.resolution)
+    }
+}
+
+/// How a picture is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Case {
+    pub brdf: Brdf,
+    /// What rays are traced through; without, the BVH.
+    pub images: Option<(ImageSet, Tracer)>,
+    /// Pixels to each side.
+    pub filter_radius: u32,
+    pub samples: Samples,
+    pub accumulate: u32,
+}
+
+impl Case {
+    /// Through the BVH, filtered, without antialiasing.
+    pub fn plain(brdf: Brdf) -> Self {
+        let filter_radius = Sampled::default().filter_radius;
+        Self { brdf, images: None, filter_radius, samples: Samples::One, accumulate: 1 }
+    }
+
+    /// The same through the BVH.
+    pub fn through_bvh(self) -> Self {
+        Self { images: None, ..self }
+    }
+
+    pub fn tracer(self) -> Tracer {
+        self.images.map_or(Tracer::Bvh, |(_, tracer)| tracer)
+    }
+
+    /// `look`: what all configurations share. `fragments_a_texel`: as [`DeepImageSettings`] has it, where there are images.
+    pub fn settings(self, look: &Settings, fragments_a_texel: Option<u64>) -> Settings {
+        let (diffuse_rays, glossy_rays) = self.brdf.rays();
+        let mut deep_images = self.images.map_or_else(DeepImageSettings::default, |(set, _)| set.settings());
+        deep_images.fragments_a_texel = fragments_a_texel.unwrap_or(deep_images.fragments_a_texel);
+        let sampled = Sampled {
+            diffuse_rays,
+            glossy_rays,
+            tracer: self.tracer().into(),
+            filter_radius: self.filter_radius,
+            ..Sampled::default().one_bounce()
+        };
+        Settings {
+            materials: self.brdf.materials(),
+            indirect: technique::sampled(sampled),
+            deep_images,
+            samples: self.samples,
+            accumulate: self.accumulate,
+            ..look.clone()
+        }
+    }
+
+    pub fn in_words(self) -> String {
+        let mut words = format!("{}, {}", self.brdf.name(), self.tracer());
+        if let Some((set, _)) = self.images {
+            words += &format!(", {}", set.in_words());
+        }
+        words += &format!(", filter {}", self.filter_radius);
+        if self.samples != Samples::One {
+            words += &format!(", {} samples", self.samples);
+        }
+        if self.accumulate > 1 {
+            words += &format!(", {} frames", self.accumulate);
+        }
+        words
+    }
+}
+
+/// Image sets with what is traced through them.
+pub struct Group {
+    pub set: ImageSet,
+    pub rows: Vec<Case>,
+}
+
+/// All that is measured: through the BVH first; then image sets from coarse to fine, so that those before say how large the next
+/// would be.
+pub struct Plan {
+    pub through_bvh: Vec<Case>,
+    pub groups: Vec<Group>,
+}
+
+impl Plan {
+    /// `resolutions`: those of images, ascending; where there are none, the paper's.
+    pub fn new(quick: bool, resolutions: &[u32]) -> Self {
+        let through_bvh: Vec<Case> = Brdf::ALL.iter().flat_map(|brdf| variations(*brdf, quick)).collect();
+        // [Niessner2010, table 1].
+        let (usual, ks): ([u32; 2], &[u32]) = if quick { ([16, 32], &[2]) } else { ([128, 512], &[4, 5, 8]) };
+        let resolutions = if resolutions.is_empty() { &usual } else { resolutions };
+        let sets =
+            resolutions.iter().flat_map(|resolution| ks.iter().map(|k| ImageSet { k: *k, resolution: *resolution }));
+        let group = |set: ImageSet| {
+            let is_his = |brdf: Brdf| set.resolution == resolutions[0] && (quick || set.k == brdf.k());
+            let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_his(row.brdf));
+            let traced = |row: &Case| {
+                let row = *row;
+                let tracers = Tracer::ALL.iter().copied().filter(|tracer| tracer.uses_deep_images());
+                tracers.map(move |tracer| Case { images: Some((set, tracer)), ..row })
+            };
+            Group { set, rows: rows.flat_map(traced).collect() }
+        };
+        Self { groups: sets.map(group).collect(), through_bvh }
+    }
+}
+
+/// Plain, without filter, and with each kind of antialiasing.
+fn variations(brdf: Brdf, quick: bool) -> Vec<Case> {
+    let plain = Case::plain(brdf);
+    let mut all = vec![plain];
+    if !quick || brdf == Brdf::Diffuse {
+        all.push(Case { filter_radius: 0, ..plain });
+        all.push(Case { samples: Samples::Four, ..plain });
+        all.push(Case { accumulate: FRAMES, ..plain });
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_has_one_through_the_bvh_before_it() {
+        for quick in [false, true] {
+            let plan = Plan::new(quick, &[]);
+            for row in plan.groups.iter().flat_map(|group| &group.rows) {
+                assert_eq!(plan.through_bvh.iter().filter(|bvh| **bvh == row.through_bvh()).count(), 1, "{row:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_rows_are_the_papers() {
+        let plan = Plan::new(false, &[]);
+        let directions: Vec<u32> = plan.groups.iter().map(|group| group.set.directions()).collect();
+        assert_eq!(directions, [96, 150, 384, 96, 150, 384]);
+        let rows = || plan.groups.iter().flat_map(|group| &group.rows);
+        let plain = rows().filter(|row| row.through_bvh() == Case::plain(row.brdf));
+        assert_eq!(plain.count(), 6 * 2 * Brdf::ALL.len());
+        // Without filter, and both kinds of antialiasing: where his figures are, and nowhere else.
+        let varied: Vec<_> = rows().filter(|row| row.through_bvh() != Case::plain(row.brdf)).collect();
+        assert_eq!(varied.len(), 3 * 2 * Brdf::ALL.len());
+        for row in varied {
+            let (set, _) = row.images.unwrap();
+            assert_eq!((set.resolution, set.k), (128, row.brdf.k()), "{row:?}");
+        }
+        for group in &plan.groups {
+            assert_eq!(u64::from(group.set.directions()), 2 * group.set.settings().directions.count());
+        }
+        let fine = Plan::new(false, &[256]);
+        assert!(fine.groups.iter().all(|group| group.set.resolution == 256));
+        assert_eq!(fine.groups.iter().map(|group| group.rows.len()).sum::<usize>(), (6 + 2 * 3) * Brdf::ALL.len());
+    }
+
+    #[test]
+    fn rays_that_count_are_the_papers() {
+        assert_eq!(Brdf::ALL.map(Brdf::counted_rays), [8, 16, 1]);
+        assert_eq!(Brdf::ALL.map(Brdf::skipped_rays), [0, 1, 1]);
+        for brdf in Brdf::ALL {
+            let (diffuse, glossy) = brdf.rays();
+            assert_eq!(brdf.skipped_rays() + brdf.counted_rays(), diffuse + glossy);
+        }
+    }
+}

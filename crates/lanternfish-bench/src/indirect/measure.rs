@@ -1,0 +1,273 @@
+//! Renders every case, times it, and compares its image.
+
+use lanternfish::{
+    GpuScene, Picture, RenderError, Renderer,
+    settings::{DeepImageSettings, Settings},
+    techniques::Sampled,
+};
+use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
+use lanternfish_gpu::{PassTime, Profiler};
+use lanternfish_scene::Camera;
+
+use super::{
+    cases::{Brdf, Case, Group, Plan},
+    errors::{Baselines, errors},
+    times::{Times, rays},
+};
+use crate::{
+    deep_images::{build::build, cases::Expected},
+    document::LeftOut,
+    image::{self, energy},
+    run::{Run, least},
+    table::{DASH, Row},
+    technique,
+};
+
+/// The figures of a case.
+fn row(case: Case, bytes: u64, picture: &Picture, times: Times, errors: Row) -> Row {
+    let Case { brdf, images, filter_radius, samples, accumulate } = case;
+    let covered = picture.radiance.iter().map(|pixel| pixel[3]);
+    // Summed over all frames.
+    let rays = rays(covered, accumulate, brdf.counted_rays());
+    let rate = |ms: f64| rays as f64 / ms / 1e3;
+    let resolution = images.map(|(set, _)| set.resolution);
+    Row::default()
+        .text("brdf", "BRDF", brdf.name())
+        .shown("rays a pixel", brdf.counted_rays())
+        .text("tracer", "tracer", case.tracer().name())
+        // One deep image serves two directions.
+        .optional("directions", "directions", images.map(|(set, _)| set.directions()))
+        .optional("resolution", "texels", resolution)
+        .said_as(resolution.map_or(DASH.to_owned(), |texels| format!("{texels}²")))
+        .data("bytes", images.map(|_| bytes))
+        .number("filter_radius", "filter", filter_radius)
+        .number("samples", "samples", samples.count())
+        .number("accumulate", "frames", accumulate)
+        .count("rays", "rays traced", rays)
+        .and(times.row())
+        .fixed("rate_traced", "traced, M/s", 2, rate(times.counted_trace_ms))
+        .fixed("rate_shaded", "and shaded, M/s", 2, rate(times.counted_trace_ms + times.counted_shade_ms))
+        .and(errors)
+}
+
+/// Whether a row has the default filter and no antialiasing.
+pub fn is_plain(row: &Row) -> bool {
+    *row.get("filter_radius") == Sampled::default().filter_radius
+        && *row.get("samples") == 1
+        && *row.get("accumulate") == 1
+}
+
+/// Whether two rows differ in filter and antialiasing alone, if in anything.
+pub fn trace_alike(a: &Row, b: &Row) -> bool {
+    ["brdf", "tracer", "directions", "resolution"].iter().all(|key| a.get(key) == b.get(key))
+}
+
+/// Everything that was measured.
+#[derive(Debug, Default)]
+pub struct Measured {
+    pub images: Vec<Row>,
+    pub rows: Vec<Row>,
+    /// The radiance cache's.
+    pub cached: Vec<Row>,
+    pub left_out: Vec<LeftOut>,
+}
+
+impl Measured {
+    fn leave_out(&mut self, what: String, reason: impl ToString) {
+        self.left_out.push(LeftOut { what, reason: reason.to_string() });
+    }
+}
+
+/// What every case shares.
+pub struct Bench<'a> {
+    pub run: &'a Run,
+    pub camera: &'a Camera,
+    pub size: Size,
+    /// Settings of lights and look, which cases do not change.
+    pub look: &'a Settings,
+    /// Number of frames whose mean is [`Baselines::converged`].
+    pub converged_frames: u32,
+    /// The scene with the materials of each BRDF, in the order of [`Brdf::ALL`].
+    pub scenes: Vec<GpuScene>,
+}
+
+/// What the images of one BRDF, filter and antialiasing are compared with.
+struct Reference {
+    case: Case,
+    bvh: Picture,
+    direct_energy: f64,
+}
+
+impl Reference {
+    fn baselines<'a>(&'a self, converged: &'a [Picture]) -> Baselines<'a> {
+        let converged = &converged[self.case.brdf as usize];
+        Baselines { bvh: &self.bvh, direct_energy: self.direct_energy, converged }
+    }
+}
+
+impl Bench<'_> {
+    /// All of a plan. What an adapter, or the renderer, refuses is left out.
+    pub fn measure(&self, plan: &Plan, progress: &mut Progress) -> Result<Measured, CliError> {
+        let mut measured = Measured::default();
+        let converged = Brdf::ALL.iter().map(|brdf| {
+            let doing = format!("{}, {} frames through the BVH", brdf.name(), self.converged_frames);
+            progress.step("converged", &doing, || self.converged(*brdf))
+        });
+        let converged = converged.collect::<Result<Vec<Picture>, CliError>>()?;
+        let mut references = Vec::new();
+        for case in &plan.through_bvh {
+            let words = case.in_words();
+            match progress.step("rows", &words, || self.reference(*case)) {
+                Ok((reference, times)) => {
+                    let errors = errors(&reference.bvh, &reference.baselines(&converged))?;
+                    measured.rows.push(row(*case, 0, &reference.bvh, times, errors));
+                    references.push(reference);
+                }
+                Err(error) => measured.leave_out(words, error),
+            }
+        }
+        let mut profiler = Profiler::new(&self.run.gpu.device, &self.run.gpu.queue);
+        for group in &plan.groups {
+            match self.fragments_a_texel(group, &mut profiler, &mut measured.images, progress) {
+                Ok(fragments) => self.group(group, fragments, &references, &converged, &mut measured, progress)?,
+                Err(reason) => measured.leave_out(group.set.in_words(), reason),
+            }
+        }
+        let set = plan.groups.first().map(|group| group.set);
+        measured.cached = self.cached(set, &converged[Brdf::Diffuse as usize], progress)?;
+        Ok(measured)
+    }
+
+    /// Builds the images of a group for their figures, and gives how they are best divided; or why there are none.
+    fn fragments_a_texel(
+        &self,
+        group: &Group,
+        profiler: &mut Profiler,
+        built: &mut Vec<Row>,
+        progress: &mut Progress,
+    ) -> Result<u64, String> {
+        let settings = sized(group.set.settings(), built)?;
+        let doing = format!("Building, {}", group.set.in_words());
+        // Their geometry is the same.
+        let (run, scene) = (self.run, self.scene(Brdf::Diffuse));
+        let made = progress.step("build", &doing, || build(&run.gpu, profiler, scene, run.runs, "indirect", settings));
+        built.push(made.map_err(|error| error.to_string())?.0);
+        Ok(settings.fragments_a_texel)
+    }
+
+    fn group(
+        &self,
+        group: &Group,
+        fragments_a_texel: u64,
+        references: &[Reference],
+        converged: &[Picture],
+        measured: &mut Measured,
+        progress: &mut Progress,
+    ) -> Result<(), CliError> {
+        let bytes = measured.images.last().and_then(|built| built.get("bytes").as_u64()).unwrap_or(0);
+        for case in &group.rows {
+            let words = case.in_words();
+            let Some(reference) = references.iter().find(|known| known.case == case.through_bvh()) else {
+                measured.leave_out(words, "there is no such image through the BVH to compare with");
+                continue;
+            };
+            match progress.step("rows", &words, || self.render(*case, Some(fragments_a_texel))) {
+                Ok((picture, times)) => {
+                    let errors = errors(&picture, &reference.baselines(converged))?;
+                    measured.rows.push(row(*case, bytes, &picture, times, errors));
+                }
+                Err(error) => measured.leave_out(words, error),
+            }
+        }
+        Ok(())
+    }
+
+    pub fn scene(&self, brdf: Brdf) -> &GpuScene {
+        &self.scenes[brdf as usize]
+    }
+
+    fn renderer(&self, settings: Settings) -> Result<Renderer, RenderError> {
+        Renderer::with_engine(&self.run.engine, settings)
+    }
+
+    /// The mean of many frames through the BVH, which also goes to a file.
+    fn converged(&self, brdf: Brdf) -> Result<Picture, CliError> {
+        let accumulate = self.converged_frames;
+        let case = Case { filter_radius: 0, accumulate, ..Case::plain(brdf) };
+        let mut renderer = self.renderer(case.settings(self.look, None))?;
+        let picture = renderer.render(self.scene(brdf), self.camera, self.size.width, self.size.height)?;
+        if energy(&picture) <= 0.0 {
+            return Err(CliError::new("the picture is black", "add lights, e.g. --lights rain:10, or look elsewhere"));
+        }
+        image::write(&self.run.folder.join(format!("{}.png", brdf.name())), &picture)?;
+        Ok(picture)
+    }
+
+    fn reference(&self, case: Case) -> Result<(Reference, Times), RenderError> {
+        let (bvh, times) = self.render(case, None)?;
+        let direct = Settings { indirect: technique::NO_INDIRECT, ..case.settings(self.look, None) };
+        let Size { width, height } = self.size;
+        let direct = self.renderer(direct)?.render(self.scene(case.brdf), self.camera, width, height)?;
+        Ok((Reference { case, bvh, direct_energy: energy(&direct) }, times))
+    }
+
+    /// The image, and the times of the run whose frames took least; one before them is not timed.
+    fn render(&self, case: Case, fragments_a_texel: Option<u64>) -> Result<(Picture, Times), RenderError> {
+        let mut renderer = self.renderer(case.settings(self.look, fragments_a_texel))?;
+        let (skipped, counted) = (case.brdf.skipped_rays(), case.brdf.counted_rays());
+        let frames = || {
+            let (picture, frames) = self.frames(&mut renderer, case)?;
+            Ok::<_, RenderError>((picture, Times::of(&frames, skipped + counted, skipped)))
+        };
+        Ok(least(self.run.runs, frames, |(_, times)| times.frame_ms)?.1)
+    }
+
+    /// One image, with the passes of each of its frames.
+    fn frames(&self, renderer: &mut Renderer, case: Case) -> Result<(Picture, Vec<Vec<PassTime>>), RenderError> {
+        let scene = self.scene(case.brdf);
+        let Size { width, height } = self.size;
+        if case.accumulate == 1 {
+            let mut picture = renderer.render(scene, self.camera, width, height)?;
+            let passes = std::mem::take(&mut picture.report.passes);
+            return Ok((picture, vec![passes]));
+        }
+        // Frame by frame: of a whole image the times of its frames come summed up.
+        renderer.reset();
+        let mut frames = Vec::new();
+        loop {
+            let mut picture = renderer.refine(scene, &[(self.camera, width, height)])?.remove(0);
+            frames.push(std::mem::take(&mut picture.report.passes));
+            if frames.len() == case.accumulate as usize {
+                return Ok((picture, frames));
+            }
+        }
+    }
+}
+
+/// Divided into as few chunks as fit, by the images that were built before; or why they would not fit.
+fn sized(settings: DeepImageSettings, built: &[Row]) -> Result<DeepImageSettings, String> {
+    let Some(expected) = Expected::of(&settings, built) else { return Ok(settings) };
+    let count = settings.directions.count();
+    if expected.most_directions() < count {
+        let gigabytes = expected.bytes_a_direction * count as f64 / 1e9;
+        return Err(format!("{count} images would take {gigabytes:.1} GB"));
+    }
+    Ok(DeepImageSettings { fragments_a_texel: expected.fragments_a_texel, ..settings })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::cases::ImageSet, *};
+    use crate::deep_images::cases::built;
+
+    #[test]
+    fn what_would_not_fit_is_left_out_with_its_size() {
+        let fine = ImageSet { k: 8, resolution: 512 }.settings();
+        assert_eq!(sized(fine, &[]), Ok(fine));
+        // Four times as many images of sixteen times as many texels, two fragments each.
+        let fits = sized(fine, &[built(48, 128, 50_000_000, 2 * 48 * 128 * 128)]).unwrap();
+        assert_eq!(fits, DeepImageSettings { fragments_a_texel: 6, ..fine });
+        let too_large = sized(fine, &[built(48, 128, 100_000_000, 1)]);
+        assert_eq!(too_large, Err("192 images would take 6.4 GB".to_owned()));
+    }
+}

@@ -1,0 +1,151 @@
+//! The bench's tables, and Nießner's beside them.
+
+use super::{
+    cached,
+    cases::Brdf,
+    measure::{Measured, is_plain, trace_alike},
+    paper,
+};
+use crate::{
+    document::Document,
+    table::{DASH, Row},
+};
+
+const RATES: &str = "Rays a second are of the rays that the BRDF's name stands for; the one diffuse ray that is traced beside glossy ones is in \
+                     the milliseconds, not in the rate. *And shaded* counts tracing and shading of hits: one light chosen of all, its shadow \
+                     ray through the BVH. Rays that would go into their own surface are counted and not traced. *Images*: building deep \
+                     images within these frames; *frame*: everything else.";
+
+/// Adds everything to a report.
+pub fn report(report: &mut Document, measured: Measured, converged_frames: u32) {
+    let Measured { images, rows, cached, left_out } = measured;
+    report.paragraph(RATES);
+    report.paragraph(format!(
+        "*Energy* and *FLIP to BVH* are against the image with the same rays, filter and antialiasing through the BVH: what the images cost. \
+         *Of indirect*: the same without direct light. *To many frames*: FLIP against the mean of {converged_frames} frames through the BVH \
+         without filter, nearly free of noise and of jagged edges: `diffuse.png`, `glossy.png`, `mirror.png`."
+    ));
+    report.list(rows.iter().filter(|row| is_plain(row)).filter_map(|row| ratio(row, &rows)));
+    report.heading("Beside Nießner's (2010, table 1)");
+    report.paragraph(format!(
+        "Million rays a second, shading included. His are of other hardware and another scene ({}): neither column says anything about the \
+         other but how they change from row to row.",
+        paper::MACHINE
+    ));
+    report.show(beside_paper(&rows));
+    report.list(paper::OTHERS.iter().map(|other| (*other).to_owned()));
+    report.heading("Images");
+    report.paragraph("Every chunk is what one binding holds, and a pass of its own for every ray of the pixels.");
+    report.show(images.iter().map(image_row));
+    report.heading("Rays through images and through the BVH");
+    report.show(rows.iter().filter(|row| is_plain(row)).cloned());
+    report.heading("Filter: pixels to each side, 0 is off");
+    report.show(varied(&rows, |row| *row.get("filter_radius") == 0));
+    report.heading("Antialiasing: samples at edges, and the mean of frames, each with images of its own");
+    report.show(varied(&rows, |row| row.f64("samples") > 1.0 || row.f64("accumulate") > 1.0));
+    report.keep("images", images);
+    report.keep("rows", rows);
+    report.section("Radiance cache, diffuse light", &cached::text(converged_frames), "cached", cached);
+    report.left_out(&left_out);
+}
+
+/// How much faster rays are than through the BVH.
+fn ratio(row: &Row, rows: &[Row]) -> Option<String> {
+    let is_bvh = |bvh: &&Row| bvh.get("directions").is_null() && bvh.get("brdf") == row.get("brdf") && is_plain(bvh);
+    let bvh = rows.iter().find(is_bvh).filter(|_| !row.get("directions").is_null())?;
+    let [traced, shaded] = ["rate_traced", "rate_shaded"].map(|key| row.f64(key) / bvh.f64(key));
+    let [brdf, tracer, directions, texels, flip] =
+        ["brdf", "tracer", "directions", "resolution", "flip"].map(|key| row.words(key));
+    Some(format!(
+        "{brdf} {tracer} / BVH, {directions} x {texels}: rays a second {traced:.2} traced, {shaded:.2} and shaded; FLIP {flip}"
+    ))
+}
+
+/// [Niessner2010, table 1], and ours at his number of images, across texels as he traces.
+fn beside_paper(rows: &[Row]) -> Vec<Row> {
+    let row = |brdf: Brdf, resolution: u32| {
+        let directions = 6 * brdf.k() * brdf.k();
+        let plain = || rows.iter().filter(|row| *row.get("brdf") == brdf.name() && is_plain(row));
+        let bvh = plain().find(|row| *row.get("tracer") == "bvh");
+        let is_his = |row: &&Row| *row.get("directions") == directions && *row.get("resolution") == resolution;
+        let ours = plain().filter(is_his).find(|row| *row.get("tracer") == "across-texels");
+        let rate = |row: Option<&Row>, key| row.map_or(DASH.to_owned(), |row| row.words(key).to_owned());
+        Row::default()
+            .text("brdf", "BRDF", brdf.name())
+            .shown("directions", directions)
+            .shown("texels", format_args!("{resolution}²"))
+            .shown("ours, traced", rate(ours, "rate_traced"))
+            .shown("ours, and shaded", rate(ours, "rate_shaded"))
+            .shown("BVH, and shaded", rate(bvh, "rate_shaded"))
+            .shown("Nießner", paper::rate(brdf, resolution, directions).unwrap_or(DASH))
+    };
+    Brdf::ALL.into_iter().flat_map(|brdf| [128, 512].map(|resolution| row(brdf, resolution))).collect()
+}
+
+fn image_row(built: &Row) -> Row {
+    Row::default()
+        .shown("directions", 2.0 * built.f64("directions"))
+        .shown("images", built.words("directions"))
+        .shown("texels", built.words("resolution"))
+        .shown("chunks", built.get("chunks"))
+        .shown("built, ms", built.words("total_ms"))
+        .shown("fragments drawn", built.words("drawn"))
+        .shown("kept", built.words("kept"))
+        .shown("MB", built.words("bytes"))
+}
+
+/// Rows that vary a plain one so, each group after its plain row.
+fn varied(rows: &[Row], is_varied: impl Fn(&Row) -> bool) -> Vec<Row> {
+    let of_plain = |plain: &Row| {
+        let others: Vec<&Row> = rows.iter().filter(|row| trace_alike(row, plain) && is_varied(row)).collect();
+        let plain = (!others.is_empty()).then_some(plain);
+        plain.into_iter().chain(others).cloned().collect::<Vec<_>>()
+    };
+    rows.iter().filter(|row| is_plain(row)).flat_map(of_plain).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::to_markdown;
+
+    fn row(tracer: &'static str, resolution: Option<u32>, filter_radius: u32, rate: f64) -> Row {
+        let row = Row::default().text("brdf", "BRDF", "diffuse").text("tracer", "tracer", tracer);
+        row.optional("directions", "directions", resolution.map(|_| 96))
+            .optional("resolution", "texels", resolution)
+            .number("filter_radius", "filter", filter_radius)
+            .number("samples", "samples", 1)
+            .number("accumulate", "frames", 1)
+            .fixed("rate_traced", "traced, M/s", 2, 2.0 * rate)
+            .fixed("rate_shaded", "and shaded, M/s", 2, rate)
+            .fixed("flip", "FLIP", 4, 0.0123)
+    }
+
+    fn rows() -> [Row; 4] {
+        [
+            row("bvh", None, 8, 1.0),
+            row("across-texels", Some(128), 8, 3.0),
+            row("across-texels", Some(128), 0, 4.0),
+            row("across-texels", Some(512), 8, 2.0),
+        ]
+    }
+
+    #[test]
+    fn his_figures_stand_beside_ours() {
+        let page = to_markdown(&beside_paper(&rows()));
+        assert!(page.contains("| diffuse | 96 | 128² | 6.00 | 3.00 | 1.00 | 37–50 |"), "{page}");
+        assert!(page.contains("| glossy | 150 | 512² | – | – | – | 63–71 |"), "{page}");
+        let said = "diffuse across-texels / BVH, 96 x 512: rays a second 2.00 traced, 2.00 and shaded; FLIP 0.0123";
+        assert_eq!(ratio(&rows()[3], &rows()), Some(said.to_owned()));
+        assert_eq!(ratio(&rows()[0], &rows()), None);
+        assert!(paper::MACHINE.contains("GTX 285"));
+    }
+
+    #[test]
+    fn what_is_varied_stands_beside_what_it_was() {
+        let filters = varied(&rows(), |row| *row.get("filter_radius") == 0);
+        let filters: Vec<_> = filters.iter().map(|row| (row.words("resolution"), row.words("filter_radius"))).collect();
+        assert_eq!(filters, [("128", "8"), ("128", "0")]);
+        assert!(varied(&rows(), |row| row.f64("samples") > 1.0).is_empty());
+    }
+}

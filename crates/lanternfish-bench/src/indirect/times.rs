@@ -1,0 +1,132 @@
+//! Sums the times of passes into figures.
+
+use lanternfish_gpu::PassTime;
+
+use crate::{
+    run::{frame_ms, ms_of},
+    table::Row,
+};
+
+const TRACE: &str = "indirect/trace";
+const SHADE: &str = "indirect/shade";
+/// Rays from what was shaded to the lights that were chosen for it.
+const SHADOW: &str = "indirect/shadow";
+
+/// Device time of one picture, all its frames, milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Times {
+    /// Tracing all rounds of rays.
+    pub trace_ms: f64,
+    pub shade_ms: f64,
+    pub resolve_ms: f64,
+    pub filter_ms: f64,
+    /// Building deep images in these frames; 0 where they were kept.
+    pub images_ms: f64,
+    /// All passes but those that build deep images.
+    pub frame_ms: f64,
+    /// Tracing the rounds whose rays count: those after the skipped ones.
+    pub counted_trace_ms: f64,
+    pub counted_shade_ms: f64,
+}
+
+impl Times {
+    /// Times of a picture, from the passes of its frames. Each frame traces `rounds` rounds of one ray a pixel, many in one pass, and shades each
+    /// by itself; the first `skipped` of them do not count for `counted_trace_ms`, where all rounds are taken to last as long, and
+    /// `counted_shade_ms`.
+    pub fn of(frames: &[Vec<PassTime>], rounds: u32, skipped: u32) -> Self {
+        let mut times = Self::default();
+        for passes in frames {
+            let all = |name: &str| -> Vec<f64> {
+                passes.iter().filter(|pass| pass.name == name).map(|pass| pass.ms).collect()
+            };
+            let sum = |name: &str| all(name).iter().sum::<f64>();
+            times.trace_ms += sum(TRACE);
+            times.shade_ms += sum(SHADE) + sum(SHADOW);
+            times.resolve_ms += sum("indirect/resolve");
+            times.filter_ms += sum("indirect/filter");
+            times.images_ms += ms_of(passes, "deep_images/");
+            times.frame_ms += frame_ms(passes);
+            let counted = |name: &str| {
+                let all = all(name);
+                all[skipped as usize * all.len() / rounds as usize..].iter().sum::<f64>()
+            };
+            times.counted_trace_ms += sum(TRACE) * f64::from(rounds - skipped) / f64::from(rounds);
+            times.counted_shade_ms += counted(SHADE) + counted(SHADOW);
+        }
+        times
+    }
+
+    /// As figures.
+    pub fn row(&self) -> Row {
+        Row::default()
+            .fixed("trace_ms", "trace", 1, self.trace_ms)
+            .fixed("shade_ms", "shade", 1, self.shade_ms)
+            .fixed("resolve_ms", "resolve", 1, self.resolve_ms)
+            .fixed("filter_ms", "filter, ms", 1, self.filter_ms)
+            .fixed("images_ms", "images", 1, self.images_ms)
+            .fixed("frame_ms", "frame, ms", 1, self.frame_ms)
+            .data("counted_trace_ms", self.counted_trace_ms)
+            .data("counted_shade_ms", self.counted_shade_ms)
+    }
+}
+
+/// How many rays that count were traced, at most: those that would go into their own surface are not.
+///
+/// `covered`: what a picture of `frames` says of each pixel, the share that surfaces cover. A frame's pixel that shows any
+/// surface sends `rays`.
+pub fn rays(covered: impl Iterator<Item = f32>, frames: u32, rays: u32) -> u64 {
+    // A mean of few frames is off in its last bits.
+    let pixels: f64 = covered.map(|share| (f64::from(share) * f64::from(frames) - 1e-3).ceil().max(0.0)).sum();
+    pixels as u64 * u64::from(rays)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(passes: &[(&str, f64)]) -> Vec<PassTime> {
+        passes.iter().map(|(name, ms)| PassTime { name: (*name).to_owned(), ms: *ms }).collect()
+    }
+
+    #[test]
+    fn rounds_that_do_not_count_are_left_out_of_the_rate_alone() {
+        // Two rounds, traced through two chunks.
+        let passes = frame(&[
+            ("prepass", 1.0),
+            ("deep_images/sort", 100.0),
+            (TRACE, 6.0),
+            (TRACE, 10.0),
+            (SHADE, 3.0),
+            (SHADOW, 1.0),
+            (SHADE, 5.0),
+            (SHADOW, 2.0),
+            ("indirect/resolve", 8.0),
+            ("indirect/filter", 9.0),
+            ("indirect/filter", 10.0),
+        ]);
+        let times = Times::of(std::slice::from_ref(&passes), 2, 1);
+        let expected = Times {
+            trace_ms: 16.0,
+            shade_ms: 11.0,
+            resolve_ms: 8.0,
+            filter_ms: 19.0,
+            images_ms: 100.0,
+            frame_ms: 55.0,
+            counted_trace_ms: 8.0,
+            counted_shade_ms: 7.0,
+        };
+        assert_eq!(times, expected);
+        let all = Times::of(&[passes.clone(), passes], 2, 0);
+        assert_eq!((all.counted_trace_ms, all.counted_shade_ms, all.frame_ms), (32.0, 22.0, 110.0));
+    }
+
+    #[test]
+    fn pixels_without_surface_send_no_rays() {
+        assert_eq!(rays([0.0, 1.0, 1.0].into_iter(), 1, 8), 16);
+        // Edges of several samples.
+        assert_eq!(rays([0.25, 0.0].into_iter(), 1, 8), 8);
+        // Covered in three of four frames.
+        assert_eq!(rays([0.75, 0.250_000_03].into_iter(), 4, 2), 8);
+        assert_eq!(rays(std::iter::empty(), 4, 2), 0);
+    }
+}

@@ -1,0 +1,108 @@
+//! What is built again where something has moved or come: deep images, and the scene itself.
+
+use glam::Mat3A;
+use lanternfish::{
+    Renderer,
+    deep_images::directions::Directions,
+    settings::{Quality, Settings, Shadows, Tracer},
+};
+use lanternfish_cli::error::CliError;
+use lanternfish_scene::Scene;
+
+use super::{Bench, moved};
+use crate::{
+    run::{leasts, ms_of},
+    table::{DASH, Row},
+    technique,
+};
+
+/// Size of the image of the frame that builds deep images, pixels: all but a few of its milliseconds are theirs.
+const SIZE: [u32; 2] = [64, 36];
+
+impl Bench {
+    /// Device ms, or for instances of all that it takes; least of all runs.
+    pub fn built(&self) -> Result<Row, CliError> {
+        Ok(self.images()?.and(self.instances()?))
+    }
+
+    /// Passes that build deep images, in the frame after one part has moved, and in the next, in which nothing has.
+    fn images(&self) -> Result<Row, CliError> {
+        let (scene, mut sampled) = (&self.scene, Quality::Good.sampled().one_bounce());
+        sampled.tracer = Tracer::WithinTexel.into();
+        let settings = Settings { indirect: technique::sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
+        let row = Row::default()
+            .data("directions", Directions::new(settings.deep_images.directions).map_or(0, |all| all.len()))
+            .data("resolution", settings.deep_images.resolution);
+        let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
+        let mut uploaded = renderer.upload(scene)?;
+        let camera = scene.default_camera(SIZE[0] as f32 / SIZE[1] as f32);
+        let (mut image_passes, mut kept_passes, mut ms) = (0, 0, f64::INFINITY);
+        // What is emissive goes by an update.
+        if let Some(part) = dark_part(scene) {
+            let mut places = [moved(scene, 0.01), scene.clone()].map(|scene| scene.instances[part].world_from_object);
+            [ms] = leasts(self.run.runs, || {
+                renderer.move_instances(&mut uploaded, &[(part, places[0])])?;
+                places.swap(0, 1);
+                let mut of_images = || {
+                    let picture = renderer.render(&uploaded, &camera, SIZE[0], SIZE[1])?;
+                    let count =
+                        picture.report.passes.iter().filter(|pass| pass.name.starts_with("deep_images/")).count();
+                    Ok::<_, CliError>((count, ms_of(&picture.report.passes, "deep_images/")))
+                };
+                let ((moved, ms), (kept, _)) = (of_images()?, of_images()?);
+                (image_passes, kept_passes) = (moved, kept);
+                // Passes are not timed everywhere.
+                Ok::<_, CliError>([if moved > 0 { ms } else { f64::INFINITY }])
+            })?;
+        }
+        let shown = if ms.is_finite() { format!("{ms:.1} ms") } else { DASH.to_owned() };
+        let row = row.fixed("images_ms", "", 1, ms).said_as(shown);
+        Ok(row.data("image_passes", image_passes).data("kept_passes", kept_passes))
+    }
+
+    /// One instance more, by an update, and where it was there, scaled to nothing, and is moved in.
+    fn instances(&self) -> Result<Row, CliError> {
+        let (renderer, scene) = (self.renderer(Shadows::BVH)?, &self.scene);
+        let part = scene.instances.len() / 2;
+        let mut more = scene.clone();
+        more.instances.push(moved(scene, 0.01).instances[part].clone());
+        let last = more.instances.len() - 1;
+        let there = more.instances[last].world_from_object;
+        let mut spare = more.clone();
+        spare.instances[last].world_from_object.matrix3 = Mat3A::ZERO;
+        let [inserted, moved_in] = leasts(self.run.runs, || {
+            let mut uploaded = renderer.upload(scene)?;
+            let inserted = self.timed(|| Ok(renderer.update(&mut uploaded, &more)?))?;
+            let mut uploaded = renderer.upload(&spare)?;
+            // The first move of an upload makes what moves it.
+            renderer.move_instances(&mut uploaded, &[(0, moved(scene, 0.001).instances[0].world_from_object)])?;
+            let moved_in =
+                self.timed(|| Ok(renderer.move_instances(&mut uploaded, &[(last, there)]).map(|_| ())?))?;
+            Ok::<_, CliError>([inserted, moved_in])
+        })?;
+        Ok(Row::default().fixed("inserted_ms", "", 1, inserted).fixed("moved_in_ms", "", 1, moved_in))
+    }
+}
+
+/// The middle one of the parts that are not emissive.
+fn dark_part(scene: &Scene) -> Option<usize> {
+    let is_emissive = |part: &usize| {
+        let primitives = &scene.meshes[scene.instances[*part].mesh].primitives;
+        primitives.iter().any(|primitive| scene.materials[primitive.material].emissive.max_element() > 0.0)
+    };
+    let dark: Vec<usize> = (0..scene.instances.len()).filter(|part| !is_emissive(part)).collect();
+    dark.get(dark.len() / 2).copied()
+}
+
+/// The figures as text.
+pub fn in_words(built: &Row) -> String {
+    let [directions, resolution, passes, kept] =
+        ["directions", "resolution", "image_passes", "kept_passes"].map(|key| built.get(key));
+    format!(
+        "Deep images, {directions} of {resolution}² texels: {} of the device in the frame after one part has moved, in {passes} passes; in the \
+         next frame {kept}.\n\nOne instance more: {} ms by an update, {} ms where it was there, scaled to nothing, and is moved in.",
+        built.words("images_ms"),
+        built.words("inserted_ms"),
+        built.words("moved_in_ms")
+    )
+}

@@ -1,0 +1,223 @@
+//! How much light flickers along a walk on what does not move.
+//!
+//! Surfaces are grey and diffuse, so that a place looks the same from everywhere. Of every picture the one without indirect light is taken
+//! away, with the edges of its shadows: whatever changes at a place from frame to frame is flicker of indirect light.
+
+use glam::{Vec3, Vec3A};
+use lanternfish::{
+    RenderError, Renderer,
+    settings::{Materials, Settings},
+};
+use lanternfish_cli::{error::CliError, parse::Size};
+use lanternfish_gpu::Engine;
+use lanternfish_reference::{Settings as TracerSettings, Tracer};
+use lanternfish_scene::{Camera, Scene};
+
+use crate::table::Row;
+
+/// Places that are looked at, across and down the picture in the middle of the walk.
+const PLACES: [u32; 2] = [48, 27];
+/// Frames in which a place must be seen to count.
+const LEAST_FRAMES: usize = 8;
+
+/// How steady one technique is.
+#[derive(Debug)]
+pub struct Flicker {
+    name: String,
+    frames: usize,
+    /// Places that count.
+    places: usize,
+    /// Standard deviation over the frames in which a place is seen, over its mean; the mean and the greatest of 95 % of all places.
+    mean: f64,
+    percentile_95: f64,
+    /// Mean of the change from one frame to the next, over the mean.
+    step: f64,
+}
+
+impl Flicker {
+    /// As figures.
+    pub fn row(&self) -> Row {
+        Row::default()
+            .text("name", "", &self.name)
+            .number("frames", "frames", self.frames)
+            .count("places", "places", self.places as u64)
+            .percent("mean", "deviation", 2, self.mean)
+            .percent("percentile_95", "of 95 % of places at most", 2, self.percentile_95)
+            .percent("step", "change a frame", 2, self.step)
+    }
+}
+
+/// The scene in grey.
+pub fn grey(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    for material in &mut scene.materials {
+        material.base_color = Vec3::splat(0.5).extend(1.0);
+        (material.metallic, material.specular, material.emissive) = (0.0, 0.0, Vec3::ZERO);
+        (material.base_color_texture, material.normal_texture, material.metallic_roughness_texture) =
+            (None, None, None);
+    }
+    for color in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives).flat_map(|p| &mut p.colors) {
+        *color = Vec3::ONE.extend(color.w);
+    }
+    scene
+}
+
+/// A walk through a scene.
+pub struct Walk<'a> {
+    engine: &'a Engine,
+    scene: &'a Scene,
+    cameras: &'a [Camera],
+    size: Size,
+    /// Where each place is seen in each frame, pixels; world-space points that a picture in the middle of the walk shows.
+    seen: Vec<Vec<Option<[f32; 2]>>>,
+    /// Luminances of each frame without indirect light.
+    direct: Vec<Vec<f32>>,
+}
+
+impl<'a> Walk<'a> {
+    /// `scene`: in grey; `look`: direct light.
+    pub fn new(
+        engine: &'a Engine,
+        scene: &'a Scene,
+        cameras: &'a [Camera],
+        size: Size,
+        look: &Settings,
+    ) -> Result<Self, CliError> {
+        let exact = Tracer::new(scene, TracerSettings::default())?;
+        let middle = &cameras[cameras.len() / 2];
+        let [columns, rows] = PLACES;
+        let place = |i: u32| {
+            let x = (i % columns) as f32 + 0.5;
+            let y = (i / columns) as f32 + 0.5;
+            let at = [x / columns as f32 * size.width as f32, y / rows as f32 * size.height as f32];
+            let (origin, direction) = ray(middle, size, at)?;
+            let distance = exact.nearest(origin, direction)?;
+            Some(origin + distance * direction)
+        };
+        let places: Vec<Vec3A> = (0..columns * rows).filter_map(place).collect();
+        let sees = |camera: &Camera, p: Vec3A| {
+            let at = pixel(camera, size, p)?;
+            let (origin, direction) = ray(camera, size, at)?;
+            let distance = exact.nearest(origin, direction)?;
+            ((distance / (p - origin).length() - 1.0).abs() < 2e-3).then_some(at)
+        };
+        let seen = places.iter().map(|p| cameras.iter().map(|camera| sees(camera, *p)).collect()).collect();
+        let mut walk = Self { engine, scene, cameras, size, seen, direct: Vec::new() };
+        walk.direct = walk.pictures(look)?;
+        Ok(walk)
+    }
+
+    /// Walks it.
+    pub fn flicker(&self, name: &str, settings: &Settings) -> Result<Flicker, CliError> {
+        let pictures = self.pictures(settings)?;
+        let at = |frame: usize, at: [f32; 2]| {
+            interpolated(&pictures[frame], self.size, at) - interpolated(&self.direct[frame], self.size, at)
+        };
+        let of_place =
+            |place: &Vec<Option<[f32; 2]>>| place.iter().enumerate().map(|(i, p)| p.map(|p| at(i, p))).collect();
+        let found: Vec<Vec<Option<f64>>> = self.seen.iter().map(of_place).collect();
+        Ok(Flicker { name: name.to_owned(), frames: self.cameras.len(), ..of(&found) })
+    }
+
+    /// Luminances of each frame.
+    fn pictures(&self, settings: &Settings) -> Result<Vec<Vec<f32>>, RenderError> {
+        let settings = Settings { materials: Materials::Lambert, ..settings.clone() };
+        let mut renderer = Renderer::with_engine(self.engine, settings)?;
+        let uploaded = renderer.upload(self.scene)?;
+        let mut of_view = |camera| {
+            let picture = renderer.render(&uploaded, camera, self.size.width, self.size.height)?;
+            Ok(picture.radiance.iter().map(|[r, g, b, _]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect())
+        };
+        self.cameras.iter().map(&mut of_view).collect()
+    }
+}
+
+/// The figures of places' luminances, frame by frame; none where a place is not seen.
+fn of(found: &[Vec<Option<f64>>]) -> Flicker {
+    let figures = |luminances: &Vec<Option<f64>>| {
+        let seen = || luminances.iter().flatten();
+        let count = seen().count() as f64;
+        let mean = seen().sum::<f64>() / count;
+        let variance = seen().map(|l| (l - mean).powi(2)).sum::<f64>() / count;
+        let changes: Vec<f64> = luminances.windows(2).filter_map(|pair| Some((pair[1]? - pair[0]?).abs())).collect();
+        let step = changes.iter().sum::<f64>() / changes.len().max(1) as f64;
+        (mean > 0.0).then(|| (variance.sqrt() / mean, step / mean))
+    };
+    let counted = found.iter().filter(|luminances| luminances.iter().flatten().count() >= LEAST_FRAMES);
+    let mut all: Vec<(f64, f64)> = counted.filter_map(figures).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let count = all.len().max(1) as f64;
+    Flicker {
+        name: String::new(),
+        frames: 0,
+        places: all.len(),
+        mean: all.iter().map(|(deviation, _)| deviation).sum::<f64>() / count,
+        percentile_95: all.get(all.len() * 95 / 100).map_or(0.0, |(deviation, _)| *deviation),
+        step: all.iter().map(|(_, step)| step).sum::<f64>() / count,
+    }
+}
+
+/// The ray through a point of the picture, pixels; none of a view with parallel rays.
+fn ray(camera: &Camera, size: Size, [x, y]: [f32; 2]) -> Option<(Vec3A, Vec3A)> {
+    let [left, right, bottom, top] = camera.projection.slopes(size.width as f32 / size.height as f32)?;
+    let slopes =
+        Vec3A::new(left + (right - left) * x / size.width as f32, top + (bottom - top) * y / size.height as f32, -1.0);
+    Some((camera.eye().into(), camera.world_from_camera.transform_vector3a(slopes).normalize()))
+}
+
+/// Where a point is seen, pixels; none beside the picture.
+fn pixel(camera: &Camera, size: Size, p: Vec3A) -> Option<[f32; 2]> {
+    let [left, right, bottom, top] = camera.projection.slopes(size.width as f32 / size.height as f32)?;
+    let p = camera.world_from_camera.inverse().transform_point3a(p);
+    if p.z >= 0.0 {
+        return None;
+    }
+    let x = (p.x / -p.z - left) / (right - left) * size.width as f32;
+    let y = (p.y / -p.z - top) / (bottom - top) * size.height as f32;
+    let is_inside = x >= 1.0 && y >= 1.0 && x <= size.width as f32 - 1.0 && y <= size.height as f32 - 1.0;
+    is_inside.then_some([x, y])
+}
+
+fn interpolated(luminances: &[f32], size: Size, [x, y]: [f32; 2]) -> f64 {
+    let (x, y) = (x - 0.5, y - 0.5);
+    let (column, row) = (x.floor(), y.floor());
+    let at = |dx: usize, dy: usize| {
+        let (x, y) =
+            ((column as usize + dx).min(size.width as usize - 1), (row as usize + dy).min(size.height as usize - 1));
+        f64::from(luminances[y * size.width as usize + x])
+    };
+    let (u, v) = (f64::from(x - column), f64::from(y - row));
+    (1.0 - v) * ((1.0 - u) * at(0, 0) + u * at(1, 0)) + v * ((1.0 - u) * at(0, 1) + u * at(1, 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_scene::Projection;
+
+    use super::*;
+
+    #[test]
+    fn what_is_steady_does_not_flicker_and_what_jumps_does() {
+        let steady = of(&[vec![Some(2.0); 10], vec![Some(0.5); 20]]);
+        assert_eq!((steady.places, steady.mean, steady.step), (2, 0.0, 0.0));
+        let jumps = of(&[(0..10).map(|i| Some(f64::from(i % 2))).collect()]);
+        assert!((jumps.mean - 1.0).abs() < 1e-12 && (jumps.step - 2.0).abs() < 1e-12, "{jumps:?}");
+        assert_eq!(of(&[vec![Some(1.0); 3]]).places, 0, "seen too seldom");
+        // What happened where it was not seen is no change.
+        let gap = of(&[(0..20).map(|i| (i % 10 != 0).then(|| f64::from(1 + i / 10))).collect()]);
+        assert!(gap.mean > 0.3 && gap.step == 0.0, "{gap:?}");
+    }
+
+    #[test]
+    fn a_point_is_seen_where_its_ray_goes_through() {
+        let projection = Projection::Perspective { fov_y: 1.0, near: 0.1 };
+        let camera = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, projection);
+        let size = Size { width: 64, height: 36 };
+        for at in [[10.0, 20.0], [40.25, 5.5], [32.0, 18.0]] {
+            let (origin, direction) = ray(&camera, size, at).unwrap();
+            let [x, y] = pixel(&camera, size, origin + 3.0 * direction).unwrap();
+            assert!((x - at[0]).abs() < 1e-3 && (y - at[1]).abs() < 1e-3, "{at:?}: {x} {y}");
+        }
+        assert_eq!(interpolated(&[1.0, 3.0, 5.0, 7.0], Size { width: 2, height: 2 }, [1.0, 1.0]), 4.0);
+    }
+}

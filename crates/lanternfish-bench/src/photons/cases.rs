@@ -1,0 +1,116 @@
+//! What is measured: one list.
+
+use lanternfish::{
+    indirect::{
+        photon_splatting::{PhotonSplatting, Splat},
+        virtual_lights::VirtualLights,
+    },
+    settings::{DeepImageSettings, Quality, Settings, Tracer},
+    techniques::{DirectionSet, IndirectResolution, Sampled},
+};
+
+use crate::{
+    one_bounce::{Case, named},
+    technique,
+};
+
+/// All of them. `look`: what they share; `quick`: few.
+pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
+    let mut all = Vec::new();
+    let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
+    let of = |indirect| Settings { indirect, ..look.clone() };
+    let with = |room: PhotonSplatting| of(technique::photons(room));
+    let usual = PhotonSplatting::default();
+    let good = Quality::Good.sampled().one_bounce();
+    add("none", of(technique::NO_INDIRECT));
+    add("sampled", of(technique::sampled(good)));
+    let half = Sampled { resolution: IndirectResolution::Half, ..good };
+    add("sampled, indirect-resolution half", of(technique::sampled(half)));
+    add("virtual-lights", of(technique::virtual_lights(VirtualLights::default())));
+    let half = VirtualLights { resolution: IndirectResolution::Half, ..VirtualLights::default() };
+    add("virtual-lights, indirect-resolution half", of(technique::virtual_lights(half)));
+    add("photon-splatting", with(usual));
+    add(
+        "photon-splatting, indirect-resolution half",
+        with(PhotonSplatting { resolution: IndirectResolution::Half, ..usual }),
+    );
+    if quick {
+        return all;
+    }
+    let rooms = [
+        ("photon-count 1024, photon-radius 0.5", PhotonSplatting { count: 1024, radius: 0.5, ..usual }),
+        ("photon-count 1024, photon-radius 2", PhotonSplatting { count: 1024, radius: 2.0, ..usual }),
+        ("photon-count 256, photon-radius 0.5", PhotonSplatting { count: 256, radius: 0.5, ..usual }),
+        (
+            "photon-count 256, photon-radius 0.5, photon-splat raster",
+            PhotonSplatting { count: 256, radius: 0.5, splat: Splat::Raster, ..usual },
+        ),
+        ("photon-count 16384", PhotonSplatting { count: 16384, ..usual }),
+        ("photon-radius 0.25", PhotonSplatting { radius: 0.25, ..usual }),
+        ("photon-radius 0.5", PhotonSplatting { radius: 0.5, ..usual }),
+        ("photon-tracer ray-query", PhotonSplatting { tracer: Tracer::RayQuery.into(), ..usual }),
+        ("photon-tracer within-texel", PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
+        ("photon-tracer across-texels", PhotonSplatting { tracer: Tracer::AcrossTexels.into(), ..usual }),
+        ("photon-widened off", PhotonSplatting { widened: false, ..usual }),
+        ("photon-conserve on", PhotonSplatting { conserved: true, ..usual }),
+        ("indirect-filter 0", PhotonSplatting { filter_radius: 0, ..usual }),
+    ];
+    for (name, room) in rooms {
+        add(&format!("photon-splatting, {name}"), with(room));
+    }
+    for culling in [technique::tiled(Default::default()), technique::raster_grid(Default::default())] {
+        let name = culling.name();
+        add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
+    }
+    let paper = Settings { deep_images: papers_images(200), ..with(papers_photons()) };
+    add("as in the paper", paper);
+    all
+}
+
+/// 512 deep images of so many texels along an edge: 200 in [Aalund2015, §5.2], 50 in fig. 9.
+pub fn papers_images(resolution: u32) -> DeepImageSettings {
+    let directions = DirectionSet::ZonalEqualArea { count: 512 };
+    DeepImageSettings { directions, resolution, ..DeepImageSettings::default() }
+}
+
+/// Photons as in the paper, which states neither how many there are nor how large they are: nothing is widened, nothing made up for,
+/// nothing filtered.
+pub fn papers_photons() -> PhotonSplatting {
+    PhotonSplatting {
+        count: 1024,
+        tracer: Tracer::WithinTexel.into(),
+        radius: 1.0,
+        widened: false,
+        conserved: false,
+        filter_radius: 0,
+        ..PhotonSplatting::default()
+    }
+}
+
+/// What means of frames are taken of. `quick`: not of four times the photons.
+pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
+    let usual = PhotonSplatting::default();
+    let rooms = [
+        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
+        ("photon-splatting", technique::photons(usual)),
+        ("photon-splatting, photon-count 16384", technique::photons(PhotonSplatting { count: 16384, ..usual })),
+        (
+            "photon-splatting, photon-tracer within-texel",
+            technique::photons(PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
+        ),
+    ];
+    let mut all = named(look, &rooms);
+    all.retain(|case| !quick || !case.name.contains("16384"));
+    all
+}
+
+/// What is walked along a track.
+pub fn walked(look: &Settings) -> Vec<Case> {
+    let rooms = [
+        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", technique::virtual_lights(VirtualLights::default())),
+        ("photon-splatting", technique::photons(PhotonSplatting::default())),
+    ];
+    named(look, &rooms)
+}

@@ -1,0 +1,138 @@
+//! `lanternfish-bench photons`: photon differentials beside rays from every pixel, virtual lights and the path tracer
+//! [Aalund2015, §5.2].
+
+mod cases;
+mod occlusion;
+
+use std::collections::BTreeMap;
+
+use lanternfish_cli::{error::CliError, progress::Progress};
+use lanternfish_gpu::PassTime;
+
+use self::cases::{cases, converging, walked};
+use crate::{
+    one_bounce::{Bench, Case, OneBounceArgs},
+    run::{counter, frame_ms, ms_of, sorted},
+    table::{DASH, Row},
+};
+
+const TEXT: &str = "*Reflected*: photons from the lights that surfaces reflect; each is split. *Escaped*, *landed*: of those that they were split \
+                    into, those that left the scene, and those that came to a surface, of which some are not on the screen, or hidden. Deep \
+                    images are built once, in the first run, and are no part of the frame.";
+
+/// What photons take, with its keys: from the lights to the first surface; rays alone, those that look for edges too; putting those in order
+/// that are seen; lists of photons; adding them up.
+const STEPS: [(&str, &str); 5] =
+    [("emit", "emit"), ("trace", "trace"), ("keep", "put in order"), ("lists", "lists"), ("splat", "splat")];
+
+/// Device milliseconds of [`STEPS`].
+fn times(passes: &[PassTime]) -> [f64; 5] {
+    // Light culling is recorded twice: for the scene's lights before, and for photons after these are traced.
+    let mut has_photons = false;
+    sorted(passes, |name| {
+        let own = name.strip_prefix("indirect/photon_splatting/");
+        has_photons = (has_photons || own.is_some()) && !name.starts_with("shading/");
+        match own {
+            Some("emit") => Some(0),
+            Some("trace" | "land") => Some(1),
+            Some("gather" | "splat" | "add") => Some(4),
+            Some(_) => Some(2),
+            None => (name.starts_with("light_culling/") && has_photons).then_some(3),
+        }
+    })
+}
+
+/// Measures, and writes the report.
+pub fn run(args: &OneBounceArgs) -> Result<(), CliError> {
+    let mut progress = Progress::start(false);
+    let mut bench = Bench::start(args, "photons", "Photons", &mut progress)?;
+    let mut rows = Vec::new();
+    for case in cases(&bench.look, args.quick).iter().filter(|case| args.asks_for(&case.name)) {
+        rows.push(progress.step("render", &case.name, || row(&bench, case))?);
+    }
+    let mut means = Vec::new();
+    let asks_for = |case: &Case, table: &str| args.asks_for(&format!("{}, {table}", case.name));
+    let converging: Vec<_> =
+        converging(&bench.look, args.quick).into_iter().filter(|case| asks_for(case, "frames")).collect();
+    let counts: &[u32] = if args.quick { &[1, 4] } else { &[1, 16, 64] };
+    for frames in counts.iter().copied().filter(|_| !converging.is_empty()) {
+        let (direct, direct_flip) = progress.step("mean", "direct light", || bench.direct_mean(frames))?;
+        for case in &converging {
+            let errors = progress.step("mean", &case.name, || bench.mean_row(case, frames, &direct))?;
+            let row = Row::default().text("name", "", &case.name).number("frames", "frames", frames);
+            means.push(row.and(errors.row()).fixed("direct_flip", "direct light", 4, direct_flip));
+        }
+    }
+    let occlusion = match !args.quick && args.asks_for("occlusion") {
+        true => progress.step("occlusion", "Occlusion by 512 deep images", || occlusion::rows(&bench))?,
+        false => Vec::new(),
+    };
+    let report = &mut bench.report;
+    report.section("Ways to find indirect light", TEXT, "rows", rows);
+    let text = "*Direct light*: FLIP of as many frames without indirect light to the path tracer's direct light.";
+    report.section("Means of frames", text, "means", means);
+    let text = "White surfaces under a white sky, against the path tracer's open ratio of the sphere. Deep images without triangles.";
+    report.section("Ambient occlusion by 512 deep images (Aalund 2015, figs 8 and 9)", text, "occlusion", occlusion);
+    let walked: Vec<_> = walked(&bench.look).into_iter().filter(|case| asks_for(case, "flicker")).collect();
+    bench.finish(&walked, progress)
+}
+
+/// Millions a second; a dash where there is no time.
+fn rate(count: u64, ms: f64) -> String {
+    if ms > 0.0 { format!("{:.2}", count as f64 / ms / 1e3) } else { DASH.to_owned() }
+}
+
+fn row(bench: &Bench, case: &Case) -> Result<Row, CliError> {
+    let (rendered, errors) = bench.row(case)?;
+    let count = |name: &str| counter(&rendered.picture.report, &format!("photons/{name}"));
+    let passes = &rendered.picture.report.passes;
+    let times = times(passes);
+    let (landed, escaped, splatted) = (count("landed"), count("escaped"), count("splatted"));
+    let mut row = Row::default()
+        .text("name", "", &case.name)
+        .fixed("frame_ms", "frame, ms", 0, frame_ms(passes))
+        .fixed("deep_images_ms", "deep images", 0, ms_of(&rendered.first, "deep_images/"))
+        .data("times", STEPS.iter().zip(times).map(|((key, _), ms)| (*key, ms)).collect::<BTreeMap<_, _>>());
+    for ((key, heading), ms) in STEPS.into_iter().zip(times) {
+        row = row.shown(heading, format_args!("{ms:.1}"));
+        match key {
+            "trace" => row = row.shown("M photons/s", rate(landed + escaped, ms)),
+            "splat" => row = row.shown("M photons/s", rate(splatted, ms)),
+            _ => {}
+        }
+    }
+    let row = row
+        .count("reflected", "reflected", count("reflected"))
+        .count("escaped", "escaped", escaped)
+        .count("landed", "landed", landed)
+        .count("off_screen", "off screen", count("off_screen"))
+        .count("hidden", "hidden", count("hidden"))
+        .count("splatted", "splatted", splatted);
+    Ok(row.and(errors.row()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_go_to_their_columns() {
+        let pass = |(name, ms): (&str, f64)| PassTime { name: name.to_owned(), ms };
+        let passes = [
+            ("light_culling/clustered/mark", 100.0),
+            ("indirect/photon_splatting/emit", 1.0),
+            ("indirect/photon_splatting/trace", 2.0),
+            ("indirect/photon_splatting/keep", 4.0),
+            ("light_culling/clustered/mark", 8.0),
+            ("indirect/photon_splatting/gather", 16.0),
+            ("shading/forward", 1000.0),
+            ("light_culling/tiled/count", 1000.0),
+        ];
+        assert_eq!(times(&passes.map(pass)), [1.0, 2.0, 4.0, 8.0, 16.0]);
+    }
+
+    #[test]
+    fn no_rate_without_a_time() {
+        assert_eq!((rate(5_000_000, 2000.0), rate(5, 0.0)), ("2.50".to_owned(), "–".to_owned()));
+    }
+}

@@ -1,0 +1,43 @@
+//! Ambient occlusion by 512 deep images [Aalund2015, figs 8 and 9].
+
+use lanternfish::settings::{DeepImageSettings, Occlusion, Settings};
+use lanternfish_cli::error::CliError;
+
+use super::cases::papers_images;
+use crate::{
+    one_bounce::Bench,
+    run::{counter, ms_of},
+    table::Row,
+    technique,
+    truths::{self, Truth},
+};
+
+/// Ways to find occlusion, on white surfaces under a white sky.
+pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
+    let scene = truths::white(bench.scene.clone());
+    let truth = bench.truth_of(Truth::Occlusion, &scene)?;
+    let look = Truth::Occlusion.seen(&bench.look);
+    let far = 0.28 * scene.bounds().size().length();
+    let usual = DeepImageSettings::default();
+    let ways = [
+        ("deep, 512 x 200²", technique::deep_occlusion(None), papers_images(200)),
+        ("deep, 512 x 50²", technique::deep_occlusion(None), papers_images(50)),
+        ("deep, as usual", technique::deep_occlusion(None), usual),
+        ("hbao, 28 % of the diagonal", technique::hbao(far), usual),
+    ];
+    let row = |(name, occlusion, images): (&str, Occlusion, DeepImageSettings)| {
+        let deep_images = DeepImageSettings { payload: false, ..images };
+        let rendered = bench.render_scene(&scene, &Settings { occlusion, deep_images, ..look.clone() }, bench.size)?;
+        let (flip, energy) = bench.against(&rendered.picture, &truth)?;
+        let bytes = counter(&rendered.picture.report, "deep_images/bytes");
+        Ok(Row::default()
+            .text("name", "", name)
+            .fixed("deep_images_ms", "deep images, ms", 0, ms_of(&rendered.first, "deep_images/"))
+            .count("bytes", "MB", bytes)
+            .said_as(format_args!("{:.1}", bytes as f64 / 1e6))
+            .fixed("occlusion_ms", "occlusion, ms", 1, ms_of(&rendered.picture.report.passes, "occlusion/"))
+            .fixed("flip", "FLIP", 4, flip)
+            .fixed("energy", "energy", 3, energy))
+    };
+    ways.into_iter().map(row).collect()
+}

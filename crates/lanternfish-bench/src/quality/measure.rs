@@ -1,0 +1,174 @@
+//! One technique on one shot: its picture, and how far that is from its truth.
+
+use std::time::{Duration, Instant};
+
+use lanternfish::{Picture, RenderError, Renderer};
+use lanternfish_cli::{error::CliError, flags::as_flags};
+use lanternfish_metrics::{ColorType, PIXELS_PER_DEGREE, Pair, RgbImage, write_png};
+use lanternfish_scene::{Camera, Scene};
+use serde::Serialize;
+
+use super::{shots::Shot, techniques::Technique};
+use crate::{
+    image::{differing, hdr_flip, linear, shown},
+    run::{Run, counter, median, ms_of},
+};
+
+/// After so long, a technique has been timed well enough.
+const ENOUGH: Duration = Duration::from_secs(2);
+
+/// A row of the report.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    pub name: String,
+    pub truth: &'static str,
+    /// Why there are no figures.
+    pub left_out: Option<String>,
+    pub figures: Option<Figures>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Figures {
+    pub errors: Errors,
+    /// Frames that the picture is the mean of.
+    pub frames: u32,
+    /// Pixels of the larger picture whose radiance differs from the default's in any bit.
+    pub differing_pixels: usize,
+    /// Sum of all passes, median over the runs, ms; of the wall clock where the adapter has no timestamps.
+    pub frame_ms: f64,
+    /// Shadow rays of opaque surfaces.
+    pub rays: u64,
+    pub listed_lights: u64,
+    /// Below the report's folder; the default's where the picture is the same.
+    pub picture: String,
+    /// The FLIP map, likewise.
+    pub map: String,
+}
+
+/// Against the truth.
+#[derive(Clone, Debug, Serialize)]
+pub struct Errors {
+    /// Mean LDR-FLIP of what a display shows.
+    pub flip: f64,
+    /// Mean HDR-FLIP of the radiance.
+    pub hdr_flip: f64,
+    pub relative_mse: f64,
+    /// What 95 % of all channels' relative errors do not exceed.
+    pub percentile_95: f64,
+    pub energy_ratio: f64,
+}
+
+/// What a shot's rows share.
+pub struct Bench<'b> {
+    pub run: &'b Run,
+    pub shot: &'b Shot,
+    pub camera: &'b Camera,
+}
+
+/// A picture that others are compared with.
+pub struct First {
+    picture: Picture,
+    /// Under the truth of this name.
+    truth: &'static str,
+    figures: Figures,
+}
+
+impl Bench<'_> {
+    /// Renders `technique` on `scene` and compares with `truth`. The first row becomes `first`.
+    pub fn row(
+        &self,
+        technique: &Technique,
+        scene: &Scene,
+        truth: &RgbImage,
+        first: &mut Option<First>,
+    ) -> Result<Row, CliError> {
+        let truth_name = technique.truth.name();
+        let row = |left_out, figures| Row { name: technique.name.clone(), truth: truth_name, left_out, figures };
+        let (picture, frame_ms) = match self.render(technique, scene) {
+            Ok(rendered) => rendered,
+            Err(RenderError::MissingFeature { feature, .. }) => {
+                return Ok(row(Some(format!("the adapter has no {feature}")), None));
+            }
+            Err(error @ RenderError::Driver { .. }) => return Ok(row(Some(as_flags(&error.to_string())), None)),
+            Err(error) => return Err(error.into()),
+        };
+        let differing_pixels = first.as_ref().map_or(0, |first| differing(&first.picture, &picture));
+        let counter = |name| counter(&picture.report, name);
+        let same = first.as_ref().filter(|first| differing_pixels == 0 && first.truth == truth_name);
+        let (errors, files) = match same {
+            Some(first) => (first.figures.errors.clone(), [first.figures.picture.clone(), first.figures.map.clone()]),
+            None => self.compare(technique, &picture, truth)?,
+        };
+        let [file, map] = files;
+        let figures = Figures {
+            errors,
+            frames: technique.settings.accumulate,
+            differing_pixels,
+            frame_ms,
+            rays: counter("shadows/rays"),
+            listed_lights: counter("light_culling/listed_lights"),
+            picture: file,
+            map,
+        };
+        first.get_or_insert_with(|| First { picture, truth: truth_name, figures: figures.clone() });
+        Ok(row(None, Some(figures)))
+    }
+
+    /// The picture, and how long it takes, ms: the median of the frames after it; of a mean, all of its own frames.
+    fn render(&self, technique: &Technique, scene: &Scene) -> Result<(Picture, f64), RenderError> {
+        let mut renderer = Renderer::with_engine(&self.run.engine, technique.settings.clone())?;
+        let uploaded = renderer.upload(scene)?;
+        let Shot { size, factor, .. } = self.shot;
+        let mut timed = || {
+            let started = Instant::now();
+            let picture = renderer.render(&uploaded, self.camera, factor * size.width, factor * size.height)?;
+            let wall_ms = 1e3 * started.elapsed().as_secs_f64();
+            let passes = &picture.report.passes;
+            let ms = if passes.is_empty() { wall_ms } else { ms_of(passes, "") };
+            Ok::<_, RenderError>((picture, ms))
+        };
+        let (picture, first_ms) = timed()?;
+        if technique.settings.accumulate > 1 {
+            return Ok((picture, first_ms));
+        }
+        let mut times: Vec<f64> = Vec::new();
+        let begun = Instant::now();
+        while times.len() < self.run.runs as usize && (times.is_empty() || begun.elapsed() < ENOUGH) {
+            times.push(timed()?.1);
+        }
+        Ok((picture, median(&mut times)))
+    }
+
+    fn compare(
+        &self,
+        technique: &Technique,
+        picture: &Picture,
+        truth: &RgbImage,
+    ) -> Result<(Errors, [String; 2]), CliError> {
+        let pair = Pair::new(linear(picture)?.box_downsampled(self.shot.factor as usize)?, truth.clone())?;
+        let settings = &technique.settings;
+        let [image, reference] =
+            [pair.image(), pair.reference()].map(|image| shown(image, settings.exposure, settings.tone_map));
+        let display = Pair::new(image.1, reference.1)?;
+        let map = display.flip_ldr(PIXELS_PER_DEGREE)?;
+        let linear = pair.errors();
+        let errors = Errors {
+            flip: display.mean_of(&map),
+            hdr_flip: hdr_flip(&pair)?,
+            relative_mse: linear.relative_mse,
+            percentile_95: linear.relative.percentile_95,
+            energy_ratio: linear.energy_ratio,
+        };
+        let stem = format!("pictures/{}-{}", self.shot.name, technique.file_name());
+        let files = [format!("{stem}.png"), format!("{stem}-flip.png")];
+        self.write(&files[0], &image.0)?;
+        self.write(&files[1], &map.magma())?;
+        Ok((errors, files))
+    }
+
+    /// A picture of the report, of the shot's size.
+    pub fn write(&self, file: &str, rgb: &[u8]) -> Result<(), CliError> {
+        let size = self.shot.size;
+        Ok(write_png(&self.run.folder.join(file), size.width, size.height, ColorType::Rgb, rgb)?)
+    }
+}

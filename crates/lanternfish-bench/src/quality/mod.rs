@@ -1,0 +1,125 @@
+//! Every technique of the renderer on a fixed list of shots, against the path tracer.
+//!
+//! 1. For each shot ([`shots`]) and each truth that a technique names (`techniques`), read the truth or trace it ([`truths`]), and what of it is not
+//!    indirect light.
+//! 2. Render each technique larger than its truth, box-average it, and compare ([`measure`]).
+//! 3. Write the report ([`report`]).
+
+mod measure;
+mod report;
+mod rooms;
+mod shots;
+mod techniques;
+
+use std::path::PathBuf;
+
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use lanternfish_cli::{
+    error::CliError,
+    parse::{self, Size},
+};
+use lanternfish_scene::Environment;
+
+use self::{
+    measure::Bench,
+    report::{LeftOut, ShotReport},
+    shots::{SHOTS, Shot},
+    techniques::techniques,
+};
+use crate::{
+    image::shown,
+    run::{Run, RunArgs, make_folder},
+    truths::{self, Subject, Truth},
+};
+
+/// Flags of `quality`.
+#[derive(Debug, Args)]
+pub struct QualityArgs {
+    #[command(flatten)]
+    run: RunArgs,
+    /// One shot alone. Repeatable.
+    #[arg(long, value_name = "SHOT", value_parser = PossibleValuesParser::new(SHOTS.iter().map(|shot| shot.name)))]
+    only: Vec<String>,
+    /// What is judged by one truth alone. Repeatable.
+    #[arg(long = "truth", value_name = "TRUTH", value_parser = truth())]
+    truths: Vec<Truth>,
+    /// Samples a pixel of the truths with all light; eight times as many of those with direct light. More: less noise, slower.
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u64).range(2..=1 << 20))]
+    spp: u64,
+    /// Another size for every shot, to try the bench itself. Figures are then not those of the list.
+    #[arg(long, value_name = "WxH", value_parser = parse::size)]
+    size: Option<Size>,
+    /// The folder in which `assets` holds the scenes that are not built in. Shots whose scene is not there are left out.
+    /// Without it: what LANTERNFISH_SHARED names, else ../shared.
+    #[arg(long, value_name = "FOLDER")]
+    shared: Option<PathBuf>,
+    /// What the report calls the state of the sources.
+    #[arg(long, value_name = "TEXT")]
+    commit: Option<String>,
+}
+
+impl QualityArgs {
+    fn assets(&self) -> PathBuf {
+        let variable = || std::env::var_os("LANTERNFISH_SHARED").map(PathBuf::from);
+        self.shared.clone().or_else(variable).unwrap_or_else(|| "../shared".into()).join("assets")
+    }
+}
+
+fn truth() -> impl TypedValueParser<Value = Truth> {
+    PossibleValuesParser::new(judges().map(|truth| truth.name()))
+        .map(|name| name.parse().expect("clap lets only known names through"))
+}
+
+/// Truths that techniques are judged by.
+fn judges() -> impl Iterator<Item = Truth> {
+    Truth::ALL.iter().copied().filter(|truth| truth.judges())
+}
+
+/// Measures, and writes the reports.
+pub fn run(args: &QualityArgs) -> Result<(), CliError> {
+    let run = Run::start(&args.run, "quality")?;
+    make_folder(&run.folder.join("pictures"))?;
+    let (mut shots, mut left_out) = (Vec::new(), Vec::new());
+    let assets = args.assets();
+    let surroundings = shots::surroundings(&assets)?;
+    for shot in SHOTS.iter().filter(|shot| args.only.is_empty() || args.only.iter().any(|name| name == shot.name)) {
+        eprintln!("{}", shot.name);
+        if let Some(reason) = shot.missing(&assets) {
+            eprintln!("  left out: {reason}");
+            left_out.push(LeftOut { shot: shot.name, reason });
+            continue;
+        }
+        let mut shot = *shot;
+        shot.size = args.size.unwrap_or(shot.size);
+        shots.push(run_shot(args, &run, &shot, &surroundings)?);
+    }
+    report::write(&run, args.spp, args.commit.as_deref(), &shots, &left_out)
+}
+
+fn run_shot(args: &QualityArgs, run: &Run, shot: &Shot, surroundings: &Environment) -> Result<ShotReport, CliError> {
+    let (whole, camera) = shot.load(&args.assets())?;
+    let settings = shot.settings();
+    let bench = Bench { run, shot, camera: &camera };
+    let mut result = ShotReport::new(shot, &whole);
+    let techniques = techniques(&settings, whole.bounds().size().length());
+    let mut first = None;
+    for truth in judges().filter(|truth| args.truths.is_empty() || args.truths.contains(truth)) {
+        let (scene, settings) = (&truth.scene(&whole, surroundings), truth.seen(&settings));
+        let subject =
+            Subject { name: shot.name, scene, camera: &camera, size: shot.size, settings: &settings, spp: args.spp };
+        let mut traced = truths::obtain(&run.folder, truth, &subject)?;
+        let scene_of = |truth: Truth| truth.scene(&whole, surroundings);
+        traced.figures.energy_without_indirect =
+            truths::energy_without_indirect(&run.folder, truth, &traced.mean, scene_of, &subject)?;
+        bench.write(&traced.figures.picture, &shown(&traced.mean, settings.exposure, settings.tone_map).0)?;
+        result.truths.push(traced.figures);
+        for technique in techniques.iter().filter(|technique| technique.truth == truth) {
+            eprintln!("  {}", technique.name);
+            result.rows.push(bench.row(technique, scene, &traced.mean, &mut first)?);
+        }
+    }
+    Ok(result)
+}

@@ -1,0 +1,352 @@
+//! What the bench found: one document, as JSON, Markdown and HTML.
+
+use lanternfish_cli::{
+    error::CliError,
+    output::{print, write_text},
+    plot::escaped,
+    report::grouped,
+};
+use lanternfish_scene::Scene;
+use serde::Serialize;
+
+use super::{
+    measure::Row as Measured,
+    shots::{SHOTS, Shot},
+};
+use crate::{
+    document::Document,
+    run::Run,
+    table::{Row, decimal},
+    truths::TruthFigures,
+};
+
+/// How far an energy ratio may be from 1 without being marked, whatever the noise.
+const ENERGY_TOLERANCE: f64 = 0.01;
+
+/// A shot without figures.
+#[derive(Debug, Serialize)]
+pub struct LeftOut {
+    pub shot: &'static str,
+    pub reason: String,
+}
+
+#[derive(Debug, Serialize)]
+pub struct ShotReport {
+    pub name: &'static str,
+    /// Width of the truths, pixels.
+    pub width: u32,
+    pub height: u32,
+    /// How many times wider and higher than the truths the renderer's picture is.
+    pub factor: u32,
+    pub triangles: usize,
+    pub lights: usize,
+    pub attenuation: String,
+    pub range_threshold: f64,
+    /// Exposure at which pictures are compared, stops.
+    pub exposure: f32,
+    pub tone_map: String,
+    pub truths: Vec<TruthFigures>,
+    pub rows: Vec<Measured>,
+}
+
+impl ShotReport {
+    pub fn new(shot: &Shot, scene: &Scene) -> Self {
+        let settings = shot.settings();
+        Self {
+            name: shot.name,
+            width: shot.size.width,
+            height: shot.size.height,
+            factor: shot.factor,
+            triangles: scene.triangle_counts().1,
+            lights: scene.lights.len(),
+            attenuation: settings.attenuation.to_string(),
+            range_threshold: decimal(settings.range_threshold),
+            exposure: shot.exposure,
+            tone_map: settings.tone_map.to_string(),
+            truths: Vec::new(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// The scene's size and how it is looked at, in one line.
+    pub fn line(&self) -> String {
+        let Self { width, height, factor, triangles, lights, attenuation, range_threshold, exposure, tone_map, .. } =
+            self;
+        format!(
+            "{width} x {height}, rendered at {} x {} and box-averaged; {triangles} triangles, {lights} lights; attenuation \
+             {attenuation}, range threshold {range_threshold}; seen at {exposure:+} EV, tone map {tone_map}.",
+            factor * width,
+            factor * height
+        )
+    }
+}
+
+/// What the page in HTML looks like.
+const STYLE: &str = "\
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2em; background: #181a1c; color: #d8dadc }
+p, li { max-width: 60em }
+table { border-collapse: collapse }
+th, td { padding: .2em .8em; text-align: right; border-bottom: 1px solid #34383c; font-variant-numeric: tabular-nums }
+th:nth-child(-n+2), td.text { text-align: left }
+tr.noise { color: #8e959c; font-style: italic }
+td.marked { color: #ffb454 }
+.pictures { display: flex; flex-wrap: wrap; gap: 1em; margin: 1em 0 2.5em }
+figure { margin: 0 }
+img { display: inline-block; width: 288px; image-rendering: pixelated; vertical-align: top }
+figcaption { font-size: 13px; color: #a4abb2 }";
+
+/// Writes the three reports, and prints the one in Markdown. `commit`: the state of the sources, where it is known.
+pub fn write(
+    run: &Run,
+    spp: u64,
+    commit: Option<&str>,
+    shots: &[ShotReport],
+    left_out: &[LeftOut],
+) -> Result<(), CliError> {
+    let adapter = &run.gpu.description;
+    let is_software = adapter.device_type == "Cpu";
+    let mut report = Document::new("Quality of every technique", &run.gpu, run.runs);
+    let facts = Row::default().data("commit", commit).data("backend", &adapter.backend);
+    report.facts(facts.data("is_software", is_software).data("spp", spp));
+    let commit = commit.map(|commit| format!(" ({commit})")).unwrap_or_default();
+    let noisy = if is_software { " The adapter is a processor, whose times say little." } else { "" };
+    report.introduction(
+        &format!("{} of {} shots{commit}, through {}", shots.len(), SHOTS.len(), adapter.backend),
+        &format!(
+            "median of at most {} frames after one, in which deep images are built and then kept, at the larger size; of a mean, of all its frames",
+            run.runs
+        ),
+    );
+    report.paragraph(format!(
+        "Each row changes one setting from the default and is compared with a path tracer's image of the same scene, box-filtered. The renderer \
+         takes one sample at each pixel's centre: its images are rendered larger and box-averaged first. Compare times within a shot only.{noisy}"
+    ));
+    report.paragraph(format!(
+        "FLIP: mean LDR-FLIP of what a display shows. HDR-FLIP: of radiance. relMSE: mean of (a - r)^2 / (r^2 + 0.01). p95: what 95 % of the \
+         relative errors do not exceed. Energy: sum of the image over sum of the reference, marked with * where it is farther from 1 than \
+         {:.0} % and twice the reference's own noise. Of indirect: the same of indirect light alone, which is what an image has beyond the row \
+         of as many frames without any, and the reference beyond what the path tracer sees of emission and the light of punctual lights by one \
+         reflection; left out where the reference's own noise is more than a quarter of that. Pixels: those of the larger image that differ \
+         from the default's in any bit. Rays: shadow rays of opaque surfaces. Lights: listed for all pixels. The row of each reference is its \
+         own noise, below which an error says nothing: FLIP is that between its two halves of samples.",
+        100.0 * ENERGY_TOLERANCE
+    ));
+    for shot in shots {
+        report.heading(shot.name);
+        report.paragraph(shot.line());
+        report.list(shot.truths.iter().map(truth_line));
+        let rows = shot.rows.iter().map(|row| table_row(row.name.as_str(), row.truth, cells(shot, row)));
+        let noise = shot.truths.iter().map(|truth| table_row("*noise*", truth.name, truth_cells(truth)));
+        report.show(rows.chain(noise));
+        report.html(pictures(shot));
+    }
+    if !left_out.is_empty() {
+        report.heading("Left out");
+    }
+    report.list(left_out.iter().map(|shot| format!("{}: {}", shot.shot, shot.reason)));
+    report.keep_data("shots", &shots);
+    report.keep_data("left_out", &left_out);
+    report.write_json(&run.folder)?;
+    let (markdown, html) = (report.to_markdown(), run.folder.join("report.html"));
+    write_text(&run.folder.join("report.md"), &markdown)?;
+    write_text(&html, &report.to_html(STYLE))?;
+    print(&format!("{markdown}\n{}\n", html.display()))
+}
+
+/// A row of a shot's table.
+fn table_row(name: &str, truth: &str, cells: [String; 10]) -> Row {
+    let row = Row::default().text("name", "technique", name).text("truth", "truth", truth);
+    COLUMNS.into_iter().zip(cells).fold(row, |row, (column, cell)| row.shown(column, cell))
+}
+
+/// References, then every image that is not one shown before, with its map.
+fn pictures(shot: &ShotReport) -> String {
+    let figure = |images: &[&str], caption: &str| {
+        let image = |image: &&str| format!("<img src=\"{0}\" alt=\"{0}\">", escaped(image));
+        let images: String = images.iter().map(image).collect();
+        format!("<figure>{images}<figcaption>{}</figcaption></figure>\n", escaped(caption))
+    };
+    let truths = shot.truths.iter().map(|truth| figure(&[&truth.picture], &format!("truth: {}", truth.name)));
+    let mut text = truths.collect::<String>();
+    let shows = |row: &Measured, picture: &str| row.figures.as_ref().is_some_and(|figures| figures.picture == picture);
+    for (i, row) in shot.rows.iter().enumerate() {
+        let is_new = |picture: &str| !shot.rows[..i].iter().any(|row| shows(row, picture));
+        let Some(figures) = row.figures.as_ref().filter(|figures| is_new(&figures.picture)) else { continue };
+        let same = shot.rows.iter().filter(|other| shows(other, &figures.picture));
+        let names: Vec<&str> = same.map(|other| other.name.as_str()).collect();
+        let caption = format!("{}; FLIP {:.4} against {}", names.join(" = "), figures.errors.flip, row.truth);
+        text += &figure(&[&figures.picture, &figures.map], &caption);
+    }
+    format!("<div class=\"pictures\">\n{text}</div>")
+}
+
+/// Rows without indirect light whose truth has some.
+const WITHOUT_INDIRECT: [&str; 4] =
+    ["indirect none", "indirect none, 64 frames", "one-bounce none", "one-bounce-file none"];
+
+/// Names of the columns after the name and the truth.
+const COLUMNS: [&str; 10] =
+    ["FLIP", "HDR-FLIP", "relMSE", "p95", "energy", "of indirect", "pixels", "ms", "rays", "lights"];
+
+/// The cells of those columns for a row of `shot`; where there are no figures, the reason alone.
+fn cells(shot: &ShotReport, row: &Measured) -> [String; 10] {
+    let Some(figures) = &row.figures else {
+        let mut reason = [const { String::new() }; 10];
+        reason[0] = row.left_out.clone().unwrap_or_default();
+        return reason;
+    };
+    let errors = &figures.errors;
+    let truth = shot.truths.iter().find(|truth| truth.name == row.truth);
+    let noise = truth.map_or(0.0, |truth| truth.noise_energy);
+    let indirect = truth.and_then(indirect_energy).and_then(|indirect| indirect_ratio(&shot.rows, row, indirect));
+    let is_off = (errors.energy_ratio - 1.0).abs() > ENERGY_TOLERANCE.max(2.0 * noise);
+    let mark = if is_off { " *" } else { "" };
+    [
+        format!("{:.4}", errors.flip),
+        format!("{:.4}", errors.hdr_flip),
+        format!("{:.2e}", errors.relative_mse),
+        format!("{:.3}", errors.percentile_95),
+        format!("{:.4}{mark}", errors.energy_ratio),
+        indirect.map(|ratio| format!("{ratio:.3}")).unwrap_or_default(),
+        grouped(figures.differing_pixels as u64),
+        format!("{:.1}", figures.frame_ms),
+        grouped(figures.rays),
+        grouped(figures.listed_lights),
+    ]
+}
+
+/// Energy of a picture's indirect light over the truth's, which is `indirect` of all its energy. The picture's is what it has beyond the row of as
+/// many frames without any: direct light that is a few parts in a thousand too bright would count several times as much of indirect light. `None`
+/// where there is no such row, or this row is it.
+fn indirect_ratio(rows: &[Measured], row: &Measured, indirect: f64) -> Option<f64> {
+    let figures = row.figures.as_ref()?;
+    let of_row = |none: &&Measured| {
+        none.truth == row.truth
+            && WITHOUT_INDIRECT.contains(&&*none.name)
+            && none.figures.as_ref().is_some_and(|none| none.frames == figures.frames)
+    };
+    let none = rows.iter().find(of_row)?;
+    let direct = none.figures.as_ref()?.errors.energy_ratio;
+    (!WITHOUT_INDIRECT.contains(&&*row.name)).then(|| (figures.errors.energy_ratio - direct) / indirect)
+}
+
+/// How many times the truth's noise its indirect light must exceed, for the report to say how much of it a picture has.
+const MOST_NOISE: f64 = 4.0;
+
+/// Energy of a truth's indirect light, as a share of all of it; `None` where it has none, or that is lost in its noise.
+fn indirect_energy(truth: &TruthFigures) -> Option<f64> {
+    let indirect = 1.0 - truth.energy_without_indirect?;
+    (indirect > MOST_NOISE * truth.noise_energy).then_some(indirect)
+}
+
+/// The cells of [`COLUMNS`] for a truth: its own noise.
+fn truth_cells(truth: &TruthFigures) -> [String; 10] {
+    let mut cells = [const { String::new() }; 10];
+    cells[0] = format!("{:.4}", truth.noise_flip);
+    cells[2] = format!("{:.2e}", truth.noise_relative_mse);
+    cells[4] = format!("± {:.4}", truth.noise_energy);
+    cells[5] =
+        indirect_energy(truth).map(|indirect| format!("± {:.3}", truth.noise_energy / indirect)).unwrap_or_default();
+    cells
+}
+
+/// Where a truth comes from and what it is.
+fn truth_line(truth: &TruthFigures) -> String {
+    let made = if truth.reused { "reused".to_owned() } else { format!("traced in {:.1} s", truth.seconds) };
+    let dropped =
+        if truth.dropped > 0 { format!("; {} samples were no numbers: a fault", truth.dropped) } else { String::new() };
+    format!(
+        "{}: {}; {} samples a pixel, expected relative error {:.2} %, {made}{dropped}",
+        truth.name,
+        truth.meaning,
+        truth.spp,
+        100.0 * truth.noise
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish::settings::Settings;
+
+    use super::*;
+    use crate::quality::{
+        measure::{Errors, Figures},
+        techniques::techniques,
+    };
+    use crate::table::to_markdown;
+
+    fn row(name: &str, truth: &'static str, frames: u32, energy_ratio: f64) -> Measured {
+        let errors = Errors { flip: 0.0, hdr_flip: 0.0, relative_mse: 0.0, percentile_95: 0.0, energy_ratio };
+        let figures = Figures {
+            errors,
+            frames,
+            differing_pixels: 0,
+            frame_ms: 0.0,
+            rays: 0,
+            listed_lights: 0,
+            picture: String::new(),
+            map: String::new(),
+        };
+        Measured { name: name.to_owned(), truth, left_out: None, figures: Some(figures) }
+    }
+
+    fn truth(energy_without_indirect: Option<f64>, noise_energy: f64) -> TruthFigures {
+        TruthFigures {
+            name: "full",
+            meaning: "",
+            file: String::new(),
+            picture: String::new(),
+            spp: 1,
+            reused: false,
+            seconds: 0.0,
+            dropped: 0,
+            noise: 0.0,
+            noise_relative_mse: 0.0,
+            noise_energy,
+            noise_flip: 0.0,
+            noise_hdr_flip: 0.0,
+            energy_without_indirect,
+        }
+    }
+
+    #[test]
+    fn indirect_light_is_what_a_picture_has_beyond_the_one_without() {
+        let rows = [
+            row("indirect none", "full", 1, 0.51),
+            row("indirect none, 64 frames", "full", 64, 0.5),
+            row("indirect sampled", "full", 1, 1.01),
+            row("indirect sampled, 64 frames", "full", 64, 1.0),
+            row("indirect sampled, 4 frames", "full", 4, 1.0),
+            row("occlusion none", "occlusion", 1, 0.5),
+            row("occlusion deep 64", "occlusion", 1, 0.9),
+        ];
+        // Direct light that is too bright is not indirect light.
+        let found = rows.each_ref().map(|row| indirect_ratio(&rows, row, 0.5));
+        assert_eq!(found, [None, None, Some(1.0), Some(1.0), None, None, None]);
+        assert_eq!(indirect_ratio(&rows, &rows[2], 0.4), Some(0.5 / 0.4));
+    }
+
+    #[test]
+    fn indirect_light_that_is_lost_in_noise_has_no_ratio() {
+        assert_eq!(indirect_energy(&truth(Some(0.75), 0.01)), Some(0.25));
+        assert_eq!(indirect_energy(&truth(Some(0.75), 0.0625)), None);
+        assert_eq!(indirect_energy(&truth(Some(1.0), 0.0)), None);
+        assert_eq!(indirect_energy(&truth(None, 0.0)), None);
+    }
+
+    #[test]
+    fn a_technique_without_figures_has_its_reason() {
+        let shot = ShotReport::new(&SHOTS[0], &Scene::default());
+        let row = Measured { figures: None, left_out: Some("no ray query".to_owned()), ..row("a", "full", 1, 1.0) };
+        let table = to_markdown(&[table_row(&row.name, row.truth, cells(&shot, &row))]);
+        assert!(table.ends_with(&format!("\n| a | full | no ray query |{}\n", "  |".repeat(9))), "{table}");
+    }
+
+    #[test]
+    fn rows_without_indirect_light_are_rows() {
+        let rows = techniques(&Settings::direct_light(), 10.0);
+        for name in WITHOUT_INDIRECT {
+            assert!(rows.iter().any(|row| row.name == name), "no row {name}");
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! One bounce by every room of indirect light but `sampled`, which has rows of its own: a row as it is, and one for every other value of
+//! each of its settings that has names.
+
+use lanternfish::{
+    settings::{DeepImageSettings, Indirect, Materials, Settings},
+    techniques::Sampled,
+};
+
+use super::techniques::Technique;
+use crate::truths::Truth;
+
+/// Their rows, on base colours as diffuse albedos, and on the file's materials.
+pub fn bounces(default: &Settings) -> Vec<Technique> {
+    let rooms = Indirect::all().into_iter().filter(|room| !room.is::<Sampled>());
+    rooms.flat_map(|room| of_room(room, default)).collect()
+}
+
+fn of_room(room: Indirect, default: &Settings) -> Vec<Technique> {
+    let deep_images = DeepImageSettings { resolution: 64, ..default.deep_images };
+    let row = |name: String, truth: Truth, indirect| {
+        let materials = if truth == Truth::OneBounce { Materials::Lambert } else { Materials::File };
+        let settings = Settings { indirect, materials, deep_images, ..default.clone() };
+        Technique { name: format!("{truth} {name}"), settings, truth }
+    };
+    let name = room.name().to_owned();
+    let mut rows =
+        vec![row(name.clone(), Truth::OneBounce, room.clone()), row(name.clone(), Truth::OneBounceFile, room.clone())];
+    for (knob, values) in room.technique().expect("it is one").parameters() {
+        for (value, _) in values {
+            let mut other = room.clone();
+            other.technique_mut().expect("it is one").set(knob.name, value).expect("it is one of its values");
+            if other != room {
+                rows.push(row(format!("{name}, {} {value}", knob.name), Truth::OneBounce, other));
+            }
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_has_a_row() {
+        let rows = bounces(&Settings::direct_light());
+        for name in [
+            "one-bounce virtual-lights",
+            "one-bounce-file virtual-lights",
+            "one-bounce virtual-lights, vpl-ranges random",
+        ] {
+            assert_eq!(rows.iter().filter(|row| row.name == name).count(), 1, "{name}");
+        }
+        let settings: Vec<_> = rows.iter().map(|row| (&row.settings, row.truth)).collect();
+        for (i, row) in settings.iter().enumerate() {
+            assert!(!settings[..i].contains(row), "{} twice", rows[i].name);
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The fixed list of shots that every technique is judged on.
+
+use std::path::Path;
+
+use glam::Vec3;
+use lanternfish::settings::{Attenuation, Exposure, Settings};
+use lanternfish_cli::{
+    error::CliError,
+    parse::Size,
+    scene::{self, SceneName},
+};
+use lanternfish_scene::{
+    Camera, Environment, Light, Projection, Scene,
+    generate::{light_rain, sky},
+    near_plane,
+};
+
+/// One view of one scene.
+#[derive(Clone, Copy)]
+pub struct Shot {
+    pub name: &'static str,
+    /// `demo:NAME`, or a file below the shared assets.
+    scene: &'static str,
+    view: View,
+    /// Size of the truth, pixels.
+    pub size: Size,
+    /// How many times wider and higher than the truth the renderer's picture is, before it is box-averaged.
+    pub factor: u32,
+    /// Point lights beside those of the scene: position, m, and intensity, cd.
+    points: &'static [([f32; 3], [f32; 3])],
+    /// Lights of light rain (seed 0) beside those.
+    rain: u32,
+    attenuation: Attenuation,
+    range_threshold: f32,
+    /// Exposure at which FLIP compares, stops.
+    pub exposure: f32,
+}
+
+#[derive(Clone, Copy)]
+enum View {
+    /// One of the scene's cameras, by number.
+    Camera(usize),
+    /// Position of the eye and of its target, world space, m, and the vertical angle of view, degrees.
+    At([f32; 3], [f32; 3], f32),
+}
+
+const fn size(width: u32, height: u32) -> Size {
+    Size { width, height }
+}
+
+/// The point lights of `docs/shots/sponza-ten.toml`; a test holds the two together.
+const SPONZA_TEN: &[([f32; 3], [f32; 3])] = &[
+    ([6.5, 2.0, -2.2], [60.0, 50.0, 40.0]),
+    ([5.0, 1.2, 1.8], [15.0, 30.0, 60.0]),
+    ([2.5, 5.2, -3.8], [60.0, 20.0, 20.0]),
+    ([-1.0, 1.5, -1.5], [20.0, 60.0, 20.0]),
+    ([-4.0, 6.5, 3.5], [50.0, 50.0, 60.0]),
+    ([-6.5, 2.0, 1.0], [60.0, 45.0, 15.0]),
+    ([-9.5, 1.5, -2.0], [15.0, 15.0, 60.0]),
+    ([0.5, 8.0, 0.0], [80.0, 80.0, 80.0]),
+    ([4.0, 1.0, -5.5], [40.0, 25.0, 10.0]),
+    ([-5.0, 1.0, 6.0], [25.0, 10.0, 40.0]),
+];
+
+/// The smallest, from which others differ.
+const CORNELL: Shot = Shot {
+    name: "cornell",
+    scene: "demo:cornell",
+    view: View::Camera(0),
+    size: size(128, 128),
+    factor: 4,
+    points: &[],
+    rain: 0,
+    attenuation: Attenuation::Gltf,
+    range_threshold: 0.02,
+    exposure: 1.0,
+};
+
+/// The view, the light and the attenuation of the reference cornell-point-direct.
+const CORNELL_BLOCKS: Shot = Shot {
+    name: "cornell-blocks",
+    scene: "cornell/CornellBox-Blocks.glb",
+    view: View::At([0.0, 1.0, 3.6], [0.0, 1.0, 0.0], 36.0),
+    points: &[([0.0, 1.7, 0.1], [2.5, 2.3, 2.0])],
+    attenuation: Attenuation::Physical,
+    ..CORNELL
+};
+
+/// A built-in interior.
+const INTERIOR: Shot = Shot { size: size(160, 90), factor: 3, exposure: 0.0, ..CORNELL };
+
+/// All shots, the smallest first. Another scene, camera or size is another entry: rows of one shot are compared over time.
+pub const SHOTS: &[Shot] = &[
+    CORNELL,
+    CORNELL_BLOCKS,
+    // A mirror in the place of a block.
+    Shot { name: "cornell-mirror", scene: "cornell/CornellBox-Mirror.glb", ..CORNELL_BLOCKS },
+    // A sphere of mirror and one of glass, in a lower box.
+    Shot {
+        name: "cornell-sphere",
+        scene: "cornell/CornellBox-Sphere.glb",
+        view: View::At([0.0, 0.8, 3.6], [0.0, 0.8, 0.0], 34.0),
+        points: &[([0.0, 1.4, 0.1], [2.5, 2.3, 2.0])],
+        ..CORNELL_BLOCKS
+    },
+    // Its own lanterns and sun, and coloured lights of short range.
+    Shot { name: "atrium", scene: "demo:atrium", rain: 100, ..INTERIOR },
+    // Nave and aisles inside an outer shell, turned about all axes: light comes through what surfaces let pass.
+    Shot { name: "hall", scene: "demo:hall", ..INTERIOR },
+    // Textures, normal maps, alpha masks.
+    Shot {
+        name: "sponza-ten",
+        scene: "sponza/Sponza.glb",
+        view: View::At([6.6, 2.6, -0.6], [-4.0, 3.2, 0.4], 65.0),
+        size: size(192, 108),
+        points: SPONZA_TEN,
+        range_threshold: 0.5,
+        exposure: 0.0,
+        ..CORNELL
+    },
+    // A street at night: 94 point lights and a moon, instances, blended surfaces. Its file's intensities are not photometric.
+    // Its beams are blended: they shade the ground in the truth, and cast no shadow in the renderer, which is thus brighter.
+    Shot {
+        name: "candela-city",
+        scene: "candela-city/candela_city.glb",
+        view: View::At([70.0, 4.0, -3.0], [-30.0, -8.0, 0.0], 45.0),
+        size: size(192, 108),
+        exposure: 2.0,
+        ..CORNELL
+    },
+];
+
+impl Shot {
+    /// Why the shot cannot be taken: its scene is not there.
+    pub fn missing(&self, assets: &Path) -> Option<String> {
+        (!self.is_built_in() && !assets.join(self.scene).is_file()).then(|| format!("there is no {}", self.scene))
+    }
+
+    fn is_built_in(&self) -> bool {
+        self.scene.starts_with("demo:")
+    }
+
+    /// The scene with all lights, and the camera.
+    pub fn load(&self, assets: &Path) -> Result<(Scene, Camera), CliError> {
+        let file = assets.join(self.scene);
+        let source: SceneName = if self.is_built_in() { self.scene.into() } else { file.into() };
+        let mut scene = scene::load_part(&source, None)?;
+        let bounds = scene.bounds();
+        scene.lights.extend(light_rain(&bounds, self.rain, None, 0, 0.0));
+        scene.lights.extend(self.points());
+        let camera = match self.view {
+            View::At(eye, target, fov_y) => {
+                let projection = Projection::Perspective { fov_y: fov_y.to_radians(), near: near_plane(&bounds) };
+                Camera::look_at(eye.into(), target.into(), projection)
+            }
+            View::Camera(number) => scene.cameras.get(number).cloned().ok_or_else(|| {
+                CliError::new(format_args!("{source}: no camera {number}"), "check that the shared assets are whole")
+            })?,
+        };
+        Ok((scene, camera))
+    }
+
+    fn points(&self) -> impl Iterator<Item = Light> {
+        self.points.iter().map(|(p, intensity)| Light::point(Vec3::from(*p), Vec3::from(*intensity)))
+    }
+
+    /// Direct light, under this shot's lights and exposure.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            attenuation: self.attenuation,
+            range_threshold: self.range_threshold,
+            exposure: Exposure::Ev(self.exposure),
+            ..Settings::direct_light()
+        }
+    }
+}
+
+/// What stands around the scenes that are lit by it: an overcast field among the shared assets, else [`sky`].
+pub fn surroundings(assets: &Path) -> Result<Environment, CliError> {
+    let file = assets.join("env/kloppenheim_05_1k.hdr");
+    Ok(if file.is_file() { Environment::load(&file)? } else { sky() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lanternfish_cli::shot;
+
+    #[test]
+    fn names_are_file_names_and_no_two_are_one() {
+        for (i, shot) in SHOTS.iter().enumerate() {
+            assert!(
+                shot.name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-'),
+                "{}",
+                shot.name
+            );
+            assert!(SHOTS[..i].iter().all(|other| other.name != shot.name), "{}", shot.name);
+        }
+    }
+
+    #[test]
+    fn surroundings_are_there_without_any_assets() {
+        let mut scene = lanternfish_scene::generate::demo("cornell").unwrap();
+        scene.environment = Some(surroundings(Path::new("no such folder")).unwrap());
+        scene.validate().unwrap();
+        let brightest = sky().pixels.into_iter().fold(Vec3::ZERO, Vec3::max);
+        assert!(brightest.min_element() > 10.0, "no patch: {brightest}");
+    }
+
+    #[test]
+    fn sponza_is_the_shot_of_the_docs() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/shots/sponza-ten.toml");
+        let docs = shot::read(&path, Vec::new()).unwrap();
+        let ours = SHOTS.iter().find(|shot| shot.name == "sponza-ten").unwrap();
+        assert_eq!(ours.points().collect::<Vec<_>>(), docs.args.lights.points);
+        assert_eq!(ours.settings().range_threshold, docs.args.lights.range_threshold);
+        assert_eq!(ours.settings().attenuation, docs.args.lights.attenuation);
+        let View::At(eye, target, fov_y) = ours.view else { panic!() };
+        let view = &docs.args.view;
+        assert_eq!((view.eye, view.target), (Some(eye.into()), Some(target.into())));
+        assert_eq!(view.fov_y, Some(fov_y.to_radians()));
+    }
+}

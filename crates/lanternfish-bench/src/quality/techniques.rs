@@ -1,0 +1,306 @@
+//! Every technique the renderer has, a row each.
+//!
+//! One row changes one setting from direct light as the renderer recommends it. The rows are made of the settings' own lists of
+//! values, and [`techniques`] takes [`Settings`] apart whole, so that a new setting does not compile, and a new value does not
+//! pass, without a row.
+
+use lanternfish::{
+    settings::{
+        Anisotropy, Culling, DeepImageSettings, Indirect, Materials, Occlusion, Quality, RayCulling, Samples, Settings,
+        Shadows, TextureBinding, Tracer,
+    },
+    techniques::{
+        Assignment, ClusterShape, ClusterTest, Clustered, Deep, DirectionSet, HitLight, IndirectClamp,
+        IndirectResolution, RasterGrid, Sampled, TileSize, Tiled,
+    },
+};
+
+use crate::{
+    technique,
+    truths::{SOFT_RADIUS, Truth},
+};
+
+/// One way to make the picture.
+#[derive(Clone, Debug)]
+pub struct Technique {
+    /// What it changes, by the names of the command line.
+    pub name: String,
+    pub settings: Settings,
+    /// What its picture should be.
+    pub truth: Truth,
+}
+
+impl Technique {
+    /// Its name as a part of a file's.
+    pub fn file_name(&self) -> String {
+        self.name.replace(", ", "-").replace([' ', ':'], "-")
+    }
+}
+
+/// The rows of a shot whose settings for direct light are `default`, which come first, and of a scene of this diagonal, m.
+pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
+    let row = |name: String, truth, settings| Technique { name, settings, truth };
+    let mut rows = vec![row("default".to_owned(), Truth::Direct, default.clone())];
+    let Settings {
+        culling,
+        shadows: _,
+        ray_culling: _,
+        // Rows under a truth of their own, below.
+        light_radius: _,
+        shadow_rays: _,
+        materials,
+        textures: _,
+        samples: _,
+        anisotropy: _,
+        // Rows under truths of their own, below.
+        indirect: _,
+        occlusion: _,
+        deep_images: _,
+        accumulate: _,
+        // Of one picture it changes nothing: `lanternfish-bench history`.
+        history: _,
+        // The shot's, and the truth's as well.
+        attenuation: _,
+        range_threshold: _,
+        // How a picture is shown, not how it is made.
+        exposure: _,
+        tone_map: _,
+        debug_view: _,
+    } = default;
+    for other in cullings().into_iter().filter(|other| other != culling) {
+        let settings = Settings { culling: other.clone(), ..default.clone() };
+        rows.push(row(culling_name(&other), Truth::Direct, settings));
+    }
+    let mut each = |name: &str, changed: Vec<(String, Settings)>| {
+        let changed = changed.into_iter().filter(|(_, settings)| settings != default);
+        rows.extend(changed.map(|(value, settings)| row(format!("{name} {value}"), Truth::Direct, settings)));
+    };
+    macro_rules! every {
+        ($name:literal, $field:ident, $type:ty) => {
+            let changed = |value: &$type| (value.to_string(), Settings { $field: *value, ..default.clone() });
+            each($name, <$type>::ALL.iter().map(changed).collect());
+        };
+    }
+    every!("shadows", shadows, Shadows);
+    every!("ray-culling", ray_culling, RayCulling);
+    every!("textures", textures, TextureBinding);
+    every!("samples", samples, Samples);
+    // Four: more frames say the same, and take longer.
+    each("accumulate", vec![("4".to_owned(), Settings { accumulate: 4, ..default.clone() })]);
+    every!("anisotropy", anisotropy, Anisotropy);
+    for other in Materials::ALL.iter().filter(|other| *other != materials) {
+        let truth = match other {
+            Materials::File => Truth::Direct,
+            Materials::Lambert => Truth::DirectLambert,
+        };
+        let settings = Settings { materials: *other, ..default.clone() };
+        rows.push(row(format!("materials {other}"), truth, settings));
+    }
+    // Lights with a size: what points, and disks seen by some rays or by many, make of them.
+    rows.push(row("light-radius 0".to_owned(), Truth::DirectSoft, default.clone()));
+    for shadow_rays in [default.shadow_rays, 4, 64] {
+        let settings = Settings { light_radius: SOFT_RADIUS, shadow_rays, ..default.clone() };
+        rows.push(row(format!("light-radius {SOFT_RADIUS}, shadow-rays {shadow_rays}"), Truth::DirectSoft, settings));
+    }
+    // What is missing from all the light there is, and what one bounce adds.
+    let without = |accumulate| Settings { indirect: technique::NO_INDIRECT, accumulate, ..default.clone() };
+    rows.push(row("indirect none".to_owned(), Truth::Full, without(1)));
+    rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), Truth::Full, without(MEAN_FRAMES)));
+    for indirect in Indirect::all() {
+        let settings =
+            Settings { indirect: indirect.clone(), deep_images: Settings::default().deep_images, ..default.clone() };
+        rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
+    }
+    let sampled = |name: &str, sampled, accumulate| {
+        let settings = Settings { indirect: technique::sampled(sampled), accumulate, ..default.clone() };
+        row(format!("indirect sampled, {name}"), Truth::Full, settings)
+    };
+    rows.push(sampled("one bounce", GOOD, 1));
+    rows.push(sampled("best", Quality::Best.sampled(), 1));
+    rows.push(sampled(&format!("{MEAN_FRAMES} frames"), Quality::Good.sampled(), MEAN_FRAMES));
+    rows.extend(bounces(default));
+    rows.extend(super::rooms::bounces(default));
+    rows.extend(glossy_bounces(default));
+    rows.extend(occlusions(default, diagonal));
+    rows.extend(environments(default, diagonal));
+    rows
+}
+
+/// Frames of the mean with every bounce.
+const MEAN_FRAMES: u32 = 64;
+
+/// What the rows of one bounce take where they say nothing else.
+const GOOD: Sampled = Quality::Good.sampled().one_bounce();
+
+/// One bounce of diffuse light: by every tracer, by images of several resolutions, from every pixel and from every fourth, and by half
+/// as many rays.
+fn bounces(default: &Settings) -> Vec<Technique> {
+    let truth = Truth::OneBounce;
+    let usual = default.deep_images.resolution;
+    let of = |name: &str, indirect, resolution| {
+        let deep_images = DeepImageSettings { resolution, ..default.deep_images };
+        let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
+        Technique { name: format!("one-bounce {name}"), settings, truth }
+    };
+    let mut rows = vec![of("none", technique::NO_INDIRECT, usual)];
+    for tracer in Tracer::ALL.iter().copied() {
+        let plain = technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
+        if tracer.uses_deep_images() {
+            rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain.clone(), resolution)));
+        } else {
+            rows.push(of(tracer.name(), plain, usual));
+        }
+    }
+    let all = |tracer: Tracer| Sampled { tracer: tracer.into(), ..GOOD };
+    let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
+    let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
+    let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::Bvh) };
+    let cached = |tracer| Sampled { hit_light: HitLight::Cached, ..all(tracer) };
+    let half_cached = |tracer| Sampled { hit_light: HitLight::Cached, ..half(tracer) };
+    let more = [
+        ("within-texel 64, every fourth pixel", half(Tracer::WithinTexel), 64),
+        ("within-texel 128, every fourth pixel", half(Tracer::WithinTexel), 128),
+        ("within-texel 256, every fourth pixel", half(Tracer::WithinTexel), 256),
+        ("bvh, every fourth pixel", half(Tracer::Bvh), usual),
+        ("within-texel 128, half the rays", fewer(Tracer::WithinTexel), 128),
+        ("bvh, half the rays", fewer(Tracer::Bvh), usual),
+        ("bvh, not clamped", not_clamped, usual),
+        ("bvh, cached", cached(Tracer::Bvh), usual),
+        ("bvh, every fourth pixel, cached", half_cached(Tracer::Bvh), usual),
+        ("within-texel 128, cached", cached(Tracer::WithinTexel), 128),
+        ("within-texel 128, every fourth pixel, cached", half_cached(Tracer::WithinTexel), 128),
+    ];
+    rows.extend(more.map(|(name, sampled, resolution)| of(name, technique::sampled(sampled), resolution)));
+    rows
+}
+
+/// One bounce on the file's materials, by 16 glossy rays.
+fn glossy_bounces(default: &Settings) -> Vec<Technique> {
+    let of = |name: &str, indirect| {
+        let deep_images = DeepImageSettings { resolution: 128, ..default.deep_images };
+        let settings = Settings { indirect, deep_images, ..default.clone() };
+        Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
+    };
+    let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
+    let traced = Tracer::ALL.iter().map(|tracer| of(tracer.name(), sampled(*tracer)));
+    std::iter::once(of("none", technique::NO_INDIRECT)).chain(traced).collect()
+}
+
+/// Directions of a row beside those of the default: four times as many.
+const MANY_DIRECTIONS: u32 = 676;
+
+/// Every room of occlusion with what it sees up to a distance, m, or without an end; where it has to have one, that of the scene.
+fn occlusion_rooms(max_distance: Option<f32>, diagonal: f32) -> Vec<Occlusion> {
+    let distance = "occlusion-distance";
+    let ended = |mut occlusion: Occlusion| {
+        let room = occlusion.technique_mut().expect("it is a technique");
+        if let Some(end) = max_distance.or(room.get(distance).map(|_| diagonal)) {
+            room.set(distance, &end.to_string()).expect("it is a distance");
+        }
+        occlusion
+    };
+    Occlusion::all().into_iter().map(ended).collect()
+}
+
+/// A room's name, and the deep images that it is judged with: of three resolutions, where it looks along them.
+fn with_images(occlusion: Occlusion, default: &DeepImageSettings) -> Vec<(String, DeepImageSettings)> {
+    if !occlusion.is::<Deep>() {
+        return vec![(occlusion.name().to_owned(), *default)];
+    }
+    let of = |resolution| (format!("{} {resolution}", occlusion.name()), DeepImageSettings { resolution, ..*default });
+    [64, 128, 256].map(of).to_vec()
+}
+
+/// Every way to find occlusion, near, far and without an end.
+fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
+    let mut rows = Vec::new();
+    for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
+        let kind = truth.name();
+        let max_distance = truth.max_distance(diagonal);
+        let mut row = |name: String, occlusion, deep_images| {
+            let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
+            rows.push(Technique { name, settings, truth });
+        };
+        row(format!("{kind} none"), technique::NO_OCCLUSION, default.deep_images);
+        for occlusion in occlusion_rooms(max_distance, diagonal) {
+            for (name, images) in with_images(occlusion.clone(), &default.deep_images) {
+                row(format!("{kind} {name}"), occlusion.clone(), images);
+            }
+        }
+        if max_distance.is_none() {
+            // What is left at this resolution is directions.
+            let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
+            let images = DeepImageSettings { resolution: 128, directions, ..default.deep_images };
+            row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), technique::deep_occlusion(None), images);
+        }
+    }
+    rows
+}
+
+/// Light from the surroundings: none, by every way to find occlusion, and by rays.
+fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
+    let of =
+        |name: String, settings| Technique { name: format!("environment {name}"), settings, truth: Truth::Environment };
+    let occluded = |occlusion| Settings { occlusion, ..default.clone() };
+    let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
+    for occlusion in occlusion_rooms(None, diagonal) {
+        for (name, deep_images) in with_images(occlusion.clone(), &default.deep_images) {
+            rows.push(of(name, Settings { deep_images, ..occluded(occlusion.clone()) }));
+        }
+    }
+    let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
+    for tracer in Tracer::ALL {
+        let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
+        rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
+    }
+    rows
+}
+
+/// Every scheme of light culling.
+fn cullings() -> Vec<Culling> {
+    let tiled = TileSize::ALL.iter().flat_map(|tile_size| {
+        [true, false].map(|aabb_test| technique::tiled(Tiled { tile_size: *tile_size, aabb_test }))
+    });
+    let clustered = |change: fn(&mut Clustered)| {
+        let mut clustered = Clustered::default();
+        change(&mut clustered);
+        technique::clustered(clustered)
+    };
+    // One view shares its grid with no other, and clusters beyond the scene are not visible: grouping and depth have no row.
+    let clusters = [
+        clustered(|_| ()),
+        clustered(|c| c.shape = ClusterShape::Orthographic { side: 1.0 }),
+        clustered(|c| c.shape = ClusterShape::Displaced { pixels: 64, distance: 8.0 }),
+        clustered(|c| c.assignment = Assignment::BruteForce),
+        clustered(|c| c.test = ClusterTest::Planes),
+    ];
+    let mut all: Vec<_> = std::iter::once(technique::NO_CULLING).chain(tiled).chain(clusters).collect();
+    let grid = |tile_size: &TileSize| RasterGrid { tile_size: *tile_size, ..RasterGrid::default() };
+    let few_layers = RasterGrid { layers: 8, ..RasterGrid::default() };
+    all.extend(TileSize::ALL.iter().map(grid).chain([few_layers]).map(technique::raster_grid));
+    // A room that nothing is said of here, as it is where nobody says otherwise.
+    let is_said = |room: &Culling| room.is::<Tiled>() || room.is::<Clustered>() || room.is::<RasterGrid>();
+    all.extend(Culling::all().into_iter().filter(|room| !is_said(room)));
+    all
+}
+
+/// By the flags of the command line.
+fn culling_name(culling: &Culling) -> String {
+    let mut name = format!("culling {}", culling.name());
+    if let Some(Tiled { tile_size, aabb_test }) = culling.get() {
+        name += &format!(" {tile_size}{}", if *aabb_test { "" } else { ", aabb off" });
+    }
+    if let Some(Clustered { shape, assignment, test, grouping: _, depth: _ }) = culling.get() {
+        let usual = Clustered::default();
+        name += &format!(" {shape}");
+        name += &if *assignment == usual.assignment { String::new() } else { format!(", {assignment}") };
+        name += &if *test == usual.test { String::new() } else { format!(", {test}") };
+    }
+    if let Some(RasterGrid { tile_size, layers }) = culling.get() {
+        name += &format!(" {tile_size}, {layers} layers");
+    }
+    name
+}
+
+#[cfg(test)]
+mod tests;

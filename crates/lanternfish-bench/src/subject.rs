@@ -1,0 +1,130 @@
+//! What is measured: a scene, its lights and its views, from flags or from a shot.
+
+use clap::Args;
+use lanternfish::settings::{Exposure, Settings, Shadows};
+use lanternfish_cli::{
+    apply_lights,
+    args::{LightArgs, PartArgs, ViewArgs},
+    camera,
+    error::CliError,
+    light_rig,
+    parse::{self, Size},
+    progress::Progress,
+    scene::{self, SceneName},
+    shot::{self, Shot},
+};
+use lanternfish_scene::{Camera, Scene};
+
+/// Flags of a view of a scene.
+#[derive(Debug, Args)]
+pub struct SubjectArgs {
+    /// A shot (.toml), which then says the view, the lights and the look, and along whose track flicker is measured; a glTF or OBJ
+    /// file, or demo:NAME.
+    #[arg(default_value = "demo:atrium")]
+    pub scene: SceneName,
+    /// Width and height of every image, pixels.
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse::size)]
+    pub size: Size,
+    /// Where the rain of --lights falls.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+    /// Which scene of the file.
+    #[command(flatten, next_help_heading = "View")]
+    pub part: PartArgs,
+    /// The camera.
+    #[command(flatten, next_help_heading = "View")]
+    pub view: ViewArgs,
+    /// Lights and environment.
+    #[command(flatten, next_help_heading = "Lights (beside those of the file)")]
+    pub lights: LightArgs,
+}
+
+/// A scene in its light, ready to be rendered.
+pub struct Subject {
+    pub scene: Scene,
+    /// The views: one, or those along a shot's track.
+    pub cameras: Vec<Camera>,
+    /// Direct light as it is asked for, through the BVH, so that it is the same work on every adapter.
+    pub look: Settings,
+}
+
+impl Subject {
+    pub fn load(args: &SubjectArgs, keeps_blended: bool, progress: &mut Progress) -> Result<Self, CliError> {
+        let shot = shot_of(&args.scene)?;
+        let views = shot.as_ref().map_or_else(|| vec![args.view.clone()], |shot| shot.views());
+        let (lights, seed) = match &shot {
+            Some(shot) => (&shot.args.lights, shot.args.run.seed),
+            None => (&args.lights, args.seed),
+        };
+        let mut scene = load(&args.scene, &args.part, shot.as_ref(), keeps_blended, progress)?;
+        apply_lights(&mut scene, lights, seed)?;
+        let Size { width, height } = args.size;
+        let (cameras, _) = camera::choose_each(&scene, &views, width as f32 / height as f32)?;
+        light_rig::add(&mut scene, lights, &cameras[0])?;
+        let mut look = Settings {
+            shadows: Shadows::BVH,
+            attenuation: lights.attenuation,
+            range_threshold: lights.range_threshold,
+            // One for all pictures, which are compared with each other.
+            exposure: Exposure::Ev(0.0),
+            ..Settings::direct_light()
+        };
+        if let Some(shot) = &shot {
+            look.tone_map = shot.args.look.tone_map;
+            if shot.args.look.exposure != Exposure::Auto {
+                look.exposure = shot.args.look.exposure;
+            }
+        }
+        Ok(Self { scene, cameras, look })
+    }
+}
+
+/// The shot that is named, if it is one.
+pub fn shot_of(name: &SceneName) -> Result<Option<Shot>, CliError> {
+    shot::is_shot(name).then(|| shot::read(name.path(), Vec::new())).transpose()
+}
+
+/// Reads the scene of a shot, or else the one that is named. Without blended surfaces, where those are not wanted: neither deep images
+/// nor the BVH have them, but exact rays would intersect them. An error where nothing is left.
+pub fn load(
+    name: &SceneName,
+    part: &PartArgs,
+    shot: Option<&Shot>,
+    keeps_blended: bool,
+    progress: &mut Progress,
+) -> Result<Scene, CliError> {
+    let (name, part) = shot.map_or((name, part), |shot| (&shot.args.scene, &shot.args.part));
+    let doing = format!("Loading {name}");
+    let mut scene = progress.step("load", &doing, || scene::load_part(name, part.scene_of_file.as_deref()))?;
+    if !keeps_blended {
+        leave_out_blended(&mut scene);
+    }
+    if scene.bounds().is_empty() {
+        return Err(CliError::new(format_args!("{name}: no surface to see"), "name a scene that has opaque surfaces"));
+    }
+    Ok(scene)
+}
+
+fn leave_out_blended(scene: &mut Scene) {
+    for mesh in &mut scene.meshes {
+        mesh.primitives.retain(|primitive| !scene.materials[primitive.material].is_blended());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lanternfish_scene::{AlphaMode, Material, Mesh, Primitive};
+
+    use super::*;
+
+    #[test]
+    fn blended_surfaces_are_left_out() {
+        let modes = [AlphaMode::Blend, AlphaMode::Opaque, AlphaMode::Mask { cutoff: 0.5 }];
+        let materials = modes.map(|alpha_mode| Material { alpha_mode, ..Material::default() }).to_vec();
+        let primitives = (0..3).map(|material| Primitive { material, ..Primitive::default() }).collect();
+        let mut scene = Scene { materials, meshes: vec![Mesh { primitives, ..Mesh::default() }], ..Scene::default() };
+        leave_out_blended(&mut scene);
+        let left: Vec<usize> = scene.meshes[0].primitives.iter().map(|primitive| primitive.material).collect();
+        assert_eq!(left, [1, 2]);
+    }
+}

@@ -1,0 +1,228 @@
+//! Tables of figures. A figure is said once, with its key for scripts, the heading of its column for people, and how many digits count:
+//! JSON, Markdown and HTML are made of that.
+
+use std::fmt::Display;
+
+use lanternfish_cli::{plot::escaped, report::grouped};
+use serde::{Serialize, Serializer, ser::SerializeMap};
+use serde_json::Value;
+
+/// A figure of a row.
+#[derive(Clone, Debug, PartialEq)]
+struct Cell {
+    /// Its key in JSON; none where only people read it.
+    key: Option<&'static str>,
+    /// The heading of its column; none where only scripts read it.
+    heading: Option<String>,
+    value: Value,
+    shown: String,
+    is_text: bool,
+}
+
+/// Figures in the order of their columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row(Vec<Cell>);
+
+impl Row {
+    fn with(mut self, key: Option<&'static str>, heading: Option<&str>, value: Value, shown: String) -> Self {
+        self.0.push(Cell { key, heading: heading.map(str::to_owned), value, shown, is_text: false });
+        self
+    }
+
+    /// Words.
+    pub fn text(self, key: &'static str, heading: &str, words: impl Display) -> Self {
+        let words = words.to_string();
+        let mut row = self.with(Some(key), Some(heading), words.clone().into(), words);
+        row.0.last_mut().expect("just added").is_text = true;
+        row
+    }
+
+    /// A number that is shown as it is.
+    pub fn number(self, key: &'static str, heading: &str, number: impl Serialize + Display) -> Self {
+        self.with(Some(key), Some(heading), value(&number), number.to_string())
+    }
+
+    /// A number, or a dash where there is none.
+    pub fn optional(self, key: &'static str, heading: &str, number: Option<impl Serialize + Display>) -> Self {
+        let shown = number.as_ref().map_or_else(|| DASH.to_owned(), ToString::to_string);
+        self.with(Some(key), Some(heading), value(&number), shown)
+    }
+
+    /// A count, with commas between thousands.
+    pub fn count(self, key: &'static str, heading: &str, count: u64) -> Self {
+        self.with(Some(key), Some(heading), count.into(), grouped(count))
+    }
+
+    /// A number, shown with so many digits behind the point.
+    pub fn fixed(self, key: &'static str, heading: &str, digits: usize, number: f64) -> Self {
+        self.with(Some(key), Some(heading), number.into(), fixed(digits, number))
+    }
+
+    /// A ratio, shown in percent with so many digits behind the point.
+    pub fn percent(self, key: &'static str, heading: &str, digits: usize, ratio: f64) -> Self {
+        self.with(Some(key), Some(heading), ratio.into(), percent(digits, ratio))
+    }
+
+    /// What only scripts read.
+    pub fn data(self, key: &'static str, data: impl Serialize) -> Self {
+        self.with(Some(key), None, value(&data), String::new())
+    }
+
+    /// What only people read: what follows from other figures, or a paper's.
+    pub fn shown(self, heading: &str, words: impl Display) -> Self {
+        self.with(None, Some(heading), Value::Null, words.to_string())
+    }
+
+    /// Shows the last figure so.
+    pub fn said_as(mut self, words: impl Display) -> Self {
+        self.0.last_mut().expect("a figure to show").shown = words.to_string();
+        self
+    }
+
+    /// The figures of another row behind these.
+    pub fn and(mut self, other: Self) -> Self {
+        self.0.extend(other.0);
+        self
+    }
+
+    fn cell(&self, key: &str) -> &Cell {
+        self.0.iter().find(|cell| cell.key == Some(key)).unwrap_or_else(|| panic!("no {key} in {self:?}"))
+    }
+
+    /// A figure by its key.
+    pub fn get(&self, key: &str) -> &Value {
+        &self.cell(key).value
+    }
+
+    /// A number by its key; 0 where that is none.
+    pub fn f64(&self, key: &str) -> f64 {
+        self.get(key).as_f64().unwrap_or_default()
+    }
+
+    /// Words by their key, shown or not.
+    pub fn words_of(&self, key: &str) -> &str {
+        self.get(key).as_str().unwrap_or_default()
+    }
+
+    /// A figure by its key, as it is shown.
+    pub fn words(&self, key: &str) -> &str {
+        &self.cell(key).shown
+    }
+
+    /// Cells that are shown.
+    fn columns(&self) -> impl Iterator<Item = (&str, &Cell)> {
+        self.0.iter().filter_map(|cell| Some((cell.heading.as_deref()?, cell)))
+    }
+}
+
+/// An object of all figures that have a key, in their order.
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        self.entries(&mut map)?;
+        map.end()
+    }
+}
+
+impl Row {
+    /// Adds all figures that have a key to an object.
+    pub fn entries<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
+        self.0.iter().filter_map(|cell| Some((cell.key?, &cell.value))).try_for_each(|(k, v)| map.serialize_entry(k, v))
+    }
+}
+
+/// What stands where there is no figure.
+pub const DASH: &str = "–";
+
+/// A number with so many digits behind the point.
+pub fn fixed(digits: usize, number: f64) -> String {
+    format!("{number:.digits$}")
+}
+
+/// A ratio in percent, with so many digits behind the point.
+pub fn percent(digits: usize, ratio: f64) -> String {
+    format!("{:.digits$} %", 100.0 * ratio)
+}
+
+/// A number that JSON has with as many digits as tell it from others of its type.
+pub fn decimal(number: f32) -> f64 {
+    number.to_string().parse().unwrap_or_else(|_| number.into())
+}
+
+fn value(data: &impl Serialize) -> Value {
+    serde_json::to_value(data).expect("plain numbers and strings")
+}
+
+/// Rows as a table of Markdown; they have the same columns. Nothing of no rows.
+pub fn to_markdown(rows: &[Row]) -> String {
+    let Some(first) = rows.first() else { return String::new() };
+    let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
+    let rule = first.columns().map(|(_, cell)| if cell.is_text { "---|" } else { "---:|" });
+    let mut text = line(first.columns().map(|(heading, _)| heading).collect());
+    text += &format!("|{}\n", rule.collect::<String>());
+    for row in rows {
+        debug_assert!(row.columns().map(|(heading, _)| heading).eq(first.columns().map(|(heading, _)| heading)));
+        text += &line(row.columns().map(|(_, cell)| cell.shown.as_str()).collect());
+    }
+    text
+}
+
+/// The same of HTML. A figure that ends in a star is of the class `marked`, and a row that begins with one of `noise`.
+pub fn to_html(rows: &[Row]) -> String {
+    let Some(first) = rows.first() else { return String::new() };
+    let head: String = first.columns().map(|(heading, _)| format!("<th>{}", escaped(heading))).collect();
+    let mut text = format!("<table>\n<tr>{head}\n");
+    for row in rows {
+        let is_noise = row.columns().next().is_some_and(|(_, cell)| cell.shown.starts_with('*'));
+        text += if is_noise { "<tr class=\"noise\">" } else { "<tr>" };
+        for (_, cell) in row.columns() {
+            let class = if cell.is_text { " class=\"text\"" } else { "" };
+            let class = if cell.shown.ends_with(" *") { " class=\"marked\"" } else { class };
+            text += &format!("<td{class}>{}", escaped(cell.shown.trim_matches('*')));
+        }
+        text.push('\n');
+    }
+    text + "</table>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows() -> [Row; 2] {
+        let row = |name: &str, rays| {
+            Row::default()
+                .text("name", "", name)
+                .count("rays", "rays", rays)
+                .fixed("ms", "frame, ms", 1, 2.25)
+                .percent("missed", "missed", 2, 0.125)
+                .optional("texels", "texels", None::<u32>)
+                .shown("paper", "11–16")
+                .data("size", [4, 3])
+        };
+        [row("a < b", 1000), row("*noise*", 2)]
+    }
+
+    #[test]
+    fn a_figure_is_for_scripts_and_for_people() {
+        let rows = rows();
+        let expected = "|  | rays | frame, ms | missed | texels | paper |\n|---|---:|---:|---:|---:|---:|\n\
+                        | a < b | 1,000 | 2.2 | 12.50 % | – | 11–16 |\n| *noise* | 2 | 2.2 | 12.50 % | – | 11–16 |\n";
+        assert_eq!(to_markdown(&rows), expected);
+        let json = serde_json::to_string(&rows[0]).unwrap();
+        assert_eq!(json, r#"{"name":"a < b","rays":1000,"ms":2.25,"missed":0.125,"texels":null,"size":[4,3]}"#);
+        let html = to_html(&rows);
+        assert!(
+            html.contains("<td class=\"text\">a &lt; b<td>1,000") && html.contains("<tr class=\"noise\">"),
+            "{html}"
+        );
+        assert_eq!((to_markdown(&[]), to_html(&[])), (String::new(), String::new()));
+        assert_eq!((rows[0].f64("ms"), rows[0].words("rays")), (2.25, "1,000"));
+    }
+
+    #[test]
+    #[should_panic(expected = "no rate in")]
+    fn a_figure_that_is_not_there_is_a_fault() {
+        rows()[0].get("rate");
+    }
+}

@@ -1,0 +1,46 @@
+//! The techniques that benches choose, by a constructor each: what a setting's type is, matters here and where it is taken apart.
+
+use lanternfish::{
+    indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
+    settings::{Culling, Indirect, Occlusion},
+    techniques::{Clustered, Deep, Hbao, RasterGrid, Sampled, Tiled},
+};
+
+pub const NO_INDIRECT: Indirect = Indirect::NONE;
+pub const NO_OCCLUSION: Occlusion = Occlusion::NONE;
+/// Every light for every pixel.
+pub const NO_CULLING: Culling = Culling::NONE;
+
+pub fn sampled(sampled: Sampled) -> Indirect {
+    Indirect::from(sampled)
+}
+
+pub fn virtual_lights(lights: VirtualLights) -> Indirect {
+    Indirect::from(lights)
+}
+
+pub fn photons(photons: PhotonSplatting) -> Indirect {
+    Indirect::from(photons)
+}
+
+pub fn tiled(tiled: Tiled) -> Culling {
+    Culling::from(tiled)
+}
+
+pub fn clustered(clustered: Clustered) -> Culling {
+    Culling::from(clustered)
+}
+
+pub fn raster_grid(grid: RasterGrid) -> Culling {
+    Culling::from(grid)
+}
+
+/// By deep images, up to a distance, m, or without an end.
+pub fn deep_occlusion(max_distance: Option<f32>) -> Occlusion {
+    Occlusion::from(Deep { max_distance })
+}
+
+/// By the view's depth, up to a radius, m.
+pub fn hbao(radius: f32) -> Occlusion {
+    Occlusion::from(Hbao { radius })
+}

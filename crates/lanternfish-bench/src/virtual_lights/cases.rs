@@ -1,0 +1,184 @@
+//! What is measured: one list.
+
+use lanternfish::{
+    indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
+    settings::{Attenuation, DeepImageSettings, Indirect, Quality, Settings, Shadows, Tracer},
+    techniques::{DirectionSet, IndirectResolution, Sampled},
+};
+
+use crate::{
+    one_bounce::{Case, named},
+    technique,
+};
+
+/// Deep images as in [Archer2019, §4]: a hemisphere of 13 stacks and 13 slices, 64² texels.
+pub fn papers_images() -> DeepImageSettings {
+    let directions = DirectionSet::StacksSlices { stacks: 13, slices: 13 };
+    DeepImageSettings { directions, resolution: 64, payload: false, ..DeepImageSettings::default() }
+}
+
+/// Ranges as in the paper, whose thresholds it does not state: no shadows, nothing given back, most large lights left out.
+pub fn papers_lights() -> VirtualLights {
+    VirtualLights {
+        map: MapSize::Texels256,
+        source: MapSource::Raster,
+        count: 0,
+        stride: 1,
+        most_range: 0.15,
+        large_kept: 10,
+        residual: Residual::Lost,
+        shadows: Shadows::None,
+        ..VirtualLights::default()
+    }
+}
+
+/// [VanGelderen2020, app. B]: lights that shine by the root of the cosine, ranges from a cut-off intensity, no shadows. His are drawn in
+/// pseudo-random directions; ours are an even sample of all by flux.
+pub fn appendix_b(count: u32) -> VirtualLights {
+    VirtualLights {
+        unique: false,
+        count,
+        stride: 1,
+        ranges: Ranges::Threshold,
+        falloff: Attenuation::PhysicalReduced2,
+        emission: Emission::Root,
+        least_distance: Some(1.0),
+        residual: Residual::Lost,
+        shadows: Shadows::None,
+        ..VirtualLights::default()
+    }
+}
+
+/// Names of those whose steps stand beside the paper's.
+pub const WITH_STEPS: [&str; 2] = ["virtual-lights", "as in the paper"];
+
+/// All of them. `look`: what they share; `quick`: few.
+pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
+    let mut all = Vec::new();
+    let mut add = |name: &str, settings: Settings| all.push(Case { name: name.to_owned(), settings });
+    let of = |indirect| Settings { indirect, ..look.clone() };
+    let with = |room: VirtualLights| of(technique::virtual_lights(room));
+    let usual = VirtualLights::default();
+    let grid = technique::raster_grid(Default::default());
+    let paper = || Settings { deep_images: papers_images(), culling: grid.clone(), ..with(papers_lights()) };
+    add("none", of(technique::NO_INDIRECT));
+    let good = Quality::Good.sampled().one_bounce();
+    add("sampled", of(technique::sampled(good)));
+    let half = Sampled { resolution: IndirectResolution::Half, ..good };
+    add("sampled, indirect-resolution half", of(technique::sampled(half)));
+    add("virtual-lights", with(usual));
+    add("as in the paper", paper());
+    if quick {
+        return all;
+    }
+    let fewer = Sampled { diffuse_rays: 4, glossy_rays: 2, ..good };
+    add("sampled, half the rays", of(technique::sampled(fewer)));
+    let rooms = [
+        ("indirect-resolution half", VirtualLights { resolution: IndirectResolution::Half, ..usual }),
+        ("vpl-shadow-rays 1", VirtualLights { shadow_rays: 1, ..usual }),
+        ("vpl-shadow-rays 16", VirtualLights { shadow_rays: 16, ..usual }),
+        ("vpl-shadows none", VirtualLights { shadows: Shadows::None, ..usual }),
+        ("vpl-shadows within-texel", VirtualLights { shadows: Shadows::Traced(Tracer::WithinTexel), ..usual }),
+        ("vpl-shadows across-texels", VirtualLights { shadows: Shadows::Traced(Tracer::AcrossTexels), ..usual }),
+        ("vpl-residual lost", VirtualLights { residual: Residual::Lost, ..usual }),
+        (
+            "vpl-residual lost, vpl-shadows none",
+            VirtualLights { residual: Residual::Lost, shadows: Shadows::None, ..usual },
+        ),
+        ("vpl-residual scaled", VirtualLights { residual: Residual::Scaled, ..usual }),
+        ("vpl-far-lights 64", VirtualLights { far_lights: 64, ..usual }),
+        ("vpl-ranges maximum", VirtualLights { ranges: Ranges::Maximum, ..usual }),
+        ("vpl-ranges random", VirtualLights { ranges: Ranges::Random, ..usual }),
+        ("vpl-ranges unlimited", VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..usual }),
+        ("vpl-axis reflection", VirtualLights { axis: RangeAxis::Reflection, ..usual }),
+        ("vpl-range-tracer bvh", VirtualLights { range_tracer: Tracer::Bvh, ..usual }),
+        ("vpl-unique off", VirtualLights { unique: false, ..usual }),
+        ("vpl-count 1024, vpl-stride 1", VirtualLights { count: 1024, stride: 1, far_lights: 64, ..usual }),
+        ("vpl-count 1024, vpl-stride 4", VirtualLights { count: 1024, stride: 4, ..usual }),
+        ("vpl-stride 4", VirtualLights { stride: 4, ..usual }),
+        ("vpl-count 16384, vpl-stride 32", VirtualLights { count: 16384, stride: 32, far_lights: 2048, ..usual }),
+        (
+            "vpl-count 16384, vpl-stride 32, half",
+            VirtualLights { count: 16384, stride: 32, far_lights: 2048, resolution: IndirectResolution::Half, ..usual },
+        ),
+        ("vpl-source raster", VirtualLights { source: MapSource::Raster, ..usual }),
+        ("vpl-least-distance 1", VirtualLights { least_distance: Some(1.0), ..usual }),
+        ("vpl-emission root", VirtualLights { emission: Emission::Root, ..usual }),
+    ];
+    for (name, room) in rooms {
+        add(&format!("virtual-lights, {name}"), with(room));
+    }
+    add("as in the paper, vpl-weight 32", Settings { indirect: weighed(), ..paper() });
+    add("as in the paper, vpl-shadows bvh", Settings { indirect: shadowed(), ..paper() });
+    for culling in
+        [technique::NO_CULLING, technique::tiled(Default::default()), technique::raster_grid(Default::default())]
+    {
+        let name = culling.name();
+        add(&format!("virtual-lights, culling {name}"), Settings { culling: culling.clone(), ..with(usual) });
+        if culling != grid {
+            add(&format!("as in the paper, culling {name}"), Settings { culling, ..paper() });
+        }
+    }
+    add("as in the paper, culling clustered", Settings { culling: look.culling.clone(), ..paper() });
+    for count in [1000, 5000] {
+        add(&format!("app. B, vpl-count {count}"), with(appendix_b(count)));
+    }
+    all
+}
+
+fn weighed() -> Indirect {
+    technique::virtual_lights(VirtualLights { weight_count: 32, ..papers_lights() })
+}
+
+fn shadowed() -> Indirect {
+    technique::virtual_lights(VirtualLights { shadows: Shadows::BVH, ..papers_lights() })
+}
+
+/// What is walked along a track: rays from every pixel, virtual lights, and those with one light a texel.
+pub fn walked(look: &Settings) -> Vec<Case> {
+    let usual = VirtualLights::default();
+    let plain = VirtualLights { unique: false, ..usual };
+    let unshadowed = VirtualLights { shadows: Shadows::None, ..usual };
+    let rooms = [
+        ("sampled", technique::sampled(Quality::Good.sampled().one_bounce())),
+        ("virtual-lights", technique::virtual_lights(usual)),
+        ("virtual-lights, vpl-unique off", technique::virtual_lights(plain)),
+        ("virtual-lights, vpl-shadows none", technique::virtual_lights(unshadowed)),
+    ];
+    named(look, &rooms)
+}
+
+/// A table of ranges alone: every texel of the map a light, none of which is listed, so that the map may be large.
+pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Tracer) -> Settings {
+    let room = VirtualLights {
+        map,
+        unique: false,
+        count: 0,
+        ranges,
+        range_tracer: tracer,
+        most_range: f32::MIN_POSITIVE,
+        large_kept: 0,
+        residual: Residual::Lost,
+        shadows: Shadows::None,
+        ..VirtualLights::default()
+    };
+    Settings { indirect: technique::virtual_lights(room), deep_images: papers_images(), ..look.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quick_list_is_the_beginning_of_the_whole() {
+        let look = Settings::direct_light();
+        let names = |quick| cases(&look, quick).into_iter().map(|c| c.name).collect::<Vec<_>>();
+        let (quick, all) = (names(true), names(false));
+        assert!(all.starts_with(&quick) && all.len() > 20, "{all:?}");
+        let mut unique = all.clone();
+        unique.sort();
+        unique.dedup();
+        assert_eq!(unique.len(), all.len());
+        assert!(WITH_STEPS.iter().all(|name| quick.contains(&(*name).to_owned())), "{quick:?}");
+    }
+}

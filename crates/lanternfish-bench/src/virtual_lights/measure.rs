@@ -1,0 +1,98 @@
+//! Renders every case, times it, and compares its image.
+
+use lanternfish::{
+    indirect::virtual_lights::{MapSize, Ranges},
+    settings::Tracer,
+};
+use lanternfish_cli::{error::CliError, parse::Size};
+
+use super::{
+    cases::{WITH_STEPS, ranges_alone},
+    steps::Steps,
+};
+use crate::{
+    one_bounce::{Bench, Case, Rendered},
+    run::counter,
+    table::{DASH, Row},
+};
+
+/// A row of the table, and its steps, where they stand beside the paper's.
+pub fn row(bench: &Bench, case: &Case) -> Result<(Row, Option<(String, Steps)>), CliError> {
+    let (rendered, errors) = bench.row(case)?;
+    let count = |name: &str| counter(&rendered.picture.report, &format!("virtual_lights/{name}"));
+    let arriving = count("flux_arriving");
+    // Flux that arrives within ranges, over all that arrives anywhere; none where it is not counted.
+    let in_range = (arriving > 0).then(|| count("flux_in_range") as f64 / arriving as f64);
+    let steps = steps(&rendered);
+    let has_steps = WITH_STEPS.contains(&&*case.name);
+    let times = steps.steps;
+    let row = Row::default()
+        .text("name", "", &case.name)
+        .data("has_steps", has_steps)
+        .data("steps", times)
+        .fixed("frame", "frame, ms", 0, steps.frame)
+        .shown("map", format_args!("{:.1}", times[3]))
+        .shown("lights found", format_args!("{:.1}", times[4]))
+        .shown("lists", format_args!("{:.1}", times[5]))
+        .shown("gathered", format_args!("{:.0}", times[6]))
+        .fixed("shadow_rays", "of these: shadow rays", 0, steps.shadow_rays)
+        .fixed("range_rays", "range rays", 1, steps.range_rays)
+        .said_as(format_args!("{:.2} %", 100.0 * steps.range_rays / steps.frame))
+        .data("ranges", steps.ranges)
+        .count("unique", "unique", count("unique"))
+        .count("listed", "listed", count("listed"))
+        .count("too_small", "too small", count("too_small"))
+        .count("too_large", "too large", count("too_large"))
+        .optional("in_range", "in range", in_range)
+        .said_as(in_range.map_or(DASH.to_owned(), |ratio| format!("{ratio:.2}")));
+    Ok((row.and(errors.row()), has_steps.then(|| (case.name.clone(), steps))))
+}
+
+fn steps(rendered: &Rendered) -> Steps {
+    let mut steps = Steps::of(&rendered.picture.report.passes);
+    steps.steps[..2].copy_from_slice(&Steps::of(&rendered.first).steps[..2]);
+    steps
+}
+
+/// [Archer2019, table 3], ms: Atrium and Rungholt by rays, and random ranges; by texels across the map.
+const RANGES: [(u32, [f64; 3]); 4] =
+    [(256, [0.5, 0.6, 0.04]), (512, [1.8, 2.1, 0.14]), (1024, [6.0, 6.9, 0.5]), (2048, [20.2, 23.5, 2.1])];
+
+/// Rays that find ranges in a map of this size: through deep images, through the BVH, and random ranges.
+pub fn ranges(bench: &Bench, map: MapSize) -> Result<Row, CliError> {
+    let of = |ranges, tracer| {
+        // The image matters not.
+        bench.render(&ranges_alone(&bench.look, map, ranges, tracer), Size { width: 64, height: 36 })
+    };
+    let deep = of(Ranges::Average, Tracer::WithinTexel)?;
+    let bvh = steps(&of(Ranges::Average, Tracer::Bvh)?);
+    let random = steps(&of(Ranges::Random, Tracer::WithinTexel)?);
+    let lights = counter(&deep.picture.report, "virtual_lights/unique");
+    let deep = steps(&deep);
+    Ok(range_row(map.texels(), lights, [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges]))
+}
+
+/// `lights`: that rays were cast from.
+fn range_row(map: u32, lights: u64, [deep, bvh, random]: [f64; 3]) -> Row {
+    let rate = |ms: f64| format!("{:.2}", 6.0 * lights as f64 / ms / 1e3);
+    let paper = RANGES.iter().find(|(known, _)| *known == map);
+    let row = Row::default()
+        .number("map", "map", map)
+        .said_as(format_args!("{map}²"))
+        .data("lights", lights)
+        .shown("rays", lanternfish_cli::report::grouped(6 * lights))
+        .fixed("deep_images_ms", "deep images, ms", 1, deep)
+        .shown("M rays/s", rate(deep))
+        .fixed("bvh_ms", "BVH, ms", 1, bvh)
+        .shown("M rays/s", rate(bvh))
+        .fixed("random_ms", "random, ms", 2, random);
+    let names = ["Atrium", "Rungholt", "random"].into_iter().enumerate();
+    names.fold(row, |row, (i, name)| row.shown(name, paper.map_or(DASH.to_owned(), |(_, ms)| ms[i].to_string())))
+}
+
+#[test]
+fn his_figures_stand_beside_the_map_that_they_are_of() {
+    let row = |map| crate::table::to_markdown(&[range_row(map, 1000, [2.0, 3.0, 0.5])]);
+    assert!(row(512).ends_with("\n| 512² | 6,000 | 2.0 | 3.00 | 3.0 | 2.00 | 0.50 | 1.8 | 2.1 | 0.14 |\n"));
+    assert!(row(64).ends_with("| – | – | – |\n"));
+}

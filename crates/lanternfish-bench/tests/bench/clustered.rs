@@ -1,0 +1,118 @@
+//! `lanternfish-bench clustered` and `lanternfish-bench attenuation`, end to end on the software adapter.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+
+use crate::program;
+
+fn said(folder: &Path, words: &[&str]) -> String {
+    let output = program(folder).args(words).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn bench(folder: &Path, name: &str) -> (Value, String) {
+    let words = ["clustered", "demo:cornell", "--quick", "--size", "96x54", "--adapter", "cpu", "-o", name];
+    let said = said(folder, &words);
+    let report = fs::read(folder.join(name).join("report.json")).unwrap();
+    (serde_json::from_slice(&report).unwrap(), said)
+}
+
+/// Everything but times.
+fn exact(report: &Value) -> Vec<(Vec<&Value>, &Value)> {
+    let names = ["clusters", "lights", "views", "assignment", "differing_pixels"];
+    let rows = report["rows"].as_array().unwrap().iter();
+    rows.map(|row| (names.iter().map(|name| &row[name]).collect(), &row["counts"])).collect()
+}
+
+#[test]
+fn gpu_two_runs_count_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let ((first, said), (second, _)) = (bench(folder.path(), "first"), bench(folder.path(), "second"));
+    assert_eq!(exact(&first), exact(&second));
+    assert_eq!(first["left_out"], second["left_out"]);
+
+    // Three shapes, two numbers of lights, one view, two eyes with a grid each and with one, and brute force.
+    let rows = first["rows"].as_array().unwrap();
+    let left_out = first["left_out"].as_array().unwrap();
+    assert_eq!(rows.len() + left_out.len(), 3 * 2 * 4, "{left_out:?}");
+    for row in rows {
+        let count = |name: &str| row["counts"][name].as_u64().unwrap();
+        assert!(count("visible_clusters") > 0 && count("visible_clusters") <= count("clusters"), "{row}");
+        assert!(count("fragments") <= 2 * 96 * 54 && count("lighting_operations") >= count("lights_listed"), "{row}");
+        for histogram in ["clusters_by_lights", "clusters_by_fragments"] {
+            let bins = row["counts"][histogram].as_array().unwrap();
+            assert_eq!(bins.iter().map(|bin| bin.as_u64().unwrap()).sum::<u64>(), count("visible_clusters"));
+        }
+        if row["assignment"] == "brute_force" {
+            assert_eq!(count("light_tests"), count("visible_clusters") * row["lights"].as_u64().unwrap());
+        }
+    }
+    // Every scheme beside each other, of the same picture.
+    let [schemes, again] = [&first, &second].map(|report| report["schemes"].as_array().unwrap());
+    assert_eq!(schemes.len(), 3 * 2, "{schemes:?}");
+    for (row, again) in schemes.iter().zip(again) {
+        for count in ["lights_listed", "light_tests", "bytes"] {
+            assert!(row[count].as_u64() > Some(0) && row[count] == again[count], "{count}: {row} {again}");
+        }
+        assert_eq!(row["differing_pixels"], 0, "{row}");
+    }
+    assert!(said.contains("raster-grid 16, 32 layers"), "{said}");
+    assert!(said.contains("- light tests at 100,000 lights, brute force / hierarchy: "), "{said}");
+    assert_eq!(said.lines().last(), Some("first/report.md"));
+    for plot in ["light-tests", "steps", "clusters-by-lights", "clusters-by-fragments"] {
+        let svg = fs::read_to_string(folder.path().join("first").join(plot).with_extension("svg")).unwrap();
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{plot}");
+    }
+}
+
+#[test]
+fn the_attenuation_functions_are_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(said(folder.path(), &["attenuation", "-o", "a.svg"]), "a.svg\n");
+    let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    assert!(svg.contains("physical_reduced_2") && !svg.contains("NaN"));
+}
+
+#[test]
+fn gpu_a_track_makes_the_figures_of_the_thesis() {
+    let folder = tempfile::tempdir().unwrap();
+    let shot = "scene = \"demo:cornell\"\n[view]\nfov-y = 58.7\n[track]\nframes = 9\nkeyframes = [{ time = 0, eye = [0, 1, 3.4], target = \
+                [0, 1, 0] }, { time = 1, eye = [0.3, 1.2, 2.8], target = [0, 1, 0] }]\n";
+    fs::write(folder.path().join("walk.toml"), shot).unwrap();
+    let words = "clustered walk.toml --quick --frames 3 --size 96x54 --adapter cpu -o figures";
+    let said = said(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    assert!(
+        said.contains("| 6.5 | persp:5: visible clusters, enclosed / individual, 10,000 lights | halved: 0.5 | "),
+        "{said}"
+    );
+    assert_eq!(said.lines().last(), Some("figures/figures.html"));
+    let report: Value = serde_json::from_slice(&fs::read(folder.path().join("figures/report.json")).unwrap()).unwrap();
+    // Three shapes for one view, two for two eyes, a grid each and one around both; two numbers of lights.
+    let played = report["played"].as_array().unwrap();
+    assert_eq!((played.len(), report["left_out"].as_array().unwrap().len()), (2 * (3 + 2 * 2), 0));
+    for row in played {
+        let frames = row["report"]["frames"].as_array().unwrap();
+        let moments: Vec<f64> =
+            row["report"]["moments"].as_array().unwrap().iter().map(|t| t.as_f64().unwrap()).collect();
+        assert_eq!((frames.len(), moments), (3, vec![0.0, 0.5, 1.0]));
+        assert_eq!(row["lights"], row["report"]["lights"], "the scene's own are left out");
+        assert_eq!(row["report"]["eyes"], if row["views"] == "mono" { 1 } else { 2 });
+    }
+    // What is seen does not depend on the clusters.
+    let pictures = |clusters: &str, views: &str| {
+        let row = played.iter().find(|row| row["clusters"] == clusters && row["views"] == views).unwrap();
+        row["report"]["frames"].as_array().unwrap().iter().map(|frame| &frame["picture"]).collect::<Vec<_>>()
+    };
+    assert_eq!(pictures("persp:5", "mono"), pictures("ortho:4", "mono"));
+    assert_eq!(pictures("persp:5", "stereo-individual"), pictures("persp:5", "stereo-enclosed"));
+    let page = fs::read_to_string(folder.path().join("figures/figures.html")).unwrap();
+    for figure in 2..=10 {
+        assert!(page.contains(&format!("<h2>Figure 6.{figure}: ")), "6.{figure}");
+    }
+    // By number of lights: five plots in each of five figures, three in each of four.
+    assert_eq!(page.matches("<svg").count(), 2 * (5 * 5 + 4 * 3));
+    assert!(!page.contains("NaN") && !page.contains("<script"));
+}

@@ -1,0 +1,82 @@
+//! `lanternfish-bench deep-images`, end to end on the software adapter.
+
+use std::{collections::BTreeSet, fs, path::Path};
+
+use serde_json::Value;
+
+use crate::program;
+
+fn bench(folder: &Path, words: &[&str]) -> String {
+    let all = ["deep-images", "--quick", "--runs", "1", "--rays", "4096", "--adapter", "cpu"];
+    let output = program(folder).args(all).args(words).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn report(folder: &Path, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(folder.join(name).join("report.json")).unwrap()).unwrap()
+}
+
+/// Everything but times.
+fn exact(report: &Value) -> (Vec<Value>, Vec<Value>) {
+    let without_times = |rows: &Value| {
+        let rows = rows.as_array().unwrap().iter().cloned();
+        rows.map(|mut row| {
+            row.as_object_mut().unwrap().retain(|name, _| !name.starts_with("rate") && !name.ends_with("_ms"));
+            row
+        })
+        .collect()
+    };
+    (without_times(&report["built"]), without_times(&report["traced"]))
+}
+
+#[test]
+fn gpu_two_runs_count_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = bench(folder.path(), &["demo:cornell", "-o", "first"]);
+    assert_eq!(said.lines().last(), Some("first/report.md"));
+    fs::write(folder.path().join("shot.toml"), "scene = \"demo:cornell\"\n").unwrap();
+    bench(folder.path(), &["shot.toml", "-o", "second"]);
+    let [first, second] = ["first", "second"].map(|name| report(folder.path(), name));
+    assert_eq!(exact(&first), exact(&second));
+    assert_eq!(first["left_out"], second["left_out"]);
+
+    let built = first["built"].as_array().unwrap();
+    let drawn = |builder: &str| {
+        let row = built.iter().find(|row| row["builder"] == builder && row["directions"] == 4);
+        row.unwrap()["drawn"].as_u64().unwrap() as f64
+    };
+    // Both sample texels in the middle.
+    let ratio = drawn("depth_peeling") / drawn("per_direction");
+    assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
+    for row in built {
+        let draw_passes = row["draw_passes"].as_u64().unwrap();
+        match row["builder"].as_str().unwrap() {
+            "single_pass" => assert_eq!(draw_passes, 1, "{row}"),
+            "per_triangle" => assert_eq!(draw_passes, 0, "{row}"),
+            "per_direction" => assert_eq!(draw_passes, 1, "{row}"),
+            // A closed box is at least two surfaces deep.
+            _ => assert!(draw_passes > 2, "{row}"),
+        }
+        assert!(row["kept"].as_u64() <= row["drawn"].as_u64() && row["total_ms"].is_f64(), "{row}");
+    }
+
+    for row in first["traced"].as_array().unwrap() {
+        let figure = |name: &str| row[name].as_f64().unwrap();
+        let is_exact = row["structure"] == "bvh" || row["structure"] == "ray-query";
+        assert!(row["rate_random"].is_f64() && row["rate_by_direction"].is_f64(), "{row}");
+        assert!(figure("missed") + figure("false_hits") < 0.3, "{row}");
+        assert_eq!(is_exact, figure("error_p95") < 1e-3, "{row}");
+    }
+}
+
+#[test]
+fn gpu_tables_can_be_measured_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    bench(folder.path(), &["demo:cornell", "--tables", "stores,directions", "-o", "report"]);
+    let report = report(folder.path(), "report");
+    let groups: BTreeSet<_> =
+        report["built"].as_array().unwrap().iter().map(|row| row["group"].as_str().unwrap()).collect();
+    assert_eq!(groups.into_iter().collect::<Vec<_>>(), ["Directions", "Stores"]);
+}

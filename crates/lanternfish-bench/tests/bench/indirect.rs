@@ -1,0 +1,117 @@
+//! `lanternfish-bench indirect`, end to end on the software adapter.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+
+use crate::program;
+
+/// Whether it succeeded, standard output, standard error.
+fn bench(folder: &Path, words: &str) -> (bool, String, String) {
+    let mut command = program(folder);
+    command.args(["indirect"]);
+    let quick = ["--quick", "--runs", "1", "--size", "40x30", "--adapter", "cpu"];
+    let output = command.args(words.split_whitespace()).args(quick).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.success(), text(output.stdout), text(output.stderr))
+}
+
+fn report(folder: &Path, words: &str, name: &str) -> (Value, String) {
+    let (success, said, stderr) = bench(folder, &format!("{words} -o {name}"));
+    assert!(success, "{stderr}");
+    assert_eq!(said.lines().last(), Some(&*format!("{name}/report.md")));
+    (serde_json::from_slice(&fs::read(folder.join(name).join("report.json")).unwrap()).unwrap(), said)
+}
+
+#[test]
+fn gpu_every_speed_has_its_error() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("shot.toml"), "scene = \"demo:cornell\"\n").unwrap();
+    let (first, said) = report(folder.path(), "shot.toml", "first");
+
+    // Through the BVH: three BRDFs, and diffuse light in three more ways. Through each of two sets of images: all that twice.
+    let rows = first["rows"].as_array().unwrap();
+    let left_out = first["left_out"].as_array().unwrap();
+    assert_eq!(rows.len() + left_out.len(), 6 + 2 * 6 + 2 * 3, "{left_out:?}");
+    for left_out in left_out {
+        // Nothing else may be refused, and it need not be.
+        assert!(left_out["what"].as_str().unwrap().contains("4 samples"), "{left_out}");
+        assert!(!left_out["reason"].as_str().unwrap().is_empty());
+        assert!(said.contains(left_out["reason"].as_str().unwrap()));
+    }
+    for row in rows {
+        let figure = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"));
+        // Each is there; what it is, depends on the machine.
+        for time in ["rate_traced", "rate_shaded", "trace_ms", "shade_ms", "filter_ms", "images_ms", "frame_ms"] {
+            figure(time);
+        }
+        let a_frame = figure("rays") / figure("accumulate");
+        let a_pixel = match row["brdf"].as_str().unwrap() {
+            "diffuse" => 8.0,
+            "glossy" => 16.0,
+            _ => 1.0,
+        };
+        assert!(a_frame > 0.5 * a_pixel * 1200.0 && a_frame <= a_pixel * 1200.0, "{row}");
+
+        let energies = [figure("energy_ratio"), figure("indirect_energy_ratio")];
+        if row["tracer"] == "bvh" {
+            assert_eq!((energies, figure("flip")), ([1.0; 2], 0.0), "{row}");
+        } else {
+            // Images of 16 and 32 texels are not seen through without an error; of a lamp that few rays meet it is a large one.
+            assert!(figure("flip") > 1e-4 && figure("flip") < 0.5, "{row}");
+            assert!(energies.iter().all(|energy| *energy != 1.0) && (0.5..2.0).contains(&energies[0]), "{row}");
+        }
+        assert!(figure("converged_flip") > 1e-3, "{row}");
+    }
+    // The radiance cache through the BVH and through images: shaded, cached, and with every bounce.
+    let cached = first["cached"].as_array().unwrap();
+    assert_eq!(cached.len(), 6);
+    for of_tracer in cached.chunks(3) {
+        let figure = |row: usize, name: &str| of_tracer[row][name].as_f64().unwrap();
+        let [shaded, one, all] = [0, 1, 2].map(|row| figure(row, "warmed_energy"));
+        assert_eq!(figure(0, "cells"), 0.0);
+        assert!(figure(1, "cells") > 100.0 && figure(2, "cells") >= figure(1, "cells"), "{of_tracer:?}");
+        // Cells lose no light beside hits that are shaded, of which the clamp takes more, and bring none that is not there; every bounce
+        // brings more.
+        assert!(one > 0.9 * shaded && one < 1.05 && all > 1.3 * one, "{of_tracer:?}");
+    }
+    let through_bvh = |filter: u64, accumulate: u64| {
+        let is = |row: &&Value| {
+            row["brdf"] == "diffuse"
+                && row["tracer"] == "bvh"
+                && row["samples"] == 1
+                && row["filter_radius"] == filter
+                && row["accumulate"] == accumulate
+        };
+        rows.iter().find(is).unwrap()["converged_flip"].as_f64().unwrap()
+    };
+    // Noise is what a filter and more frames take away.
+    assert!(through_bvh(8, 4) < through_bvh(0, 1));
+    for picture in ["diffuse", "glossy", "mirror"] {
+        let picture = lanternfish_metrics::read_png(&folder.path().join(format!("first/{picture}.png"))).unwrap();
+        assert_eq!((picture.width, picture.height), (40, 30));
+    }
+    let images = first["images"].as_array().unwrap();
+    assert_eq!(images.len(), 2);
+    assert!(images.iter().all(|images| images["total_ms"].is_f64() && images["bytes"].as_u64() > Some(0)));
+    assert!(said.contains("| diffuse | 96 | 128² | – | – |") && said.contains("37–50"), "{said}");
+}
+
+#[test]
+fn gpu_what_has_no_light_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("dark.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let (success, said, stderr) = bench(folder.path(), "dark.obj -o report");
+    assert!(!success && said.is_empty() && stderr.contains("the picture is black"), "{stderr}");
+    assert!(!folder.path().join("report/report.json").exists());
+}
+
+#[test]
+fn the_help_says_what_is_measured() {
+    let words = ["help", "indirect", "--all"];
+    let output = program(Path::new(".")).args(words).output().unwrap();
+    let help = String::from_utf8(output.stdout).unwrap();
+    for word in ["rays a second", "FLIP", "energy", "memory", "filter", "384"] {
+        assert!(help.contains(word), "{word:?} is not in\n{help}");
+    }
+}

@@ -1,0 +1,63 @@
+//! Benches from words to files: one program, so that it is linked once.
+
+mod clustered;
+mod deep_images;
+mod history;
+mod indirect;
+mod moving;
+mod photons;
+mod quality;
+mod virtual_lights;
+
+use std::{
+    path::Path,
+    process::{Command, Stdio},
+};
+
+/// The program in a folder, without input, whatever the tests' own surroundings say of logs.
+fn program(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish-bench"));
+    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
+#[test]
+fn help_tells_of_every_bench_and_names_those_there_are() {
+    let said = |words: &[&str]| {
+        let output = program(Path::new(".")).args(words).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.success(), text(output.stdout), text(output.stderr))
+    };
+    let (success, help, _) = said(&["help"]);
+    for name in [
+        "forward-plus",
+        "deep-images",
+        "indirect",
+        "virtual-lights",
+        "photons",
+        "history",
+        "clustered",
+        "moving",
+        "quality",
+    ] {
+        assert!(success && help.contains(name), "{name} is not in\n{help}");
+        let (success, help, _) = said(&["help", name, "--all"]);
+        assert!(
+            success && help.contains(&format!("Usage: lanternfish-bench {name}")) && help.contains("--adapter"),
+            "{help}"
+        );
+    }
+    // Defaults of one bench are not those of another.
+    for (name, default) in [
+        ("forward-plus", "every image, pixels [default: 1280x720]"),
+        ("photons", "every image, pixels [default: 480x270]"),
+        ("clustered", "one run that is not [default: 1]"),
+        ("history", "one run that is not [default: 3]"),
+    ] {
+        let help = said(&["help", name]).1.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(help.contains(default), "{default} is not in\n{help}");
+    }
+    let (success, _, error) = said(&["help", "beauty"]);
+    assert!(!success && error.starts_with("error: lanternfish-bench beauty: no such command"), "{error}");
+    assert!(error.contains("quality"), "{error}");
+}

@@ -1,0 +1,59 @@
+//! `lanternfish-bench photons`, end to end on the software adapter.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::program;
+
+/// Counts and errors are the same from run to run; means of frames and what is measured along a track are there.
+#[test]
+fn gpu_photons_stand_beside_the_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let shot = "scene = \"demo:cornell\"\n[track]\nframes = 8\n[[track.keyframes]]\ntime = 0\neye = [0, 1, 4.2]\ntarget = [0, 1, 0]\n\
+                [[track.keyframes]]\ntime = 1\neye = [0.5, 1, 4.0]\ntarget = [0, 1, 0]\n";
+    fs::write(folder.path().join("walk.toml"), shot).unwrap();
+    let report = |name: &str, only: &[&str]| -> (Value, String) {
+        let words = ["photons", "walk.toml", "--quick", "--runs", "1", "--size", "48x36", "--spp", "32"];
+        let output = program(folder.path()).args(words).args(["--adapter", "cpu", "-o", name]).args(only).output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let said = String::from_utf8(output.stdout).unwrap();
+        (serde_json::from_slice(&fs::read(folder.path().join(name).join("report.json")).unwrap()).unwrap(), said)
+    };
+    let (first, said) = report("first", &[]);
+    let rows = first["rows"].as_array().unwrap();
+    let figure = |row: &str, name: &str| {
+        let row = rows.iter().find(|known| known["name"] == row).unwrap_or_else(|| panic!("no {row}"));
+        row[name].as_f64().unwrap_or_else(|| panic!("{name} of {row}"))
+    };
+    // A small picture of few samples: the truth is known to some parts in a hundred.
+    assert!((figure("photon-splatting", "indirect_energy") - 1.0).abs() < 0.15, "{rows:?}");
+    assert!(figure("none", "indirect_energy") == 0.0 && figure("photon-splatting", "flip") < figure("none", "flip"));
+    let counts = ["splatted", "off_screen", "hidden", "landed"].map(|name| figure("photon-splatting", name));
+    assert!(counts[0] > 100_000.0 && counts[0] + counts[1] + counts[2] == counts[3], "{counts:?}");
+    let means = first["means"].as_array().unwrap();
+    assert!(means.len() == 8 && means.iter().any(|mean| mean["frames"] == 4), "{means:?}");
+    let flicker = first["flicker"].as_array().unwrap();
+    assert!(flicker.len() == 3 && flicker.iter().all(|row| row["places"].as_u64().unwrap() > 300), "{flicker:?}");
+    assert!(said.contains("## Means of frames") && said.contains("## Flicker"), "{said}");
+    for picture in ["none", "photon-splatting", "photon-splatting-4-frames", "truth-one-bounce"] {
+        assert!(folder.path().join(format!("first/{picture}.png")).is_file(), "{picture}");
+    }
+    // Again, of photons alone, and beside the truths that are there.
+    let (second, _) = report("first", &["--only", "photon-splatting"]);
+    let mut compared = 0;
+    for table in ["rows", "means", "flicker"] {
+        for again in second[table].as_array().unwrap() {
+            let is_this = |row: &&Value| row["name"] == again["name"] && row["frames"] == again["frames"];
+            let row = first[table].as_array().unwrap().iter().find(is_this).unwrap();
+            for exact in
+                ["reflected", "landed", "splatted", "indirect_energy", "flip", "errors", "direct_flip", "places"]
+            {
+                assert_eq!(row[exact], again[exact], "{exact} of {row}");
+            }
+            compared += 1;
+        }
+    }
+    assert!(compared > 6, "{compared} rows of {second}");
+}

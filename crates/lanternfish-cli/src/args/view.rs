@@ -1,0 +1,57 @@
+//! Flags of `view`: those of `render`, and its own.
+
+use std::path::PathBuf;
+
+use clap::{ArgMatches, Args, FromArgMatches};
+
+use super::{RenderArgs, ShotArgs};
+
+/// The built-in scene that is seen where none is named.
+const FIRST: &str = "demo:atrium";
+
+/// The flags of `render`, a scene where none is named, and what the window alone does.
+#[derive(Debug)]
+pub struct WindowArgs {
+    /// The flags of `render`.
+    pub render: RenderArgs,
+    /// The flags of `view` alone.
+    pub window: OnlyWindowArgs,
+}
+
+/// Flags of `view` alone.
+#[derive(Debug, Args)]
+pub struct OnlyWindowArgs {
+    /// More pictures, where the first file is one (.exr, .png): they are compared.
+    #[arg(value_name = "PICTURE", index = 2)]
+    pub pictures: Vec<PathBuf>,
+    /// Keeps what is done to the camera, step by step, for `lanternfish replay`. The file is written when the window is closed.
+    #[arg(long, value_name = "TRACK.toml")]
+    pub record: Option<PathBuf>,
+    /// Renders with the shaders below this folder, the library's `src`, and reads them again when they are saved. One that does not
+    /// compile changes nothing but the line below the picture.
+    #[arg(long, value_name = "FOLDER")]
+    pub shaders: Option<PathBuf>,
+}
+
+impl Args for WindowArgs {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        let command = OnlyWindowArgs::augment_args(ShotArgs::augment_args(command));
+        command.mut_arg("scene", |scene| scene.required(false).default_value(FIRST).index(1))
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for WindowArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let (render, window) = (RenderArgs::from_arg_matches(matches)?, OnlyWindowArgs::from_arg_matches(matches)?);
+        Ok(Self { render, window })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.render.update_from_arg_matches(matches)?;
+        self.window.update_from_arg_matches(matches)
+    }
+}

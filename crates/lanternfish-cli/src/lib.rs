@@ -1,0 +1,38 @@
+//! The command line of Lanternfish: the program `lanternfish`, and what `lanternfish-bench` shares with it.
+
+pub mod args;
+pub mod camera;
+pub mod choices;
+mod cli;
+mod compare;
+mod deep_images;
+mod doctor;
+pub mod error;
+mod farm;
+pub mod flags;
+mod frames;
+pub mod help;
+mod info;
+mod legend;
+pub mod light_rig;
+mod motion;
+pub mod output;
+pub mod parse;
+mod pictures;
+pub mod plot;
+pub mod program;
+pub mod progress;
+mod recording;
+mod reference;
+mod render;
+pub mod replay;
+pub mod report;
+pub mod scene;
+pub mod shot;
+mod signals;
+mod stereo;
+mod window;
+
+pub use cli::main;
+pub use reference::fingerprint;
+pub use render::apply_lights;
