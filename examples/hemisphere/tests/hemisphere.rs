@@ -1,7 +1,15 @@
 //! A technique from outside is chosen, rendered, listed and read like the library's own.
 
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+};
+
 use glam::{Affine3A, Vec3, Vec4};
-use lanternfish::{Renderer, Settings, indirect::Indirect, settings::Materials, shaders, techniques};
+use lanternfish::{
+    Renderer, Settings, indirect::Indirect, settings::Materials, shaders, technique::Technique as _, techniques,
+};
 use lanternfish_gpu::testing;
 use lanternfish_hemisphere::Hemisphere;
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
@@ -60,4 +68,47 @@ fn wall(half_right: Vec3, half_up: Vec3) -> Scene {
         materials: vec![Material::default()],
         ..Scene::default()
     }
+}
+
+/// The program of the package, in a folder.
+fn program(folder: &Path, words: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lanternfish-hemisphere"));
+    command.current_dir(folder).env_remove("RUST_LOG").stdin(Stdio::null()).args(words.split(' '));
+    command
+}
+
+fn output(mut command: Command) -> String {
+    let output = command.output().unwrap();
+    let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    assert!(output.status.success(), "{command:?}: {out}{err}");
+    out
+}
+
+#[test]
+fn help_and_shots_have_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = output(program(folder.path(), "help render --all"));
+    for words in ["hemisphere:", Hemisphere::SUMMARY, "--hemisphere-sky <NITS>", "--hemisphere-ground <NITS>"] {
+        assert!(help.contains(words), "{words}: {help}");
+    }
+    let shot = output(program(folder.path(), "shot demo:cornell --indirect hemisphere --hemisphere-sky 2"));
+    assert!(shot.contains("indirect = \"hemisphere\"") && shot.contains("hemisphere-sky = 2"), "{shot}");
+}
+
+#[test]
+fn gpu_an_image_is_rendered_and_the_doctor_lists_it() {
+    if testing::gpu("gpu_an_image_is_rendered_and_the_doctor_lists_it").is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let render = "render demo:cornell --size 32x24 --exposure 0 --quality draft -o out.png --indirect";
+    for technique in ["none", "hemisphere", "hemisphere --hemisphere-sky 4"] {
+        output(program(folder.path(), &format!("{render} {technique}")));
+        fs::rename(folder.path().join("out.png"), folder.path().join(format!("{technique}.png"))).unwrap();
+    }
+    let image = |technique: &str| fs::read(folder.path().join(format!("{technique}.png"))).unwrap();
+    assert_ne!(image("none"), image("hemisphere"));
+    assert_ne!(image("hemisphere"), image("hemisphere --hemisphere-sky 4"));
+    let doctor = output(program(folder.path(), "doctor --filter hemisphere"));
+    assert!(doctor.contains("indirect hemisphere"), "{doctor}");
 }

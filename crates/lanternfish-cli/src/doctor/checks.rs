@@ -131,14 +131,12 @@ pub fn plans() -> Vec<Plan> {
     }
     for indirect in Indirect::all().into_iter().filter(|indirect| *indirect != Indirect::default()) {
         let settings = Settings { indirect: indirect.clone(), ..good() };
-        let limits = Limits::new(0.08, 0.03, 0.01);
-        add(
-            Group::IndirectLight,
-            indirect.name(),
-            Name::CornellLights,
-            false,
-            against(Reference::OneBounce, settings, limits),
-        );
+        let is_physical = indirect.technique().is_some_and(|technique| technique.is_physical());
+        let kind = match is_physical {
+            true => against(Reference::OneBounce, settings, Limits::new(0.08, 0.03, 0.01)),
+            false => Kind::Twice(Box::new(settings)),
+        };
+        add(Group::IndirectLight, indirect.name(), Name::CornellLights, false, kind);
     }
     add(Group::Updates, "update, upload", Name::CornellLights, true, Kind::Update(Box::new(direct())));
     add(Group::Reproducibility, "default, twice", Name::Cornell, true, Kind::Twice(Box::new(good())));

@@ -5,9 +5,11 @@ mod eyes;
 use egui::Key;
 use egui_kittest::{Harness, kittest::Queryable};
 use lanternfish::{
-    Settings,
+    RenderError, Settings,
+    indirect::{IndirectPasses, IndirectTechnique},
     settings::{Culling, DebugView, Indirect, ToneMap},
-    technique::Range,
+    shaders::{SHADERS, Shaders},
+    technique::{Parameter, Range, Technique},
 };
 use lanternfish_gpu::AdapterDescription;
 use lanternfish_reference::{Settings as Transport, Tracer};
@@ -133,6 +135,48 @@ fn every_named_setting_is_found_and_reaches_the_settings() {
     harness.get_by_label("All as they were").click();
     harness.run();
     assert!(harness.state().state.settings == Settings::default());
+}
+
+/// What a program registers.
+#[derive(Clone, Debug, PartialEq)]
+struct Fog {
+    density: f32,
+}
+
+impl Default for Fog {
+    fn default() -> Self {
+        Self { density: 0.5 }
+    }
+}
+
+impl Technique for Fog {
+    const NAME: &'static str = "fog";
+    const SUMMARY: &'static str = "Light scattered by fog";
+    const PARAMETERS: &'static [Parameter<Self>] =
+        &[Parameter::new("fog-density", "N", Range::Positive, "Higher: denser", |fog| &mut fog.density)];
+    const SHADERS: Shaders = Shaders::of(&SHADERS, &[], &[]);
+}
+
+impl IndirectTechnique for Fog {
+    fn build(
+        &self,
+        _device: &wgpu::Device,
+        _settings: &Settings,
+        _tracer: Option<lanternfish::rays::Tracer>,
+    ) -> Result<Box<dyn IndirectPasses>, RenderError> {
+        Err(RenderError::NoFrames)
+    }
+}
+
+#[test]
+fn a_technique_that_a_program_registers_is_in_the_panel() {
+    Indirect::from(Fog::default()).register();
+    let mut harness = shown();
+    choose(&mut harness, Indirect::FLAG, "fog");
+    assert!(harness.state().state.settings.indirect.is::<Fog>());
+    harness.get_by_label("indirect fog").click();
+    harness.run();
+    harness.get_by_label("fog-density");
 }
 
 #[test]

@@ -59,6 +59,11 @@ pub trait IndirectTechnique: AnyTechnique {
         Parts::NONE
     }
 
+    /// Whether what it finds comes near the light of a path tracer, so that it can be judged by one: one bounce of it at least.
+    fn is_physical(&self) -> bool {
+        false
+    }
+
     /// Whether it finds the light of the surroundings too: if it does not, occlusion may.
     fn sees_surroundings(&self) -> bool {
         true

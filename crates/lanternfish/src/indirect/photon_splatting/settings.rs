@@ -145,6 +145,10 @@ impl Technique for PhotonSplatting {
 }
 
 impl IndirectTechnique for PhotonSplatting {
+    fn is_physical(&self) -> bool {
+        true
+    }
+
     fn spend(&mut self, quality: Quality) {
         (self.count, self.resolution) = match quality {
             Quality::Draft => (2048, IndirectResolution::Half),

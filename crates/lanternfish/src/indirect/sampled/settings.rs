@@ -174,6 +174,10 @@ impl Technique for Sampled {
 }
 
 impl IndirectTechnique for Sampled {
+    fn is_physical(&self) -> bool {
+        true
+    }
+
     fn spend(&mut self, quality: Quality) {
         *self = quality.sampled();
     }

@@ -256,6 +256,10 @@ impl Technique for VirtualLights {
 }
 
 impl IndirectTechnique for VirtualLights {
+    fn is_physical(&self) -> bool {
+        true
+    }
+
     fn spend(&mut self, quality: Quality) {
         let (count, shadow_rays, resolution) = match quality {
             Quality::Draft => (4096, 4, IndirectResolution::Half),
