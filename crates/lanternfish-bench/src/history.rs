@@ -2,8 +2,8 @@
 //! and without.
 
 use lanternfish::{
-    settings::{History, Settings, Tracer},
-    techniques::{HitLight, IndirectResolution, Sampled},
+    settings::{History, Settings},
+    techniques::{HitLight, IndirectResolution, Sampled, WITHIN_TEXEL},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_scene::Scene;
@@ -75,7 +75,7 @@ fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         ("bvh, shaded", shaded),
         ("bvh, cached", cached),
         ("bvh, shaded, half resolution", Sampled { resolution: IndirectResolution::Half, ..shaded }),
-        ("within-texel, cached", Sampled { tracer: Tracer::WithinTexel.into(), ..cached }),
+        ("within-texel, cached", Sampled { tracer: WITHIN_TEXEL.into(), ..cached }),
     ];
     let ways = ways.into_iter().take(if quick { 1 } else { usize::MAX });
     let with_history = ways.flat_map(|(name, rays)| History::ALL.iter().map(move |history| (name, rays, *history)));

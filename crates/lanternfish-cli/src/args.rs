@@ -298,7 +298,7 @@ impl RenderArgs {
             anisotropy: self.look.anisotropy,
             samples: technique.samples.unwrap_or(self.indirect.samples(frames)),
             indirect: self.indirect.indirect(),
-            deep_images: self.indirect.deep_images(),
+            structure: self.indirect.deep_images().into(),
             accumulate: frames,
         }
     }

@@ -7,8 +7,9 @@ use crate::flags::as_flags;
 
 /// Reads a value by its name; unknown names are refused with the list of known ones.
 pub fn choice<T: Named>() -> impl TypedValueParser<Value = T> {
-    names(T::all().iter().map(|value| (value.name(), value.words())))
-        .map(|name| *T::all().iter().find(|value| value.name() == name).expect("clap lets only known names through"))
+    names(T::all().into_iter().map(|value| (value.name(), value.words()))).map(|name| {
+        T::all().into_iter().find(|value| value.name() == name).expect("clap lets only known names through")
+    })
 }
 
 /// Reads one of these names, each of which has a line of help.

@@ -6,7 +6,7 @@ use lanternfish::{
     Report,
     settings::{Settings, Shadows},
     technique::{Choice, Kind},
-    techniques::Deep,
+    techniques::{Deep, DeepImageSettings},
 };
 use lanternfish_gpu::AdapterDescription;
 use serde::Serialize;
@@ -155,10 +155,10 @@ pub(crate) fn settings_by_name(settings: &Settings, seed: u32) -> BTreeMap<&'sta
     add_technique(&mut names, &settings.indirect);
     add_technique(&mut names, &settings.occlusion);
     let finds_arriving = settings.occlusion.is::<Deep>() || settings.indirect.is_some();
-    if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if tracer.uses_deep_images()) {
-        names.insert("deep-resolution", settings.deep_images.resolution.to_string());
-        names.insert("deep-slices", settings.deep_images.slices.to_string());
-        names.insert("deep-directions", direction_set_text(settings.deep_images.directions));
+    if finds_arriving || matches!(settings.shadows, Shadows::Traced(tracer) if !tracer.is_exact()) {
+        names.insert("deep-resolution", DeepImageSettings::of(&settings.structure).resolution.to_string());
+        names.insert("deep-slices", DeepImageSettings::of(&settings.structure).slices.to_string());
+        names.insert("deep-directions", direction_set_text(DeepImageSettings::of(&settings.structure).directions));
     }
     if let Some(view) = settings.debug_view {
         names.insert("debug-view", view.to_string());

@@ -3,7 +3,7 @@
 /// An enum whose variants are chosen by name: what [`named_enum!`](crate::named_enum!) declares.
 pub trait Named: Copy + Send + Sync + 'static {
     /// Every variant, in the order in which help lists them.
-    fn all() -> &'static [Self];
+    fn all() -> Vec<Self>;
     /// The name of a variant: in a flag, a file, a report.
     fn name(self) -> &'static str;
     /// One line of help on a variant; empty where no front end offers it.
@@ -66,7 +66,7 @@ impl<T: Named> Setting for Option<T> {
         self.map(|value| value.name().to_owned())
     }
     fn read(&mut self, text: &str) -> Result<(), String> {
-        let named = || T::all().iter().copied().find(|value| value.name() == text);
+        let named = || T::all().into_iter().find(|value| value.name() == text);
         *self = match text {
             "none" => None,
             _ => Some(named().ok_or_else(|| "expected one of its names, or none".to_owned())?),
@@ -74,7 +74,7 @@ impl<T: Named> Setting for Option<T> {
         Ok(())
     }
     fn names(&self) -> Vec<(&'static str, &'static str)> {
-        let all = T::all().iter().map(|value| (value.name(), value.words()));
+        let all = T::all().into_iter().map(|value| (value.name(), value.words()));
         std::iter::once(("none", "It is not set")).chain(all).collect()
     }
 }
@@ -103,18 +103,9 @@ macro_rules! named_enum {
             }
         }
 
-        $crate::named_enum_impls!($name);
-    };
-}
-
-/// What an enum can that has `ALL`, `name` and `words`: names are read, written and listed.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! named_enum_impls {
-    ($name:ident) => {
         impl $crate::Named for $name {
-            fn all() -> &'static [Self] {
-                Self::ALL
+            fn all() -> Vec<Self> {
+                Self::ALL.to_vec()
             }
             fn name(self) -> &'static str {
                 Self::name(self)
@@ -124,6 +115,15 @@ macro_rules! named_enum_impls {
             }
         }
 
+        $crate::named_enum_impls!($name);
+    };
+}
+
+/// What a type can that is [`Named`](crate::Named): its names are read, written and listed.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! named_enum_impls {
+    ($name:ident) => {
         impl $crate::Setting for $name {
             fn text(&self) -> Option<String> {
                 Some(self.name().to_owned())
@@ -133,7 +133,7 @@ macro_rules! named_enum_impls {
                 Ok(())
             }
             fn names(&self) -> Vec<(&'static str, &'static str)> {
-                Self::ALL.iter().map(|v| (v.name(), $crate::Named::words(*v))).collect()
+                <Self as $crate::Named>::all().into_iter().map(|v| (v.name(), $crate::Named::words(v))).collect()
             }
         }
 
@@ -146,8 +146,8 @@ macro_rules! named_enum_impls {
         impl std::str::FromStr for $name {
             type Err = String;
             fn from_str(text: &str) -> Result<Self, String> {
-                Self::ALL.iter().copied().find(|v| v.name() == text).ok_or_else(|| {
-                    let known: Vec<_> = Self::ALL.iter().map(|v| v.name()).collect();
+                <Self as $crate::Named>::all().into_iter().find(|v| v.name() == text).ok_or_else(|| {
+                    let known: Vec<_> = <Self as $crate::Named>::all().into_iter().map(|v| v.name()).collect();
                     format!("expected one of {}", known.join(", "))
                 })
             }

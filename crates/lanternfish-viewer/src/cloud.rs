@@ -9,7 +9,8 @@ use lanternfish::{
         DeepImageBuilder, DeepImages,
         view::{PointCloud, PointSize},
     },
-    settings::{DeepImageSettings, Shadows},
+    settings::Shadows,
+    techniques::DeepImageSettings,
     techniques::DeepStore,
     view::View,
 };
@@ -37,7 +38,7 @@ impl Cloud {
         // The builders draw the BVH's triangles.
         let with_bvh = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
         let uploaded = Renderer::with_engine(first.engine(), with_bvh)?.upload(&first.scene)?;
-        let settings = first.settings().deep_images;
+        let settings = DeepImageSettings::of(&first.settings().structure);
         let shown = DeepImageSettings { store: DeepStore::LinearArray, payload: true, ..settings };
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let (images, points) = first.engine().within(|| {
@@ -52,7 +53,7 @@ impl Cloud {
 
     /// Whether these are the images of what the first rendering shows now.
     pub fn is_of(&self, first: &Seen) -> bool {
-        Arc::ptr_eq(&self.scene, &first.scene) && self.settings == first.settings().deep_images
+        Arc::ptr_eq(&self.scene, &first.scene) && self.settings == DeepImageSettings::of(&first.settings().structure)
     }
 
     /// Whether the picture is what this camera sees.

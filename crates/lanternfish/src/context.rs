@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::Quat;
 
 use crate::{
-    deep_images::DeepImages,
     gpu_scene::{GpuScene, VisibleDraws},
     prepass::{Surface, ViewKey},
+    rays::TracedStructure,
     request::{Target, ViewRequest},
     view::{View, ViewBuffer},
 };
@@ -61,11 +61,11 @@ pub struct ViewContext<'a> {
     pub surface: Surface,
     /// The same with one sample a pixel; where no pass asks for that, the prepass's result.
     pub middle: Surface,
-    /// Rotation of this frame's direction set of deep images, unit: world space from the set's own.
+    /// Rotation of this frame's sets of directions, unit: world space from a set's own.
     pub rotation: Quat,
-    /// Deep images of the scene as it stands, with that rotation, if the renderer has them. The frame sets them before the first pass with
-    /// rays; tracers read them (`rays::TracePass`).
-    pub(crate) deep_images: Option<Arc<DeepImages>>,
+    /// The structure that inexact tracers go through, of the scene as it stands, if the renderer has one. The frame sets it before the first
+    /// pass with rays; [`TracePass`](crate::rays::TracePass) reads it.
+    pub structure: Option<Arc<dyn TracedStructure>>,
 }
 
 impl<'a> ViewContext<'a> {
@@ -80,7 +80,7 @@ impl<'a> ViewContext<'a> {
             surface: surface.clone(),
             middle: surface.clone(),
             rotation: self.rotation,
-            deep_images: self.deep_images.clone(),
+            structure: self.structure.clone(),
         }
     }
 }

@@ -6,7 +6,7 @@ use lanternfish_gpu::Frame;
 use crate::{
     context::{FrameContext, ViewContext},
     debug_views::DebugViews,
-    deep_images::{KeptDeepImages, directions::rotation_of_turn},
+    deep_images::directions::rotation_of_turn,
     error::RenderError,
     gpu_scene::VisibleDraws,
     indirect::{IndirectPasses, IndirectSums},
@@ -15,6 +15,7 @@ use crate::{
     output::{Output, display_target, present::Present},
     prepass::{Prepass, ShownViews},
     progressive::Progressive,
+    rays::KeptStructure,
     request::{SurfaceSource, Target},
     shading::{Arriving, Forward, LightSums, NearestBlended, OpenShares, SteadyShares, Sums},
     shadows::{Shadows, Visibility, VisibilityPlan},
@@ -34,7 +35,8 @@ pub(crate) struct Passes {
     pub light_culling: LightCulling,
     pub occlusion: Option<Box<dyn OcclusionPasses>>,
     pub shadows: Option<Shadows>,
-    pub deep_images: Option<KeptDeepImages>,
+    /// What inexact tracers go through.
+    pub structure: Option<Box<dyn KeptStructure>>,
     pub indirect: Option<Box<dyn IndirectPasses>>,
     /// Where light arrives otherwise than straight from the lights.
     pub nearest_blended: Option<NearestBlended>,
@@ -108,8 +110,8 @@ enum Traced {
 impl Passes {
     /// Forgets what rooms keep from frame to frame: the last one was not handed to the device, or the device refused it.
     pub fn forget(&mut self) {
-        if let Some(images) = &mut self.deep_images {
-            images.forget();
+        if let Some(structure) = &mut self.structure {
+            structure.forget();
         }
         if let Some(occlusion) = &mut self.occlusion {
             occlusion.forget();
@@ -154,10 +156,10 @@ impl Passes {
             true => self.light_culling.record(frame, &views, Reach::Anywhere, set)?,
             false => Vec::new(),
         };
-        // Deep images are there before the first rays.
-        if let Some(images) = &mut self.deep_images {
+        // Structures are there before the first rays.
+        if let Some(structure) = &mut self.structure {
             for view in &mut views {
-                view.deep_images = Some(images.get(frame, view.scene, view.rotation)?.clone());
+                view.structure = Some(structure.get(frame, view.scene, view.rotation)?);
             }
         }
         let arriving = self.arriving(frame, &views)?;
@@ -230,7 +232,7 @@ impl Passes {
             // Blended surfaces are the caller's.
             let draws = VisibleDraws { solid: draws.solid, blended: Vec::new() };
             let middle = surface.clone();
-            return Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, deep_images: None });
+            return Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None });
         }
         let mut show =
             |prepass: &mut Prepass| prepass.record(frame, scene, &draws, &buffer, view.size, before.as_ref());
@@ -239,7 +241,7 @@ impl Passes {
             None => surface.clone(),
             Some(prepass) => show(prepass)?,
         };
-        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, deep_images: None })
+        Ok(ViewContext { scene, key, view, buffer, draws, surface, middle, rotation, structure: None })
     }
 
     /// What arrives from other surfaces and the surroundings in every view, for the surface at each pixel's middle, as far as it is

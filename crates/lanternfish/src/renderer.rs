@@ -241,7 +241,7 @@ impl Renderer {
         if pool.growth() == growth {
             return Ok(());
         }
-        self.passes.deep_images.as_ref().map_or(Ok(()), |images| images.check_growth(growth))?;
+        self.passes.structure.as_ref().map_or(Ok(()), |structure| structure.check_growth(growth))?;
         self.passes.occlusion.as_ref().map_or(Ok(()), |occlusion| occlusion.check_growth(growth))?;
         // What a frame has kept that was not whole is not for those that wait, and the frames of a mean are counted on the device or on
         // the host.

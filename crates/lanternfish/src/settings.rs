@@ -6,15 +6,14 @@ mod presets;
 use std::fmt;
 
 pub use lanternfish_scene::shading::{Attenuation, Materials};
-use lanternfish_scene::{named_enum, named_enum_impls};
+use lanternfish_scene::{Named, named_enum, named_enum_impls};
 
 use crate::lights::LightSettings;
 pub use crate::{
-    deep_images::settings::DeepImageSettings,
     indirect::{Indirect, Quality},
     light_culling::Culling,
     occlusion::Occlusion,
-    rays::{Tracer, TracerChoice},
+    rays::{Structure, Tracer, TracerChoice},
 };
 
 /// How an image is made from a scene and a camera. `Default` is what the renderer recommends, and what `lanternfish render` uses
@@ -44,8 +43,8 @@ pub struct Settings {
     /// where this is found, or where rays of [`Self::indirect`] see them: beside [`Sampled`](crate::techniques::Sampled) it does nothing but its debug
     /// view. Blended surfaces have what the nearest one of the pixel sees.
     pub occlusion: Occlusion,
-    /// How the scene is kept as deep images, where something asks for them.
-    pub deep_images: DeepImageSettings,
+    /// What tracers go through that are not exact: a structure with its parameters; none: the tracer's own, with its default parameters.
+    pub structure: Structure,
     /// How bright the image is shown; radiance stays as it is.
     pub exposure: Exposure,
     /// From scene-referred radiance to what a display shows.
@@ -85,7 +84,7 @@ impl Settings {
             range_threshold: 0.02,
             materials: Materials::File,
             occlusion: Occlusion::NONE,
-            deep_images: DeepImageSettings::default(),
+            structure: Structure::NONE,
             exposure: Exposure::Auto,
             tone_map: ToneMap::Neutral,
             debug_view: None,
@@ -157,21 +156,14 @@ pub enum Shadows {
 
 impl Shadows {
     /// By rays through the BVH.
-    pub const BVH: Self = Self::Traced(Tracer::Bvh);
+    pub const BVH: Self = Self::Traced(Tracer::BVH);
     /// By rays through the adapter's own acceleration structure.
-    pub const RAY_QUERY: Self = Self::Traced(Tracer::RayQuery);
+    pub const RAY_QUERY: Self = Self::Traced(Tracer::RAY_QUERY);
 
     /// Every one, in the order in which help lists them.
-    pub const ALL: &[Self] = &{
-        let mut all = [Self::None; 2 + Tracer::ALL.len()];
-        all[0] = Self::Auto;
-        let mut i = 0;
-        while i < Tracer::ALL.len() {
-            all[2 + i] = Self::Traced(Tracer::ALL[i]);
-            i += 1;
-        }
-        all
-    };
+    pub fn all() -> Vec<Self> {
+        [Self::Auto, Self::None].into_iter().chain(Tracer::all().into_iter().map(Self::Traced)).collect()
+    }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
     pub const fn name(self) -> &'static str {
@@ -189,6 +181,20 @@ impl Shadows {
             Self::None => "No shadows",
             Self::Traced(tracer) => tracer.words(),
         }
+    }
+}
+
+impl Named for Shadows {
+    fn all() -> Vec<Self> {
+        Self::all()
+    }
+
+    fn name(self) -> &'static str {
+        self.name()
+    }
+
+    fn words(self) -> &'static str {
+        self.words()
     }
 }
 
@@ -359,8 +365,8 @@ mod tests {
             assert_eq!(attenuation.name().parse::<Attenuation>(), Ok(*attenuation));
         }
         // Of two of one name the second could not be asked for.
-        for shadows in Shadows::ALL {
-            assert_eq!(shadows.name().parse::<Shadows>(), Ok(*shadows));
+        for shadows in Shadows::all() {
+            assert_eq!(shadows.name().parse::<Shadows>(), Ok(shadows));
         }
         assert!("16px".parse::<TileSize>().unwrap_err().contains("8, 16, 32"));
     }

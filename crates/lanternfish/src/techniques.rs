@@ -2,6 +2,7 @@
 
 pub use crate::{
     deep_images::{
+        ACROSS_TEXELS, WITHIN_TEXEL,
         directions::DirectionSet,
         settings::{DeepBuilder, DeepDepth, DeepImageSettings, DeepSearch, DeepStore},
     },

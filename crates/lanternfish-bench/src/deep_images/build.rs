@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use lanternfish::{
     GpuScene,
     deep_images::{DeepImageBuilder, DeepImages},
-    settings::DeepImageSettings,
     techniques::DeepBuilder,
+    techniques::DeepImageSettings,
 };
 use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, Gpu, PassTime, Profiler, read_back};

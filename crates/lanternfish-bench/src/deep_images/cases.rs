@@ -1,7 +1,7 @@
 //! What is measured: one list.
 
 use lanternfish::{
-    settings::DeepImageSettings,
+    techniques::DeepImageSettings,
     techniques::{DeepBuilder, DeepDepth, DeepSearch, DeepStore, DirectionSet},
 };
 

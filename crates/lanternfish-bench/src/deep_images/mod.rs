@@ -10,8 +10,9 @@ use clap::Args;
 use lanternfish::{
     GpuScene, Renderer,
     deep_images::{DeepImages, Holes},
-    settings::{DeepImageSettings, Settings, Shadows, Tracer},
+    settings::{Settings, Shadows, Tracer},
     techniques::DeepBuilder,
+    techniques::DeepImageSettings,
 };
 use lanternfish_cli::{args::PartArgs, error::CliError, progress::Progress, report::grouped, scene::SceneName};
 use lanternfish_gpu::Profiler;
@@ -236,7 +237,7 @@ fn tracer_ratios(traced: &[Row]) -> Vec<String> {
             "{structure} / BVH, {directions} x {texels}, rays a second: {random:.1} random, {by_direction:.1} by direction"
         )
     };
-    over(traced, "structure", Tracer::Bvh.name()).map(ratio).collect()
+    over(traced, "structure", Tracer::BVH.name()).map(ratio).collect()
 }
 
 #[test]

@@ -33,7 +33,7 @@ pub fn from_surfaces(scene: &Scene, exact: &Tracer<'_>, images: &DeepImages, cou
         let origin = inside + 0.999 * exact.nearest(inside.into(), towards.into())? * towards;
         let start = origin + offset * away;
         let distance = exact.nearest(start.into(), away.into()).map(|distance| distance + offset);
-        Some(KnownRay { ray: TracedRay::new(images, origin, away, offset), distance })
+        Some(KnownRay { ray: images.ray(origin, away, offset), distance })
     };
     let batch = u64::from(count);
     let mut rays: Vec<KnownRay> = Vec::with_capacity(count as usize);

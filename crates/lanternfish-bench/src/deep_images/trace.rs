@@ -3,7 +3,8 @@
 use lanternfish::{
     deep_images::DeepImages,
     rays::{RayTracer, TracedRay},
-    settings::{DeepImageSettings, Tracer},
+    settings::Tracer,
+    techniques::DeepImageSettings,
 };
 use lanternfish_cli::error::CliError;
 use lanternfish_gpu::{Frame, read_back};
@@ -31,12 +32,12 @@ impl Bench {
         rays: Vec<KnownRay>,
     ) -> Result<Vec<Row>, CliError> {
         let tracer = RayTracer::new(&self.run.gpu.device)?;
-        let known = Tracer::ALL.iter().filter(|known| known.is_supported(&self.run.gpu.device));
-        let (coarse, exact): (Vec<_>, Vec<_>) = known.copied().partition(|known| known.uses_deep_images());
+        let known = Tracer::all().into_iter().filter(|known| known.is_supported(&self.run.gpu.device));
+        let (coarse, exact): (Vec<_>, Vec<_>) = known.partition(|known| !known.is_exact());
         let asked = coarse.into_iter().chain(exact.into_iter().filter(|_| group.beside_exact));
         let is_software = self.run.gpu.description.device_type == "Cpu";
         let figures = |through: Tracer| {
-            let is_slow = is_software && through == Tracer::RayQuery;
+            let is_slow = is_software && through == Tracer::RAY_QUERY;
             let mut chosen = rays[..rays.len() / if is_slow { SOFTWARE_RAYS } else { 1 }].to_vec();
             let count = chosen.len();
             let rate = |ms: f64| count as f64 / ms / 1e3;
@@ -74,7 +75,7 @@ impl Bench {
         let rays: Vec<TracedRay> = rays.iter().map(|known| known.ray).collect();
         let uploaded = tracer.upload(&self.run.gpu.device, &rays)?;
         let scene = match (through, &self.with_ray_query) {
-            (Tracer::RayQuery, Some(scene)) => scene,
+            (tracer, Some(scene)) if tracer == Tracer::RAY_QUERY => scene,
             _ => &self.uploaded,
         };
         let gpu = &self.run.gpu;

@@ -2,8 +2,8 @@
 
 use lanternfish::{
     Picture, Renderer,
-    settings::{Settings, Tracer},
-    techniques::{Bounces, HitLight, Sampled},
+    settings::Settings,
+    techniques::{Bounces, HitLight, Sampled, WITHIN_TEXEL},
 };
 use lanternfish_cli::{error::CliError, progress::Progress};
 use lanternfish_gpu::PassTime;
@@ -33,7 +33,7 @@ impl Bench<'_> {
         converged: &Picture,
         progress: &mut Progress,
     ) -> Result<Vec<Row>, CliError> {
-        let through_images = set.map(|set| (set, Tracer::WithinTexel));
+        let through_images = set.map(|set| (set, WITHIN_TEXEL));
         let ways =
             [(HitLight::Shaded, Bounces::ONE), (HitLight::Cached, Bounces::ONE), (HitLight::Cached, Bounces::All)];
         let direct =

@@ -1,7 +1,8 @@
 //! What is measured: one list.
 
 use lanternfish::{
-    settings::{DeepImageSettings, Materials, Samples, Settings, Tracer},
+    settings::{Materials, Samples, Settings, Tracer},
+    techniques::DeepImageSettings,
     techniques::{DirectionSet, Sampled},
 };
 use lanternfish_scene::Scene;
@@ -140,7 +141,7 @@ impl Case {
     }
 
     pub fn tracer(self) -> Tracer {
-        self.images.map_or(Tracer::Bvh, |(_, tracer)| tracer)
+        self.images.map_or(Tracer::BVH, |(_, tracer)| tracer)
     }
 
     /// `look`: what all configurations share. `fragments_a_texel`: as [`DeepImageSettings`] has it, where there are images.
@@ -158,7 +159,7 @@ impl Case {
         Settings {
             materials: self.brdf.materials(),
             indirect: technique::sampled(sampled),
-            deep_images,
+            structure: deep_images.into(),
             samples: self.samples,
             accumulate: self.accumulate,
             ..look.clone()
@@ -208,7 +209,7 @@ impl Plan {
             let rows = through_bvh.iter().filter(|row| **row == Case::plain(row.brdf) || is_his(row.brdf));
             let traced = |row: &Case| {
                 let row = *row;
-                let tracers = Tracer::ALL.iter().copied().filter(|tracer| tracer.uses_deep_images());
+                let tracers = Tracer::all().into_iter().filter(|tracer| !tracer.is_exact());
                 tracers.map(move |tracer| Case { images: Some((set, tracer)), ..row })
             };
             Group { set, rows: rows.flat_map(traced).collect() }

@@ -1,9 +1,7 @@
 //! Renders every case, times it, and compares its image.
 
 use lanternfish::{
-    GpuScene, Picture, RenderError, Renderer,
-    settings::{DeepImageSettings, Settings},
-    techniques::Sampled,
+    GpuScene, Picture, RenderError, Renderer, settings::Settings, techniques::DeepImageSettings, techniques::Sampled,
 };
 use lanternfish_cli::{error::CliError, parse::Size, progress::Progress};
 use lanternfish_gpu::{PassTime, Profiler};

@@ -4,7 +4,8 @@ use glam::Mat3A;
 use lanternfish::{
     Renderer,
     deep_images::directions::Directions,
-    settings::{Quality, Settings, Shadows, Tracer},
+    settings::{Quality, Settings, Shadows},
+    techniques::{DeepImageSettings, WITHIN_TEXEL},
 };
 use lanternfish_cli::error::CliError;
 use lanternfish_scene::Scene;
@@ -28,11 +29,14 @@ impl Bench {
     /// Passes that build deep images, in the frame after one part has moved, and in the next, in which nothing has.
     fn images(&self) -> Result<Row, CliError> {
         let (scene, mut sampled) = (&self.scene, Quality::Good.sampled().one_bounce());
-        sampled.tracer = Tracer::WithinTexel.into();
+        sampled.tracer = WITHIN_TEXEL.into();
         let settings = Settings { indirect: technique::sampled(sampled), shadows: Shadows::BVH, ..Settings::default() };
         let row = Row::default()
-            .data("directions", Directions::new(settings.deep_images.directions).map_or(0, |all| all.len()))
-            .data("resolution", settings.deep_images.resolution);
+            .data(
+                "directions",
+                Directions::new(DeepImageSettings::of(&settings.structure).directions).map_or(0, |all| all.len()),
+            )
+            .data("resolution", DeepImageSettings::of(&settings.structure).resolution);
         let mut renderer = Renderer::with_engine(&self.run.engine, settings)?;
         let mut uploaded = renderer.upload(scene)?;
         let camera = scene.default_camera(SIZE[0] as f32 / SIZE[1] as f32);

@@ -95,7 +95,7 @@ impl Bench {
         for run in 0..=self.run.runs {
             for (scene, (rate, distances)) in scenes.into_iter().zip(&mut rates) {
                 let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-                let found = tracer.record(&mut frame, scene, Tracer::Bvh, None, &buffer, rays.len() as u32)?;
+                let found = tracer.record(&mut frame, scene, Tracer::BVH, None, &buffer, rays.len() as u32)?;
                 let ms = self.timed(|| {
                     frame.submit();
                     Ok(())

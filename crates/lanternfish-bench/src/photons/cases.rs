@@ -5,8 +5,8 @@ use lanternfish::{
         photon_splatting::{PhotonSplatting, Splat},
         virtual_lights::VirtualLights,
     },
-    settings::{DeepImageSettings, Quality, Settings, Tracer},
-    techniques::{DirectionSet, IndirectResolution, Sampled},
+    settings::{Quality, Settings, Tracer},
+    techniques::{ACROSS_TEXELS, DeepImageSettings, DirectionSet, IndirectResolution, Sampled, WITHIN_TEXEL},
 };
 
 use crate::{
@@ -48,9 +48,9 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         ("photon-count 16384", PhotonSplatting { count: 16384, ..usual }),
         ("photon-radius 0.25", PhotonSplatting { radius: 0.25, ..usual }),
         ("photon-radius 0.5", PhotonSplatting { radius: 0.5, ..usual }),
-        ("photon-tracer ray-query", PhotonSplatting { tracer: Tracer::RayQuery.into(), ..usual }),
-        ("photon-tracer within-texel", PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
-        ("photon-tracer across-texels", PhotonSplatting { tracer: Tracer::AcrossTexels.into(), ..usual }),
+        ("photon-tracer ray-query", PhotonSplatting { tracer: Tracer::RAY_QUERY.into(), ..usual }),
+        ("photon-tracer within-texel", PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual }),
+        ("photon-tracer across-texels", PhotonSplatting { tracer: ACROSS_TEXELS.into(), ..usual }),
         ("photon-widened off", PhotonSplatting { widened: false, ..usual }),
         ("photon-conserve on", PhotonSplatting { conserved: true, ..usual }),
         ("indirect-filter 0", PhotonSplatting { filter_radius: 0, ..usual }),
@@ -62,7 +62,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         let name = culling.name();
         add(&format!("photon-splatting, culling {name}"), Settings { culling, ..with(usual) });
     }
-    let paper = Settings { deep_images: papers_images(200), ..with(papers_photons()) };
+    let paper = Settings { structure: papers_images(200).into(), ..with(papers_photons()) };
     add("as in the paper", paper);
     all
 }
@@ -78,7 +78,7 @@ pub fn papers_images(resolution: u32) -> DeepImageSettings {
 pub fn papers_photons() -> PhotonSplatting {
     PhotonSplatting {
         count: 1024,
-        tracer: Tracer::WithinTexel.into(),
+        tracer: WITHIN_TEXEL.into(),
         radius: 1.0,
         widened: false,
         conserved: false,
@@ -97,7 +97,7 @@ pub fn converging(look: &Settings, quick: bool) -> Vec<Case> {
         ("photon-splatting, photon-count 16384", technique::photons(PhotonSplatting { count: 16384, ..usual })),
         (
             "photon-splatting, photon-tracer within-texel",
-            technique::photons(PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual }),
+            technique::photons(PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual }),
         ),
     ];
     let mut all = named(look, &rooms);

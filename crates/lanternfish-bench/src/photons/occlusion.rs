@@ -1,6 +1,9 @@
 //! Ambient occlusion by 512 deep images [Aalund2015, figs 8 and 9].
 
-use lanternfish::settings::{DeepImageSettings, Occlusion, Settings};
+use lanternfish::{
+    settings::{Occlusion, Settings},
+    techniques::DeepImageSettings,
+};
 use lanternfish_cli::error::CliError;
 
 use super::cases::papers_images;
@@ -27,7 +30,11 @@ pub fn rows(bench: &Bench) -> Result<Vec<Row>, CliError> {
     ];
     let row = |(name, occlusion, images): (&str, Occlusion, DeepImageSettings)| {
         let deep_images = DeepImageSettings { payload: false, ..images };
-        let rendered = bench.render_scene(&scene, &Settings { occlusion, deep_images, ..look.clone() }, bench.size)?;
+        let rendered = bench.render_scene(
+            &scene,
+            &Settings { occlusion, structure: deep_images.into(), ..look.clone() },
+            bench.size,
+        )?;
         let (flip, energy) = bench.against(&rendered.picture, &truth)?;
         let bytes = counter(&rendered.picture.report, "deep_images/bytes");
         Ok(Row::default()

@@ -2,7 +2,8 @@
 //! each of its settings that has names.
 
 use lanternfish::{
-    settings::{DeepImageSettings, Indirect, Materials, Settings},
+    settings::{Indirect, Materials, Settings},
+    techniques::DeepImageSettings,
     techniques::Sampled,
 };
 
@@ -16,10 +17,10 @@ pub fn bounces(default: &Settings) -> Vec<Technique> {
 }
 
 fn of_room(room: Indirect, default: &Settings) -> Vec<Technique> {
-    let deep_images = DeepImageSettings { resolution: 64, ..default.deep_images };
+    let deep_images = DeepImageSettings { resolution: 64, ..DeepImageSettings::of(&default.structure) };
     let row = |name: String, truth: Truth, indirect| {
         let materials = if truth == Truth::OneBounce { Materials::Lambert } else { Materials::File };
-        let settings = Settings { indirect, materials, deep_images, ..default.clone() };
+        let settings = Settings { indirect, materials, structure: deep_images.into(), ..default.clone() };
         Technique { name: format!("{truth} {name}"), settings, truth }
     };
     let name = room.name().to_owned();

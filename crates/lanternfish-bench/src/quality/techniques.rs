@@ -6,14 +6,15 @@
 
 use lanternfish::{
     settings::{
-        Anisotropy, Culling, DeepImageSettings, Indirect, Materials, Occlusion, Quality, RayCulling, Samples, Settings,
-        Shadows, TextureBinding, Tracer,
+        Anisotropy, Culling, Indirect, Materials, Occlusion, Quality, RayCulling, Samples, Settings, Shadows,
+        TextureBinding, Tracer,
     },
     techniques::{
-        Assignment, ClusterShape, ClusterTest, Clustered, Deep, DirectionSet, HitLight, IndirectClamp,
-        IndirectResolution, RasterGrid, Sampled, TileSize, Tiled,
+        Assignment, ClusterShape, ClusterTest, Clustered, Deep, DeepImageSettings, DirectionSet, HitLight,
+        IndirectClamp, IndirectResolution, RasterGrid, Sampled, TileSize, Tiled, WITHIN_TEXEL,
     },
 };
+use lanternfish_scene::Named;
 
 use crate::{
     technique,
@@ -55,7 +56,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
         // Rows under truths of their own, below.
         indirect: _,
         occlusion: _,
-        deep_images: _,
+        structure: _,
         accumulate: _,
         // Of one picture it changes nothing: `lanternfish-bench history`.
         history: _,
@@ -78,7 +79,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     macro_rules! every {
         ($name:literal, $field:ident, $type:ty) => {
             let changed = |value: &$type| (value.to_string(), Settings { $field: *value, ..default.clone() });
-            each($name, <$type>::ALL.iter().map(changed).collect());
+            each($name, <$type as Named>::all().iter().map(changed).collect());
         };
     }
     every!("shadows", shadows, Shadows);
@@ -108,7 +109,7 @@ pub fn techniques(default: &Settings, diagonal: f32) -> Vec<Technique> {
     rows.push(row(format!("indirect none, {MEAN_FRAMES} frames"), Truth::Full, without(MEAN_FRAMES)));
     for indirect in Indirect::all() {
         let settings =
-            Settings { indirect: indirect.clone(), deep_images: Settings::default().deep_images, ..default.clone() };
+            Settings { indirect: indirect.clone(), structure: Settings::default().structure, ..default.clone() };
         rows.push(row(format!("indirect {}", indirect.name()), Truth::Full, settings));
     }
     let sampled = |name: &str, sampled, accumulate| {
@@ -136,16 +137,17 @@ const GOOD: Sampled = Quality::Good.sampled().one_bounce();
 /// as many rays.
 fn bounces(default: &Settings) -> Vec<Technique> {
     let truth = Truth::OneBounce;
-    let usual = default.deep_images.resolution;
+    let usual = DeepImageSettings::of(&default.structure).resolution;
     let of = |name: &str, indirect, resolution| {
-        let deep_images = DeepImageSettings { resolution, ..default.deep_images };
-        let settings = Settings { indirect, deep_images, materials: Materials::Lambert, ..default.clone() };
+        let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::of(&default.structure) };
+        let settings =
+            Settings { indirect, structure: deep_images.into(), materials: Materials::Lambert, ..default.clone() };
         Technique { name: format!("one-bounce {name}"), settings, truth }
     };
     let mut rows = vec![of("none", technique::NO_INDIRECT, usual)];
-    for tracer in Tracer::ALL.iter().copied() {
+    for tracer in Tracer::all().into_iter() {
         let plain = technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
-        if tracer.uses_deep_images() {
+        if !tracer.is_exact() {
             rows.extend([64, 128].map(|resolution| of(&format!("{tracer} {resolution}"), plain.clone(), resolution)));
         } else {
             rows.push(of(tracer.name(), plain, usual));
@@ -154,21 +156,21 @@ fn bounces(default: &Settings) -> Vec<Technique> {
     let all = |tracer: Tracer| Sampled { tracer: tracer.into(), ..GOOD };
     let half = |tracer| Sampled { resolution: IndirectResolution::Half, ..all(tracer) };
     let fewer = |tracer| Sampled { diffuse_rays: 4, glossy_rays: 2, ..all(tracer) };
-    let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::Bvh) };
+    let not_clamped = Sampled { clamp: IndirectClamp::Off, ..all(Tracer::BVH) };
     let cached = |tracer| Sampled { hit_light: HitLight::Cached, ..all(tracer) };
     let half_cached = |tracer| Sampled { hit_light: HitLight::Cached, ..half(tracer) };
     let more = [
-        ("within-texel 64, every fourth pixel", half(Tracer::WithinTexel), 64),
-        ("within-texel 128, every fourth pixel", half(Tracer::WithinTexel), 128),
-        ("within-texel 256, every fourth pixel", half(Tracer::WithinTexel), 256),
-        ("bvh, every fourth pixel", half(Tracer::Bvh), usual),
-        ("within-texel 128, half the rays", fewer(Tracer::WithinTexel), 128),
-        ("bvh, half the rays", fewer(Tracer::Bvh), usual),
+        ("within-texel 64, every fourth pixel", half(WITHIN_TEXEL), 64),
+        ("within-texel 128, every fourth pixel", half(WITHIN_TEXEL), 128),
+        ("within-texel 256, every fourth pixel", half(WITHIN_TEXEL), 256),
+        ("bvh, every fourth pixel", half(Tracer::BVH), usual),
+        ("within-texel 128, half the rays", fewer(WITHIN_TEXEL), 128),
+        ("bvh, half the rays", fewer(Tracer::BVH), usual),
         ("bvh, not clamped", not_clamped, usual),
-        ("bvh, cached", cached(Tracer::Bvh), usual),
-        ("bvh, every fourth pixel, cached", half_cached(Tracer::Bvh), usual),
-        ("within-texel 128, cached", cached(Tracer::WithinTexel), 128),
-        ("within-texel 128, every fourth pixel, cached", half_cached(Tracer::WithinTexel), 128),
+        ("bvh, cached", cached(Tracer::BVH), usual),
+        ("bvh, every fourth pixel, cached", half_cached(Tracer::BVH), usual),
+        ("within-texel 128, cached", cached(WITHIN_TEXEL), 128),
+        ("within-texel 128, every fourth pixel, cached", half_cached(WITHIN_TEXEL), 128),
     ];
     rows.extend(more.map(|(name, sampled, resolution)| of(name, technique::sampled(sampled), resolution)));
     rows
@@ -177,12 +179,12 @@ fn bounces(default: &Settings) -> Vec<Technique> {
 /// One bounce on the file's materials, by 16 glossy rays.
 fn glossy_bounces(default: &Settings) -> Vec<Technique> {
     let of = |name: &str, indirect| {
-        let deep_images = DeepImageSettings { resolution: 128, ..default.deep_images };
-        let settings = Settings { indirect, deep_images, ..default.clone() };
+        let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::of(&default.structure) };
+        let settings = Settings { indirect, structure: deep_images.into(), ..default.clone() };
         Technique { name: format!("one-bounce-file {name}"), settings, truth: Truth::OneBounceFile }
     };
     let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), glossy_rays: 16, ..GOOD });
-    let traced = Tracer::ALL.iter().map(|tracer| of(tracer.name(), sampled(*tracer)));
+    let traced = Tracer::all().into_iter().map(|tracer| of(tracer.name(), sampled(tracer)));
     std::iter::once(of("none", technique::NO_INDIRECT)).chain(traced).collect()
 }
 
@@ -217,20 +219,20 @@ fn occlusions(default: &Settings, diagonal: f32) -> Vec<Technique> {
     for truth in [Truth::Occlusion, Truth::ObscuranceFar, Truth::ObscuranceNear] {
         let kind = truth.name();
         let max_distance = truth.max_distance(diagonal);
-        let mut row = |name: String, occlusion, deep_images| {
-            let settings = Settings { occlusion, deep_images, ..truth.seen(default) };
+        let mut row = |name: String, occlusion, deep_images: DeepImageSettings| {
+            let settings = Settings { occlusion, structure: deep_images.into(), ..truth.seen(default) };
             rows.push(Technique { name, settings, truth });
         };
-        row(format!("{kind} none"), technique::NO_OCCLUSION, default.deep_images);
+        row(format!("{kind} none"), technique::NO_OCCLUSION, DeepImageSettings::of(&default.structure));
         for occlusion in occlusion_rooms(max_distance, diagonal) {
-            for (name, images) in with_images(occlusion.clone(), &default.deep_images) {
+            for (name, images) in with_images(occlusion.clone(), &DeepImageSettings::of(&default.structure)) {
                 row(format!("{kind} {name}"), occlusion.clone(), images);
             }
         }
         if max_distance.is_none() {
             // What is left at this resolution is directions.
             let directions = DirectionSet::ZonalEqualArea { count: MANY_DIRECTIONS };
-            let images = DeepImageSettings { resolution: 128, directions, ..default.deep_images };
+            let images = DeepImageSettings { resolution: 128, directions, ..DeepImageSettings::of(&default.structure) };
             row(format!("{kind} deep 128, {MANY_DIRECTIONS} directions"), technique::deep_occlusion(None), images);
         }
     }
@@ -244,12 +246,12 @@ fn environments(default: &Settings, diagonal: f32) -> Vec<Technique> {
     let occluded = |occlusion| Settings { occlusion, ..default.clone() };
     let mut rows = vec![of("none".to_owned(), occluded(technique::NO_OCCLUSION))];
     for occlusion in occlusion_rooms(None, diagonal) {
-        for (name, deep_images) in with_images(occlusion.clone(), &default.deep_images) {
-            rows.push(of(name, Settings { deep_images, ..occluded(occlusion.clone()) }));
+        for (name, deep_images) in with_images(occlusion.clone(), &DeepImageSettings::of(&default.structure)) {
+            rows.push(of(name, Settings { structure: deep_images.into(), ..occluded(occlusion.clone()) }));
         }
     }
     let sampled = |tracer: Tracer| technique::sampled(Sampled { tracer: tracer.into(), ..GOOD });
-    for tracer in Tracer::ALL {
+    for tracer in &Tracer::all() {
         let settings = Settings { indirect: sampled(*tracer), ..default.clone() };
         rows.push(Technique { truth: Truth::EnvironmentBounce, ..of(format!("sampled {tracer}"), settings) });
     }

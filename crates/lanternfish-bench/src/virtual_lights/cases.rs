@@ -2,8 +2,8 @@
 
 use lanternfish::{
     indirect::virtual_lights::{Emission, MapSize, MapSource, RangeAxis, Ranges, Residual, VirtualLights},
-    settings::{Attenuation, DeepImageSettings, Indirect, Quality, Settings, Shadows, Tracer},
-    techniques::{DirectionSet, IndirectResolution, Sampled},
+    settings::{Attenuation, Indirect, Quality, Settings, Shadows, Tracer},
+    techniques::{ACROSS_TEXELS, DeepImageSettings, DirectionSet, IndirectResolution, Sampled, WITHIN_TEXEL},
 };
 
 use crate::{
@@ -60,7 +60,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
     let with = |room: VirtualLights| of(technique::virtual_lights(room));
     let usual = VirtualLights::default();
     let grid = technique::raster_grid(Default::default());
-    let paper = || Settings { deep_images: papers_images(), culling: grid.clone(), ..with(papers_lights()) };
+    let paper = || Settings { structure: papers_images().into(), culling: grid.clone(), ..with(papers_lights()) };
     add("none", of(technique::NO_INDIRECT));
     let good = Quality::Good.sampled().one_bounce();
     add("sampled", of(technique::sampled(good)));
@@ -78,8 +78,8 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         ("vpl-shadow-rays 1", VirtualLights { shadow_rays: 1, ..usual }),
         ("vpl-shadow-rays 16", VirtualLights { shadow_rays: 16, ..usual }),
         ("vpl-shadows none", VirtualLights { shadows: Shadows::None, ..usual }),
-        ("vpl-shadows within-texel", VirtualLights { shadows: Shadows::Traced(Tracer::WithinTexel), ..usual }),
-        ("vpl-shadows across-texels", VirtualLights { shadows: Shadows::Traced(Tracer::AcrossTexels), ..usual }),
+        ("vpl-shadows within-texel", VirtualLights { shadows: Shadows::Traced(WITHIN_TEXEL), ..usual }),
+        ("vpl-shadows across-texels", VirtualLights { shadows: Shadows::Traced(ACROSS_TEXELS), ..usual }),
         ("vpl-residual lost", VirtualLights { residual: Residual::Lost, ..usual }),
         (
             "vpl-residual lost, vpl-shadows none",
@@ -91,7 +91,7 @@ pub fn cases(look: &Settings, quick: bool) -> Vec<Case> {
         ("vpl-ranges random", VirtualLights { ranges: Ranges::Random, ..usual }),
         ("vpl-ranges unlimited", VirtualLights { ranges: Ranges::Unlimited, residual: Residual::Lost, ..usual }),
         ("vpl-axis reflection", VirtualLights { axis: RangeAxis::Reflection, ..usual }),
-        ("vpl-range-tracer bvh", VirtualLights { range_tracer: Tracer::Bvh, ..usual }),
+        ("vpl-range-tracer bvh", VirtualLights { range_tracer: Tracer::BVH, ..usual }),
         ("vpl-unique off", VirtualLights { unique: false, ..usual }),
         ("vpl-count 1024, vpl-stride 1", VirtualLights { count: 1024, stride: 1, far_lights: 64, ..usual }),
         ("vpl-count 1024, vpl-stride 4", VirtualLights { count: 1024, stride: 4, ..usual }),
@@ -162,7 +162,7 @@ pub fn ranges_alone(look: &Settings, map: MapSize, ranges: Ranges, tracer: Trace
         shadows: Shadows::None,
         ..VirtualLights::default()
     };
-    Settings { indirect: technique::virtual_lights(room), deep_images: papers_images(), ..look.clone() }
+    Settings { indirect: technique::virtual_lights(room), structure: papers_images().into(), ..look.clone() }
 }
 
 #[cfg(test)]

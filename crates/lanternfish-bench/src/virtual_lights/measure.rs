@@ -3,6 +3,7 @@
 use lanternfish::{
     indirect::virtual_lights::{MapSize, Ranges},
     settings::Tracer,
+    techniques::WITHIN_TEXEL,
 };
 use lanternfish_cli::{error::CliError, parse::Size};
 
@@ -64,9 +65,9 @@ pub fn ranges(bench: &Bench, map: MapSize) -> Result<Row, CliError> {
         // The image matters not.
         bench.render(&ranges_alone(&bench.look, map, ranges, tracer), Size { width: 64, height: 36 })
     };
-    let deep = of(Ranges::Average, Tracer::WithinTexel)?;
-    let bvh = steps(&of(Ranges::Average, Tracer::Bvh)?);
-    let random = steps(&of(Ranges::Random, Tracer::WithinTexel)?);
+    let deep = of(Ranges::Average, WITHIN_TEXEL)?;
+    let bvh = steps(&of(Ranges::Average, Tracer::BVH)?);
+    let random = steps(&of(Ranges::Random, WITHIN_TEXEL)?);
     let lights = counter(&deep.picture.report, "virtual_lights/unique");
     let deep = steps(&deep);
     Ok(range_row(map.texels(), lights, [deep.range_rays + deep.ranges, bvh.range_rays + bvh.ranges, random.ranges]))

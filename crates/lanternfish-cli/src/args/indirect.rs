@@ -4,7 +4,8 @@ use clap::Args;
 use lanternfish::{
     indirect::IndirectTechnique,
     occlusion::OcclusionTechnique,
-    settings::{DeepImageSettings, Indirect, Occlusion, Quality, Samples, Settings},
+    settings::{Indirect, Occlusion, Quality, Samples, Settings},
+    techniques::DeepImageSettings,
     techniques::DirectionSet,
 };
 

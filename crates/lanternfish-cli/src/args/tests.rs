@@ -1,9 +1,10 @@
 use clap::{CommandFactory, Parser};
 use lanternfish::{
     settings::{
-        Anisotropy, Attenuation, Culling, DebugView, DeepImageSettings, Exposure, History, Indirect, Materials,
-        Occlusion, Quality, RayCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
+        Anisotropy, Attenuation, Culling, DebugView, Exposure, History, Indirect, Materials, Occlusion, Quality,
+        RayCulling, Samples, Shadows, TextureBinding, ToneMap, Tracer, TracerChoice,
     },
+    techniques::DeepImageSettings,
     techniques::{
         Assignment, ClusterShape, ClusterTest, Clustered, Deep, DirectionSet, Grouping, Hbao, IndirectClamp,
         IndirectResolution, Sampled, TileSize, Tiled,
@@ -60,12 +61,13 @@ fn every_flag_reaches_its_setting() {
         anisotropy: Anisotropy::X2,
         samples: Samples::Four,
         occlusion: Occlusion::from(Deep { max_distance: Some(2.5) }),
-        deep_images: DeepImageSettings {
+        structure: DeepImageSettings {
             directions: DirectionSet::Cube { k: 2 },
             resolution: 32,
             slices: 8,
             ..DeepImageSettings::default()
-        },
+        }
+        .into(),
         accumulate: 5,
         light_radius: 0.2,
         shadow_rays: 7,
@@ -73,7 +75,7 @@ fn every_flag_reaches_its_setting() {
         indirect: Indirect::from(Sampled {
             diffuse_rays: 3,
             glossy_rays: 0,
-            tracer: Tracer::Bvh.into(),
+            tracer: Tracer::BVH.into(),
             resolution: IndirectResolution::Half,
             filter_radius: 2,
             clamp: IndirectClamp::Off,
@@ -161,7 +163,7 @@ fn adapters_are_named_or_cpu() {
 fn quality_says_what_is_not_said_otherwise() {
     let sampled = |words: &[&str]| {
         let settings = parsed(words).unwrap().settings();
-        (*settings.indirect.get::<Sampled>().unwrap(), settings.deep_images.resolution)
+        (*settings.indirect.get::<Sampled>().unwrap(), DeepImageSettings::of(&settings.structure).resolution)
     };
     assert_eq!(sampled(&[]), (Sampled::default(), 128));
     let (draft, coarse) = sampled(&["--quality", "draft"]);
@@ -173,7 +175,7 @@ fn quality_says_what_is_not_said_otherwise() {
     let (best, fine) = sampled(&["--quality", "best", "--indirect-rays", "3", "--deep-resolution", "32"]);
     assert_eq!((best.diffuse_rays, best.tracer, fine), (3, TracerChoice::Auto, 32));
     let none = parsed(&["--indirect", "none"]).unwrap().settings();
-    assert_eq!((none.indirect, none.deep_images), (Indirect::NONE, DeepImageSettings::default()));
+    assert_eq!((none.indirect, DeepImageSettings::of(&none.structure)), (Indirect::NONE, DeepImageSettings::default()));
     // Several samples a pixel where they are a small part of the frame, or where they are asked for.
     let samples = |words: &[&str]| parsed(words).unwrap().settings().samples;
     assert_eq!((samples(&[]), samples(&["--quality", "draft"])), (Samples::Four, Samples::One));

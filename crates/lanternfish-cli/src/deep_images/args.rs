@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use lanternfish::{deep_images::directions::DirectionSet, settings::DeepImageSettings, techniques::DeepBuilder};
+use lanternfish::{deep_images::directions::DirectionSet, techniques::DeepBuilder, techniques::DeepImageSettings};
 use lanternfish_gpu::AdapterChoice;
 
 use crate::{

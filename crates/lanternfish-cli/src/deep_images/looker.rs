@@ -8,7 +8,8 @@ use lanternfish::{
         DeepImageBuilder, DeepImages,
         view::{Colors, PointCloud, PointSize, TexelViews},
     },
-    settings::{DeepImageSettings, Settings, Shadows},
+    settings::{Settings, Shadows},
+    techniques::DeepImageSettings,
     view::View,
 };
 use lanternfish_gpu::{Frame, Gpu, GpuError, Profiler, read_back, read_texture};

@@ -81,11 +81,11 @@ pub fn plans() -> Vec<Plan> {
         let is_quick = culling == Culling::default();
         add(Group::LightCulling, culling.name(), Name::Atrium, is_quick, Kind::Same(Box::new(both)));
     }
-    for tracer in Tracer::ALL.iter().copied() {
+    for tracer in Tracer::all() {
         let settings = Settings { shadows: Shadows::Traced(tracer), ..direct() };
-        let is_exact = !tracer.uses_deep_images();
+        let is_exact = tracer.is_exact();
         let limits = if is_exact { Limits::new(0.03, 0.01, 0.01) } else { Limits::new(0.13, 0.04, 0.03) };
-        let is_quick = tracer == Tracer::Bvh;
+        let is_quick = tracer == Tracer::BVH;
         if is_exact {
             let masks = against(Reference::Direct, settings.clone(), Limits { energy: 0.02, ..limits });
             add(Group::Shadows, tracer.name(), Name::Masks, is_quick, masks);
@@ -121,11 +121,10 @@ pub fn plans() -> Vec<Plan> {
     let full = |settings| against(Reference::Full, settings, Limits::new(0.07, 0.015, 0.01));
     add(Group::IndirectLight, "default", Name::Cornell, true, full(good()));
     add(Group::IndirectLight, "default", Name::Hall, false, full(good()));
-    for tracer in Tracer::ALL.iter().copied() {
+    for tracer in Tracer::all() {
         let sampled = Indirect::from(Sampled { tracer: tracer.into(), ..Sampled::default() });
         let name = format!("{}, {tracer}", sampled.name());
-        let limits =
-            if tracer.uses_deep_images() { Limits::new(0.12, 0.05, 0.02) } else { Limits::new(0.07, 0.015, 0.01) };
+        let limits = if !tracer.is_exact() { Limits::new(0.12, 0.05, 0.02) } else { Limits::new(0.07, 0.015, 0.01) };
         let settings = Settings { indirect: sampled, ..good() };
         add(Group::IndirectLight, &name, Name::Cornell, false, against(Reference::Full, settings, limits));
     }
@@ -151,7 +150,7 @@ mod tests {
     fn every_technique_and_tracer_is_checked() {
         let plans = plans();
         let has = |group: Group, name: &str| plans.iter().any(|plan| plan.group == group && plan.name == name);
-        for tracer in Tracer::ALL {
+        for tracer in &Tracer::all() {
             assert!(has(Group::Shadows, tracer.name()), "{tracer}");
             assert!(has(Group::IndirectLight, &format!("sampled, {tracer}")), "{tracer}");
         }

@@ -2,7 +2,8 @@
 
 use lanternfish::{
     RenderError, Renderer, Settings,
-    settings::{Culling, DeepImageSettings, Indirect, Occlusion, Shadows, Tracer},
+    settings::{Culling, Indirect, Occlusion, Shadows, Tracer},
+    techniques::DeepImageSettings,
 };
 use lanternfish_gpu::{AdapterDescription, Engine, Gpu, driver_warning};
 
@@ -44,9 +45,9 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     let culling = Culling::all().into_iter();
     asked.extend(culling.map(|culling| (format!("culling {}", culling.name()), Settings { culling, ..direct() })));
     asked.extend(
-        Tracer::ALL
-            .iter()
-            .map(|tracer| (format!("shadows {tracer}"), Settings { shadows: Shadows::Traced(*tracer), ..direct() })),
+        Tracer::all()
+            .into_iter()
+            .map(|tracer| (format!("shadows {tracer}"), Settings { shadows: Shadows::Traced(tracer), ..direct() })),
     );
     let occlusion = Occlusion::all().into_iter();
     asked.extend(
@@ -54,10 +55,9 @@ pub fn techniques(engine: &Engine) -> Vec<Technique> {
     );
     let deep_images = DeepImageSettings::default();
     let indirect = Indirect::all().into_iter();
-    asked.extend(
-        indirect
-            .map(|indirect| (format!("indirect {}", indirect.name()), Settings { indirect, deep_images, ..direct() })),
-    );
+    asked.extend(indirect.map(|indirect| {
+        (format!("indirect {}", indirect.name()), Settings { indirect, structure: deep_images.into(), ..direct() })
+    }));
     let built = |(name, settings): (String, Settings)| {
         let reason =
             Renderer::with_engine(engine, settings).err().map(|error: RenderError| as_flags(&error.to_string()));

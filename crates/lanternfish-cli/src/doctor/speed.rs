@@ -6,8 +6,9 @@ use glam::Vec3;
 use lanternfish::{
     GpuScene, Renderer, Settings,
     deep_images::{DeepImageBuilder, DeepImages},
-    rays::{RayTracer, TracedRay},
-    settings::{DeepImageSettings, Quality, Shadows, Tracer},
+    rays::{RayTracer, TracedRay, TracedStructure},
+    settings::{Quality, Shadows, Tracer},
+    techniques::DeepImageSettings,
 };
 use lanternfish_gpu::{
     Frame, PassTime, Profiler, faulty_software, primitives::RadixSort, read_back, storage_buffer_of,
@@ -68,8 +69,8 @@ impl Extent {
     /// What is measured, in this order.
     pub fn steps(&self) -> Vec<Step> {
         let mut steps = vec![Step::Sort];
-        let tracers = Tracer::ALL.iter().filter(|tracer| self.has_deep_images || !tracer.uses_deep_images());
-        steps.extend(tracers.map(|tracer| Step::Trace(*tracer)));
+        let tracers = Tracer::all().into_iter().filter(|tracer| self.has_deep_images || tracer.is_exact());
+        steps.extend(tracers.map(|tracer| Step::Trace(tracer)));
         for size in self.sizes.iter().copied() {
             steps.extend(self.lights.iter().map(|lights| Step::DirectLight { size, lights: *lights }));
             let size = if self.is_software { size.map(|edge| edge.div_ceil(2)) } else { size };
@@ -211,7 +212,7 @@ fn lists(
 ) -> [(&'static str, Vec<TracedRay>); 2] {
     let bounds = scene.bounds();
     let ray = |origin, direction, offset| match images {
-        Some(images) => TracedRay::new(images, origin, direction, offset),
+        Some(images) => images.ray(origin, direction, offset),
         None => TracedRay { origin, direction, offset, ..TracedRay::default() },
     };
     // Three quarters of a texel.
@@ -247,20 +248,27 @@ fn trace(
     if !through.is_supported(device) {
         return Ok(());
     }
-    let shadows = if through == Tracer::RayQuery { Shadows::RAY_QUERY } else { Shadows::BVH };
+    let shadows = if through == Tracer::RAY_QUERY { Shadows::RAY_QUERY } else { Shadows::BVH };
     let settings = Settings { shadows, ..Settings::direct_light() };
     let uploaded = Renderer::with_engine(&bench.engine, settings)?.upload(scene)?;
     let mut profiler = Profiler::new(device, queue);
-    let images = through.uses_deep_images().then(|| built(bench, &mut profiler, &uploaded)).transpose()?;
+    let images = (!through.is_exact()).then(|| built(bench, &mut profiler, &uploaded)).transpose()?;
     let tracer = RayTracer::new(device)?;
     let camera = scene.default_camera(1.0);
     // A software adapter's own structure is slow.
-    let count = if extent.is_software && through == Tracer::RayQuery { extent.rays / 8 } else { extent.rays };
+    let count = if extent.is_software && through == Tracer::RAY_QUERY { extent.rays / 8 } else { extent.rays };
     for (order, rays) in lists(scene, &camera, images.as_ref(), count) {
         let list = tracer.upload(device, &rays)?;
         let ms = repeated(|| {
             let (ms, _) = timed(bench, &mut profiler, |frame| {
-                Ok(tracer.record(frame, &uploaded, through, images.as_ref(), &list, count)?)
+                Ok(tracer.record(
+                    frame,
+                    &uploaded,
+                    through,
+                    images.as_ref().map(|images| images as &dyn TracedStructure),
+                    &list,
+                    count,
+                )?)
             })?;
             Ok(ms)
         })?;

@@ -9,6 +9,7 @@ use glam::Vec3;
 use lanternfish::{
     settings::Settings,
     technique::{Choice, Kind},
+    techniques::DeepImageSettings,
 };
 use lanternfish_scene::{
     Camera, Eyes, Light, LightKind, Projection, Scene,
@@ -232,7 +233,7 @@ fn quoted(word: &str) -> String {
 
 /// What a flag of this name says of settings: none where it says nothing of them; and none within where its default is meant.
 fn setting(name: &str, settings: &Settings) -> Option<Option<String>> {
-    let deep = &settings.deep_images;
+    let deep = &DeepImageSettings::of(&settings.structure);
     let own = match name {
         "light-radius" => Some(settings.light_radius.to_string()),
         "textures" => Some(settings.textures.to_string()),

@@ -1,6 +1,9 @@
 use std::time::{Duration, Instant};
 
-use lanternfish::settings::{DebugView, DeepImageSettings, Shadows, ToneMap};
+use lanternfish::{
+    settings::{DebugView, Shadows, ToneMap},
+    techniques::DeepImageSettings,
+};
 use lanternfish_gpu::{Gpu, read_texture, testing};
 use lanternfish_metrics::{PIXELS_PER_DEGREE, RgbImage, flip_ldr};
 use lanternfish_scene::generate::demo;
@@ -144,7 +147,7 @@ fn gpu_a_pixel_is_found_beside_the_pictures() {
 #[test]
 fn gpu_deep_images_are_points_on_the_other_side() {
     let images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
-    let settings = Settings { shadows: Shadows::BVH, deep_images: images, ..Settings::direct_light() };
+    let settings = Settings { shadows: Shadows::BVH, structure: images.into(), ..Settings::direct_light() };
     let Some(mut both) = Both::new("gpu_deep_images_are_points_on_the_other_side", &settings) else { return };
     both.wipe.other = Other::DeepImages;
     let at_rest =

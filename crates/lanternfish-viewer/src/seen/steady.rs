@@ -1,7 +1,8 @@
 //! Settings that come again and again take no more and more memory.
 
 use lanternfish::{
-    settings::{Culling, DebugView, DeepImageSettings, Indirect, Occlusion, Quality, Samples, Shadows},
+    settings::{Culling, DebugView, Indirect, Occlusion, Quality, Samples, Shadows},
+    techniques::DeepImageSettings,
     techniques::{Deep, Tiled},
 };
 use lanternfish_gpu::{AdapterChoice, KeptCompiled, testing};
@@ -47,7 +48,11 @@ fn kinds() -> Vec<Settings> {
         usual.clone(),
         Settings { culling: Culling::from(Tiled::default()), shadows: Shadows::None, ..usual.clone() },
         Settings { samples: Samples::Four, ..usual.clone() },
-        Settings { occlusion: Occlusion::from(Deep { max_distance: None }), deep_images, ..usual.clone() },
+        Settings {
+            occlusion: Occlusion::from(Deep { max_distance: None }),
+            structure: deep_images.into(),
+            ..usual.clone()
+        },
         Settings { indirect: sampled, ..usual.clone() },
         Settings { debug_view: Some(DebugView::Normal), ..usual },
     ]

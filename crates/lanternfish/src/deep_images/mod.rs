@@ -13,6 +13,7 @@ mod holes;
 mod kept;
 pub mod settings;
 mod store;
+mod structure;
 #[cfg(test)]
 mod tests;
 
@@ -29,6 +30,7 @@ pub use self::{
     build::{DeepImageBuilder, PeeledFragment},
     holes::Holes,
     kept::KeptDeepImages,
+    structure::{ACROSS_TEXELS, WITHIN_TEXEL},
     validate::{Fragment, ListFault},
 };
 use crate::{

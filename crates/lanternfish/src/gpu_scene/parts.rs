@@ -13,14 +13,11 @@ pub struct Parts {
     pub hits: bool,
     /// What arrives from the surroundings where nothing occludes them.
     pub open_surroundings: bool,
-    /// The deep images that the renderer builds and keeps as long as nothing moves.
-    pub deep_images: bool,
 }
 
 impl Parts {
     /// None.
-    pub const NONE: Self =
-        Self { bvh: false, ray_query: false, hits: false, open_surroundings: false, deep_images: false };
+    pub const NONE: Self = Self { bvh: false, ray_query: false, hits: false, open_surroundings: false };
     /// The BVH.
     pub const BVH: Self = Self { bvh: true, ..Self::NONE };
     /// The adapter's own acceleration structure.
@@ -29,16 +26,13 @@ impl Parts {
     pub const HITS: Self = Self { bvh: true, hits: true, ..Self::NONE };
     /// Light of the environment.
     pub const OPEN_SURROUNDINGS: Self = Self { open_surroundings: true, ..Self::NONE };
-    /// Deep images. They are made of the triangles of the BVH.
-    pub const DEEP_IMAGES: Self = Self { bvh: true, deep_images: true, ..Self::NONE };
 
     /// Whether something is traced.
     pub fn rays(self) -> bool {
         self.bvh || self.ray_query
     }
 
-    /// What a scene that has these parts lacks of those needed: the first that is missing, in words. Deep images are made where they are
-    /// asked for.
+    /// What a scene that has these parts lacks of those needed: the first that is missing, in words.
     pub fn lacks(self, needed: Self) -> Option<&'static str> {
         let faults = [
             (needed.bvh && !self.bvh, "it has no BVH"),
@@ -59,7 +53,6 @@ impl BitOr for Parts {
             ray_query: self.ray_query || other.ray_query,
             hits: self.hits || other.hits,
             open_surroundings: self.open_surroundings || other.open_surroundings,
-            deep_images: self.deep_images || other.deep_images,
         }
     }
 }

@@ -10,7 +10,7 @@ use super::packed_lights;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     lights::Light as PackedLight,
-    settings::DeepImageSettings,
+    techniques::DeepImageSettings,
     techniques::DirectionSet,
     testing::{quad, scene_of},
 };
@@ -38,7 +38,8 @@ fn scene() -> Scene {
 fn everything(gpu: &Gpu) -> Renderer {
     let directions = DirectionSet::Cube { k: 1 };
     let deep_images = DeepImageSettings { directions, resolution: 8, ..DeepImageSettings::default() };
-    Renderer::with_engine(&testing::engine(gpu), Settings { deep_images, ..Settings::default() }).unwrap()
+    Renderer::with_engine(&testing::engine(gpu), Settings { structure: deep_images.into(), ..Settings::default() })
+        .unwrap()
 }
 
 type Change = fn(&mut Scene);

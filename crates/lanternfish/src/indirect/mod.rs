@@ -64,6 +64,11 @@ pub trait IndirectTechnique: AnyTechnique {
         false
     }
 
+    /// What it traces rays through, beside what shadows are traced through.
+    fn tracers(&self) -> Vec<Tracer> {
+        Vec::new()
+    }
+
     /// Whether it finds the light of the surroundings too: if it does not, occlusion may.
     fn sees_surroundings(&self) -> bool {
         true
@@ -135,6 +140,11 @@ impl Indirect {
         if let Some(room) = self.technique_mut() {
             room.resolve_tracer(automatic);
         }
+    }
+
+    /// What the technique traces rays through.
+    pub(crate) fn tracers(&self) -> Vec<Tracer> {
+        self.technique().map(|technique| technique.tracers()).unwrap_or_default()
     }
 
     /// What the chosen room reads of a scene.

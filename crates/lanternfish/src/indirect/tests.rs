@@ -19,8 +19,11 @@ use lanternfish_scene::{AlphaMode, Camera, Environment, Light, Material, Project
 
 use crate::{
     RenderError, Renderer, Settings,
-    settings::{Attenuation, DeepImageSettings, Indirect, Samples, Shadows, Tracer},
-    techniques::{DeepDepth, DeepStore, IndirectClamp, IndirectResolution, Sampled},
+    settings::{Attenuation, Indirect, Samples, Shadows, Tracer},
+    techniques::{
+        ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, IndirectClamp, IndirectResolution, Sampled,
+        WITHIN_TEXEL,
+    },
     testing::{Random, apart, ask_module, quad, scene_of},
 };
 
@@ -103,13 +106,13 @@ fn cornell() -> Scene {
 }
 
 /// The tracers that the device has.
-fn tracers(gpu: &Gpu) -> impl Iterator<Item = &'static Tracer> {
+fn tracers(gpu: &Gpu) -> impl Iterator<Item = Tracer> {
     let has_ray_query = gpu.description.ray_query;
-    Tracer::ALL.iter().filter(move |tracer| **tracer != Tracer::RayQuery || has_ray_query)
+    Tracer::all().into_iter().filter(move |tracer| *tracer != Tracer::RAY_QUERY || has_ray_query)
 }
 
 fn is_exact(tracer: Tracer) -> bool {
-    matches!(tracer, Tracer::Bvh | Tracer::RayQuery)
+    tracer.is_exact()
 }
 
 #[test]
@@ -122,11 +125,11 @@ fn gpu_the_surroundings_light_an_open_floor() {
         for environment in [None, Some(white.clone())] {
             let is_image = environment.is_some();
             let scene = Scene { sky, environment, ..floor(matt(0.5)) };
-            let found = picture(gpu, settings(sampled(*tracer)), &scene, &camera);
+            let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
             // Albedo times the sky's radiance, whatever the rays.
             let worst = found.iter().map(|pixel| (*pixel / (0.5 * sky) - 1.0).abs().max_element()).fold(0.0, f32::max);
             // Up to three of 64 rays may run along the floor and, in an image, into it.
-            let most = if is_exact(*tracer) { 2e-3 } else { 3.1 / 64.0 };
+            let most = if is_exact(tracer) { 2e-3 } else { 3.1 / 64.0 };
             assert!(worst < most, "{tracer}, image {is_image}: {worst}");
         }
     }
@@ -146,7 +149,7 @@ fn gpu_few_rays_find_a_small_sun() {
     let expected = 0.5 / std::f64::consts::PI * 1000.0 * step * step * colatitude.sin() * colatitude.cos();
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     for diffuse_rays in [4, 8, 32] {
-        let few = Sampled { diffuse_rays, ..sampled(Tracer::Bvh) };
+        let few = Sampled { diffuse_rays, ..sampled(Tracer::BVH) };
         let found = picture(gpu, settings(few), &scene, &camera);
         let energy = mean(&found) / expected;
         println!("{diffuse_rays} rays: {energy:.3} of the light");
@@ -167,11 +170,12 @@ fn gpu_a_mirror_shows_what_is_above_it() {
     let camera = looking([0.0, 1.5, 0.1], [0.0, 0.0, 0.0]);
     for tracer in tracers(gpu) {
         let deep_images = DeepImageSettings { supersampling: 2, ..DeepImageSettings::default() };
-        let found = picture(gpu, Settings { deep_images, ..settings(sampled(*tracer)) }, &scene, &camera);
+        let found =
+            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
         let expected = 0.8 * Vec3::new(3.0, 2.0, 1.0);
         let mean = found.iter().copied().sum::<Vec3>() / found.len() as f32;
         // Deep images have holes.
-        let most = if is_exact(*tracer) { 2e-3 } else { 0.02 };
+        let most = if is_exact(tracer) { 2e-3 } else { 0.02 };
         assert!((mean / expected - 1.0).abs().max_element() < most, "{tracer}: {mean}");
     }
 }
@@ -184,10 +188,11 @@ fn gpu_a_closed_box_that_shines_sends_each_bounce() {
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let found = picture(gpu, Settings { deep_images, ..settings(sampled(*tracer)) }, &scene, &camera);
+        let found =
+            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
         // Its own emission, half of it from everywhere, and half of that which was reflected once.
         let off = (mean(&found) / 1.75 - 1.0).abs();
-        let most = if is_exact(*tracer) { 0.01 } else { 0.03 };
+        let most = if is_exact(tracer) { 0.01 } else { 0.03 };
         assert!(off < most, "{tracer}: {}", mean(&found));
     }
 }
@@ -225,10 +230,11 @@ fn gpu_one_bounce_is_the_path_tracers() {
     let truth = bounce(&one_bounce, &direct);
     assert!(mean(&truth) > 0.1 * mean(&direct), "there is little to find");
     for (tracer, most_off, most_biased) in
-        [(Tracer::Bvh, 0.2, 0.03), (Tracer::AcrossTexels, 0.25, 0.09), (Tracer::WithinTexel, 0.25, 0.09)]
+        [(Tracer::BVH, 0.2, 0.03), (ACROSS_TEXELS, 0.25, 0.09), (WITHIN_TEXEL, 0.25, 0.09)]
     {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let whole = picture(gpu, Settings { deep_images, ..settings(sampled(tracer)) }, &scene, &camera);
+        let whole =
+            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
         let found = bounce(&whole, &alone);
         let (off, energy) = (off(&found, &truth), mean(&found) / mean(&truth));
         println!("{tracer}: off by {off:.4}, energy {energy:.4}");
@@ -239,7 +245,7 @@ fn gpu_one_bounce_is_the_path_tracers() {
     white.materials.iter_mut().for_each(|material| material.base_color = Vec4::ONE);
     let of =
         |indirect| picture(gpu, Settings { indirect, ..settings(Sampled::default().one_bounce()) }, &white, &camera);
-    let found = bounce(&of(Indirect::from(sampled(Tracer::Bvh))), &of(Indirect::NONE));
+    let found = bounce(&of(Indirect::from(sampled(Tracer::BVH))), &of(Indirect::NONE));
     assert!(off(&found, &truth) > 0.5, "{}", off(&found, &truth));
 }
 
@@ -264,7 +270,7 @@ fn gpu_hits_are_lit_by_the_surroundings() {
         (scene.sky, scene.environment, scene.lights) = (sky, environment, lights);
         let seen = |max_depth| mean(&traced(&scene, &camera, max_depth, 256));
         let (direct, truth) = (seen(2), seen(3));
-        let found = mean(&picture(gpu, settings(sampled(Tracer::Bvh)), &scene, &camera));
+        let found = mean(&picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
         println!("{name}: direct {direct:.4}, with a bounce {truth:.4}, found {:.4} of that", found / truth);
         assert!(direct < 0.8 * truth, "{name}: a bounce brings little");
         assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found} of {truth}");
@@ -274,7 +280,7 @@ fn gpu_hits_are_lit_by_the_surroundings() {
     for perceptual_roughness in [0.2, 0.8] {
         scene.materials = vec![Material { metallic: 1.0, perceptual_roughness, ..matt(0.9) }];
         let [direct, truth] = [2, 3].map(|max_depth| mean(&traced(&scene, &camera, max_depth, 256)));
-        let found = mean(&picture(gpu, settings(sampled(Tracer::Bvh)), &scene, &camera));
+        let found = mean(&picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera));
         println!(
             "metal of roughness {perceptual_roughness}: direct {direct:.4}, {truth:.4}, found {:.4} of that",
             found / truth
@@ -294,7 +300,7 @@ fn gpu_what_moves_sends_its_light_from_where_it_is() {
     let camera = looking([0.0, 0.6, 0.6], [0.0, 0.0, 0.0]);
     let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
     for tracer in tracers(gpu) {
-        let settings = Settings { deep_images, ..settings(sampled(*tracer)) };
+        let settings = Settings { structure: deep_images.into(), ..settings(sampled(tracer)) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings.clone()).unwrap();
         let mut uploaded = renderer.upload(&scene).unwrap();
         let mut render = |uploaded: &_| {
@@ -326,7 +332,7 @@ fn gpu_many_short_lights_are_as_right_as_few() {
     }
     scene.lights.push(Light::directional(Vec3::new(0.0, -1.0, 0.1), Vec3::splat(0.5)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let rays = Settings { attenuation: Attenuation::Gltf, ..settings(sampled(Tracer::Bvh)) };
+    let rays = Settings { attenuation: Attenuation::Gltf, ..settings(sampled(Tracer::BVH)) };
     let truth_settings = TracerSettings { max_depth: 3, ..TracerSettings::default() };
     let traced = |max_depth, samples| {
         let settings = TracerSettings { max_depth, ..truth_settings.clone() };
@@ -346,7 +352,7 @@ fn gpu_many_short_lights_are_as_right_as_few() {
     assert!((energy - 1.0).abs() < 0.03, "{energy}");
     // Noise of few rays: a quarter above what was measured.
     let few = bounce(Settings {
-        indirect: Indirect::from(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::Bvh) }),
+        indirect: Indirect::from(Sampled { diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::BVH) }),
         ..rays
     });
     println!("4 rays off by {:.4}", off(&few, &found));
@@ -364,7 +370,7 @@ fn gpu_samples_have_the_light_of_their_surfaces() {
     let scene = Scene { sky: Vec3::ONE, ..scene_of(vec![floor, lid], vec![matt(0.5), black]) };
     let camera = looking([0.3, 6.0, 0.2], [0.0, 0.0, 0.0]);
     let of = |samples| {
-        let settings = settings(Sampled { diffuse_rays: 256, ..sampled(Tracer::Bvh) });
+        let settings = settings(Sampled { diffuse_rays: 256, ..sampled(Tracer::BVH) });
         picture(gpu, Settings { samples, ..settings }, &scene, &camera)
     };
     let [one, four] = [Samples::One, Samples::Four].map(of);
@@ -399,8 +405,8 @@ fn gpu_what_does_not_go_together_is_refused() {
     assert!(refused(settings(Sampled { diffuse_rays: 0, ..Sampled::default().one_bounce() })).contains("rays"));
     assert!(refused(settings(Sampled { filter_radius: 65, ..Sampled::default().one_bounce() })).contains("64 pixels"));
     let deep_images = DeepImageSettings { payload: false, ..DeepImageSettings::default() };
-    let within = settings(Sampled { tracer: Tracer::WithinTexel.into(), ..Sampled::default().one_bounce() });
-    assert!(refused(Settings { deep_images, ..within }).contains("triangles"));
+    let within = settings(Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default().one_bounce() });
+    assert!(refused(Settings { structure: deep_images.into(), ..within }).contains("triangles"));
     // Rays of indirect light do not need any of shadows.
     Renderer::with_engine(&testing::engine(gpu), Settings { shadows: Shadows::None, ..default }).unwrap();
 }

@@ -10,8 +10,9 @@ use super::TILE;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
-    settings::{DebugView, DeepImageSettings, Occlusion, Shadows},
+    settings::{DebugView, Occlusion, Shadows},
     shaders::constant,
+    techniques::DeepImageSettings,
     techniques::{Deep, DirectionSet, Hbao},
     testing::{looking, quad, scene_of},
     view::View,
@@ -104,7 +105,7 @@ fn gpu_deep_images_find_the_occlusion_that_exact_rays_find() {
     };
     let found = |occlusion, resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        openness_of(gpu, Settings { deep_images, ..settings(occlusion) }, &scene, camera)
+        openness_of(gpu, Settings { structure: deep_images.into(), ..settings(occlusion) }, &scene, camera)
     };
     let occlusion = exact(Integrator::Occlusion);
     let obscurance = exact(Integrator::Obscurance { max_distance: 0.6 });
@@ -161,7 +162,7 @@ fn gpu_an_open_plane_is_open_and_a_closed_box_is_closed() {
     let camera = looking([1.2, 0.3, 1.4], [-2.0, -1.0, -1.5]);
     let [coarse, fine] = [64, 256].map(|resolution| {
         let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-        mean(&openness_of(gpu, Settings { deep_images, ..settings(deep()) }, &closed, &camera))
+        mean(&openness_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &closed, &camera))
     });
     println!("closed: {coarse:.4}, {fine:.4}");
     assert!(coarse < 0.06 && fine < 0.5 * coarse, "{coarse} {fine}");
@@ -181,7 +182,12 @@ fn gpu_both_ways_darken_a_corner() {
     );
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
     for occlusion in [Occlusion::from(Deep { max_distance: Some(1.0) }), Occlusion::from(Hbao { radius: 1.0 })] {
-        let found = openness_of(gpu, Settings { deep_images, ..settings(occlusion.clone()) }, &scene, &camera);
+        let found = openness_of(
+            gpu,
+            Settings { structure: deep_images.into(), ..settings(occlusion.clone()) },
+            &scene,
+            &camera,
+        );
         let at = |y: u32| found[(y * SIZE.x + SIZE.x / 2) as usize];
         let column: Vec<f32> = (0..SIZE.y).map(at).collect();
         println!("{occlusion:?}: {column:.2?}");
@@ -206,7 +212,8 @@ fn gpu_creases_do_not_glow() {
         let camera = Camera::look_at(Vec3::new(0.0, 3.0, foot + 1.0), Vec3::new(0.0, 0.0, foot + 1.0), projection);
         for resolution in [64, 128] {
             let deep_images = DeepImageSettings { resolution, ..DeepImageSettings::default() };
-            let found = openness_of(gpu, Settings { deep_images, ..settings(deep()) }, &scene, &camera);
+            let found =
+                openness_of(gpu, Settings { structure: deep_images.into(), ..settings(deep()) }, &scene, &camera);
             let rows: Vec<f64> = found.chunks(SIZE.x as usize).map(mean).collect();
             let truth = |row: usize| {
                 let distance = 2.0 * (row as f64 + 0.5) / f64::from(SIZE.y);
@@ -233,7 +240,7 @@ fn gpu_what_moves_occludes_where_it_is_now() {
     let camera = looking([1.0, 2.5, 4.0], [0.0, 0.0, -0.5]);
     let deep_images = DeepImageSettings { resolution: 256, ..DeepImageSettings::default() };
     for occlusion in [deep(), Occlusion::from(Hbao { radius: 1.0 })] {
-        let settings = Settings { deep_images, ..settings(occlusion.clone()) };
+        let settings = Settings { structure: deep_images.into(), ..settings(occlusion.clone()) };
         let mut renderer = renderer(gpu, settings.clone());
         let mut uploaded = renderer.upload(&scene).unwrap();
         let before = openness(gpu, &mut renderer, &uploaded, &camera);
@@ -286,7 +293,7 @@ fn gpu_frames_of_one_mean_look_in_other_directions() {
     let radiance = |count, accumulate| {
         let directions = DirectionSet::ZonalEqualArea { count };
         let deep_images = DeepImageSettings { directions, resolution: 128, ..DeepImageSettings::default() };
-        let mut renderer = renderer(gpu, Settings { deep_images, accumulate, ..settings(deep()) });
+        let mut renderer = renderer(gpu, Settings { structure: deep_images.into(), accumulate, ..settings(deep()) });
         let uploaded = renderer.upload(&scene).unwrap();
         let picture = renderer.render(&uploaded, &camera, SIZE.x, SIZE.y).unwrap();
         picture.radiance.iter().map(|pixel| pixel[0]).collect::<Vec<f32>>()

@@ -10,8 +10,8 @@ use super::*;
 use crate::{
     Picture, Renderer, Settings,
     context::FrameContext,
-    settings::{DebugView, DeepImageSettings, Indirect, Samples, Tracer},
-    techniques::Sampled,
+    settings::{DebugView, Indirect, Samples},
+    techniques::{DeepImageSettings, Sampled, WITHIN_TEXEL},
     testing::{quad, scene_of},
     view::jitter_of_frame,
 };
@@ -186,12 +186,12 @@ fn gpu_deep_images_are_built_for_each_turn_of_the_set() {
     let scene = cornell();
     let views = view(&scene.cameras[0]);
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let sampled = Sampled { tracer: Tracer::WithinTexel.into(), ..Sampled::default() };
+    let sampled = Sampled { tracer: WITHIN_TEXEL.into(), ..Sampled::default() };
     let indirect = Indirect::from(sampled);
-    let settings = Settings { accumulate: 10, deep_images, indirect, ..Settings::default() };
+    let settings = Settings { accumulate: 10, structure: deep_images.into(), indirect, ..Settings::default() };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
-    let builds = |renderer: &Renderer| renderer.passes.deep_images.as_ref().unwrap().builds();
+    let builds = |renderer: &Renderer| renderer.passes.structure.as_ref().unwrap().builds();
     let after: Vec<u64> = (0..10)
         .map(|_| {
             renderer.refine(&uploaded, &views).unwrap();

@@ -2,13 +2,10 @@
 
 use super::DECLARED;
 use glam::Vec3;
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
+use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, gpu_struct, storage_buffer, storage_buffer_of};
 
-use super::{Tracer, trace_pass::for_each_chunk};
-use crate::{
-    common::workgroups, deep_images::DeepImages, deep_images::settings::DeepImageSettings, error::RenderError,
-    gpu_scene::GpuScene,
-};
+use super::{TracedStructure, Tracer};
+use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene};
 
 gpu_struct! {
     /// A ray.
@@ -25,10 +22,10 @@ gpu_struct! {
 }
 
 impl TracedRay {
-    /// A ray along `direction` (unit), which the images' nearest direction stands for.
-    pub fn new(images: &DeepImages, origin: Vec3, direction: Vec3, offset: f32) -> Self {
-        let (image, reversed) = images.directions.nearest(direction);
-        Self { origin, image_and_side: 2 * image + u32::from(reversed), direction, offset }
+    /// A ray along `direction` (unit); surfaces nearer than `offset`, m, are its own. `image`: of the nearest direction, where it goes
+    /// through images of directions, read backwards where `is_reversed` says so.
+    pub fn new(origin: Vec3, direction: Vec3, offset: f32, image: u32, is_reversed: bool) -> Self {
+        Self { origin, image_and_side: 2 * image + u32::from(is_reversed), direction, offset }
     }
 }
 
@@ -43,7 +40,7 @@ impl RayTracer {
     /// Compiles the passes.
     pub fn new(device: &wgpu::Device) -> Result<Self, RenderError> {
         let mut kernels = Vec::new();
-        for tracer in Tracer::ALL.iter().copied().filter(|tracer| tracer.is_supported(device)) {
+        for tracer in Tracer::all().into_iter().filter(|tracer| tracer.is_supported(device)) {
             // Distances need no triangles.
             for features in tracer.every_features(false) {
                 let shader = DECLARED.link("rays/list", &features)?;
@@ -58,31 +55,38 @@ impl RayTracer {
         Ok(storage_buffer_of(device, "rays/list", rays, wgpu::BufferUsages::empty())?)
     }
 
-    /// Distance that each of `count` rays goes through a tracer, m; −1 where it meets nothing. `images`: what a tracer of deep images
-    /// goes through. An error where the device lacks what the tracer needs, or the scene was not uploaded for it.
+    /// Distance that each of `count` rays goes through a tracer, m; −1 where it meets nothing. `structure`: what the tracer goes through
+    /// beside the scene, where it does. An error where the device lacks what the tracer needs, or the scene was not uploaded for it.
     pub fn record(
         &self,
         frame: &mut Frame<'_>,
         scene: &GpuScene,
         tracer: Tracer,
-        images: Option<&DeepImages>,
+        structure: Option<&dyn TracedStructure>,
         rays: &wgpu::Buffer,
         count: u32,
     ) -> Result<wgpu::Buffer, RenderError> {
         tracer.check(frame.device, "tracing a list of rays through the adapter's own structure", "another tracer")?;
         scene.check_parts(frame.device, tracer.parts())?;
-        let images = images.filter(|_| tracer.uses_deep_images());
-        if tracer.uses_deep_images() && images.is_none() {
-            return Err(RenderError::Together { setting: "a list of rays through deep images", needed: "the images" });
+        let structure = structure.filter(|_| !tracer.is_exact());
+        if !tracer.is_exact() && structure.is_none() {
+            return Err(RenderError::Together {
+                setting: "a list of rays through a structure",
+                needed: "the structure",
+            });
         }
-        let kind = images.map_or_else(DeepImageSettings::default, |images| images.settings);
-        let features = tracer.features(&DeepImageSettings { payload: false, ..kind });
+        let mut features = structure.map(TracedStructure::distance_features).unwrap_or_default();
+        features.push(tracer.feature());
         let kernel = self.kernels.iter().find(|(known, _)| *known == features);
         let (_, kernel) = kernel.expect("every kind that the device supports is compiled");
         let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);
-        for_each_chunk(images, &bindings, |bindings| frame.dispatch(kernel, bindings, workgroups(count)));
+        let mut dispatch = |bindings: &Bindings<'_>| frame.dispatch(kernel, bindings, workgroups(count));
+        match structure {
+            Some(structure) => structure.for_each_part(&bindings, &mut dispatch),
+            None => dispatch(&bindings),
+        }
         Ok(distances)
     }
 }

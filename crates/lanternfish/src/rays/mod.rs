@@ -7,74 +7,90 @@
 //! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is (`TracerInfo`). The host chooses one when it links
 //! ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
 
+pub(crate) mod across_texels;
+mod bvh;
 mod list;
+mod ray_query;
+mod structure;
 mod trace_pass;
+pub(crate) mod within_texel;
+
+use std::{
+    fmt,
+    hash::{Hash, Hasher},
+    sync::{PoisonError, RwLock},
+};
 
 use lanternfish_gpu::{Feature, SharedStruct};
-use lanternfish_scene::named_enum_impls;
+use lanternfish_scene::{Named, named_enum_impls};
 
-pub use self::list::{RayTracer, TracedRay};
-pub(crate) use self::trace_pass::TracePass;
+pub use self::{
+    list::{RayTracer, TracedRay},
+    structure::{KeptStructure, Structure, StructureTechnique, TracedStructure},
+    trace_pass::TracePass,
+};
 use crate::{
-    deep_images::settings::DeepImageSettings,
+    deep_images,
     error::RenderError,
     gpu_scene::Parts,
     shaders::{Root, Shaders},
 };
 
-/// What a tracer says of itself.
+/// What a tracer is: its name, its shaders and what it reads.
 #[derive(Debug)]
-pub(crate) struct TracerInfo {
+pub struct TracerInfo {
     /// What flags call it.
     pub name: &'static str,
     /// One line of help.
     pub words: &'static str,
-    /// Makes shaders ask it: `tracer.wesl` has a line for it.
+    /// Chooses the module that answers the questions of `tracer.wesl`: `package::chosen::tracer`.
     pub feature: Feature,
     /// What it reads of a scene.
-    pub structure: Structure,
+    pub parts: Parts,
+    /// Features of the device that it needs.
+    pub needs: wgpu::Features,
+    /// The structure that it goes through beside the scene itself, with default parameters.
+    pub structure: Option<fn() -> Structure>,
 }
 
-/// What a tracer reads of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Structure {
-    /// The BVH, or its triangles.
-    Bvh,
-    /// The adapter's own acceleration structure.
-    RayQuery,
-    /// Deep images, and the BVH's triangles.
-    DeepImages,
+/// What rays are traced through. Two tracers are the same if their names are.
+#[derive(Clone, Copy)]
+pub struct Tracer(&'static TracerInfo);
+
+/// Tracers that [`Tracer::register`] has made known by name.
+static REGISTERED: RwLock<Vec<Tracer>> = RwLock::new(Vec::new());
+
+impl PartialEq for Tracer {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
 }
 
-/// Declares the tracers, one line each: a variant, the folder that has its [`TracerInfo`], and the variant's documentation.
-macro_rules! tracers {
-    ($(#[$meta:meta])* $name:ident { $($(#[$attribute:meta])* $variant:ident($folder:ident): $doc:literal),+ $(,)? }) => {
-        $($(#[$attribute])* mod $folder;)+
+impl Eq for Tracer {}
 
-        $(#[$meta])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum $name {
-            $($(#[$attribute])* #[doc = $doc] $variant),+
-        }
-
-        impl $name {
-            /// Every tracer, in the order in which help lists them.
-            pub const ALL: &[Self] = &[$($(#[$attribute])* Self::$variant),+];
-
-            pub(crate) const fn info(self) -> &'static TracerInfo {
-                match self { $($(#[$attribute])* Self::$variant => &$folder::INFO),+ }
-            }
-        }
-    };
+impl Hash for Tracer {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.name().hash(state);
+    }
 }
 
-tracers! {
-    /// What rays are traced through.
-    Tracer {
-        Bvh(bvh): "A bounding volume hierarchy in compute: exact, on any adapter.",
-        RayQuery(ray_query): "The adapter's own acceleration structure: exact, and fast where it is hardware.",
-        WithinTexel(within_texel): "The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].",
-        AcrossTexels(across_texels): "Every texel of that image that the ray crosses [Niessner2010, §3.2].",
+impl fmt::Debug for Tracer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Named for Tracer {
+    fn all() -> Vec<Self> {
+        Self::all()
+    }
+
+    fn name(self) -> &'static str {
+        self.name()
+    }
+
+    fn words(self) -> &'static str {
+        self.words()
     }
 }
 
@@ -92,15 +108,9 @@ pub enum TracerChoice {
 
 impl TracerChoice {
     /// Every one, in the order in which help lists them.
-    pub const ALL: &[Self] = &{
-        let mut all = [Self::Auto; 1 + Tracer::ALL.len()];
-        let mut i = 0;
-        while i < Tracer::ALL.len() {
-            all[1 + i] = Self::Fixed(Tracer::ALL[i]);
-            i += 1;
-        }
-        all
-    };
+    pub fn all() -> Vec<Self> {
+        std::iter::once(Self::Auto).chain(Tracer::all().into_iter().map(Self::Fixed)).collect()
+    }
 
     /// The name that [`FromStr`](std::str::FromStr) reads.
     pub const fn name(self) -> &'static str {
@@ -121,7 +131,7 @@ impl TracerChoice {
     /// The tracer. A renderer that is built puts its device's tracer in the place of `Auto`; where no device was asked it is the BVH.
     pub const fn fixed(self) -> Tracer {
         match self {
-            Self::Auto => Tracer::Bvh,
+            Self::Auto => Tracer::BVH,
             Self::Fixed(tracer) => tracer,
         }
     }
@@ -134,6 +144,20 @@ impl TracerChoice {
     }
 }
 
+impl Named for TracerChoice {
+    fn all() -> Vec<Self> {
+        Self::all()
+    }
+
+    fn name(self) -> &'static str {
+        self.name()
+    }
+
+    fn words(self) -> &'static str {
+        self.words()
+    }
+}
+
 named_enum_impls!(TracerChoice);
 
 impl From<Tracer> for TracerChoice {
@@ -142,49 +166,91 @@ impl From<Tracer> for TracerChoice {
     }
 }
 
-/// The answers come in parts, one for each chunk of deep images.
-pub(crate) const IN_CHUNKS: Feature = Feature::new("in_chunks");
+/// The answers come in parts, one for each part of a structure.
+pub const IN_CHUNKS: Feature = Feature::new("in_chunks");
 
 /// The shaders of this folder.
 pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::computed("rays/list", || every_tracer(false))], &[SharedStruct::of::<TracedRay>()]);
 
-/// The features of every tracer, through deep images of every kind that have triangles or have none: for shaders that ask any of them.
-pub(crate) fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
-    Tracer::ALL.iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
+/// The features of every tracer, with triangles where `with_triangles` says so: for shaders that ask any of them.
+pub fn every_tracer(with_triangles: bool) -> Vec<Vec<Feature>> {
+    Tracer::all().iter().flat_map(|tracer| tracer.every_features(with_triangles)).collect()
 }
 
-/// The features of the tracers that need no deep images.
-pub(crate) fn exact_tracers() -> Vec<Vec<Feature>> {
-    let exact = Tracer::ALL.iter().filter(|tracer| !tracer.uses_deep_images());
-    exact.map(|tracer| vec![tracer.info().feature]).collect()
+/// The features of the exact tracers.
+pub fn exact_tracers() -> Vec<Vec<Feature>> {
+    Tracer::all().iter().filter(|tracer| tracer.is_exact()).map(|tracer| vec![tracer.0.feature]).collect()
 }
 
 impl Tracer {
+    /// A bounding volume hierarchy in compute: exact, on any adapter.
+    pub const BVH: Self = Self::new(&bvh::INFO);
+    /// The adapter's own acceleration structure: exact, and fast where it is hardware.
+    pub const RAY_QUERY: Self = Self::new(&ray_query::INFO);
+
+    /// A tracer.
+    pub const fn new(info: &'static TracerInfo) -> Self {
+        Self(info)
+    }
+
+    /// Every tracer that is known by name, in the order in which help lists them.
+    pub fn all() -> Vec<Self> {
+        let registered = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
+        let own = [Self::BVH, Self::RAY_QUERY, deep_images::WITHIN_TEXEL, deep_images::ACROSS_TEXELS];
+        own.into_iter().chain(registered.iter().copied()).collect()
+    }
+
+    /// Makes it known by name: [`Self::all`] has it from now on.
+    ///
+    /// Panics where another tracer has the name: a bug.
+    pub fn register(self) {
+        assert!(!Self::all().contains(&self), "two tracers are called {}", self.name());
+        REGISTERED.write().unwrap_or_else(PoisonError::into_inner).push(self);
+    }
+
     /// The name that [`FromStr`](std::str::FromStr) reads.
     pub const fn name(self) -> &'static str {
-        self.info().name
+        self.0.name
     }
 
     /// What it is, in a line.
     pub const fn words(self) -> &'static str {
-        self.info().words
+        self.0.words
     }
 
-    /// The features that make shaders ask it; `images`: what deep images are read, where it goes through those.
-    pub fn features(self, images: &DeepImageSettings) -> Vec<Feature> {
-        let mut features = if self.uses_deep_images() { images.fragment_features() } else { Vec::new() };
-        features.extend(self.uses_deep_images().then_some(IN_CHUNKS));
-        features.push(self.info().feature);
-        features
+    /// Chooses its shaders.
+    pub(crate) const fn feature(self) -> Feature {
+        self.0.feature
     }
 
-    /// Those features through deep images of every kind.
-    fn every_features(self, with_triangles: bool) -> Vec<Vec<Feature>> {
-        if !self.uses_deep_images() {
-            return vec![self.features(&DeepImageSettings::default())];
+    /// Whether it goes through the scene itself, and not through a structure that stands for it.
+    pub const fn is_exact(self) -> bool {
+        self.0.structure.is_none()
+    }
+
+    /// What it goes through beside the scene itself: what the settings choose, or its default; none where it needs nothing.
+    pub fn structure(self, chosen: &Structure) -> Structure {
+        match self.0.structure {
+            Some(usual) if chosen.is_none() => usual(),
+            Some(_) => chosen.clone(),
+            None => Structure::NONE,
         }
-        DeepImageSettings::every_kind(with_triangles).iter().map(|images| self.features(images)).collect()
+    }
+
+    /// The features that make shaders ask it, through the structure that the settings choose. `with_triangles`: which triangle a ray hits is
+    /// asked, too.
+    pub fn features(self, chosen: &Structure, with_triangles: bool) -> Vec<Feature> {
+        let structure = self.structure(chosen);
+        let features = structure.technique().map(|structure| structure.features(with_triangles));
+        features.unwrap_or_default().into_iter().chain([self.0.feature]).collect()
+    }
+
+    /// Those features through structures of every kind.
+    fn every_features(self, with_triangles: bool) -> Vec<Vec<Feature>> {
+        let structure = self.structure(&Structure::NONE);
+        let all = structure.technique().map_or(vec![Vec::new()], |structure| structure.every_features(with_triangles));
+        all.into_iter().map(|features| [features, vec![self.0.feature]].concat()).collect()
     }
 
     /// The fastest exact tracer of a kind of adapter with these features: shadows and indirect light take it where none is named.
@@ -193,46 +259,36 @@ impl Tracer {
     /// a second and core on Mesa 25.0.7, the BVH 1.1 to 3.1.
     pub fn automatic(kind: wgpu::DeviceType, features: wgpu::Features) -> Self {
         let has_ray_query = features.contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY);
-        if has_ray_query && kind != wgpu::DeviceType::Cpu { Self::RayQuery } else { Self::Bvh }
+        if has_ray_query && kind != wgpu::DeviceType::Cpu { Self::RAY_QUERY } else { Self::BVH }
     }
 
     /// What it reads of a scene.
-    pub(crate) const fn parts(self) -> Parts {
-        match self.info().structure {
-            Structure::Bvh => Parts::BVH,
-            Structure::RayQuery => Parts::RAY_QUERY,
-            Structure::DeepImages => Parts::DEEP_IMAGES,
-        }
+    pub const fn parts(self) -> Parts {
+        self.0.parts
     }
 
-    /// Whether it goes through deep images.
-    pub fn uses_deep_images(self) -> bool {
-        self.info().structure == Structure::DeepImages
+    /// Whether it finds the triangle that a ray hits, through the structure that the settings choose.
+    pub fn finds_triangles(self, chosen: &Structure) -> bool {
+        self.structure(chosen).technique().is_none_or(|structure| structure.finds_triangles())
     }
 
-    /// Whether it finds the triangle that a ray hits: through deep images of these settings, where it goes through those.
-    pub(crate) fn finds_triangles(self, images: &DeepImageSettings) -> bool {
-        !self.uses_deep_images() || images.payload
+    /// Frames after a change of the scene until it traces through nothing older.
+    pub fn update_frames(self, chosen: &Structure) -> u32 {
+        self.structure(chosen).technique().map_or(1, |structure| structure.update_frames())
     }
 
-    /// Frames after a change of the scene until it traces through nothing older: several for deep images that are built in slices.
-    pub(crate) fn update_frames(self, images: &DeepImageSettings) -> u32 {
-        if self.uses_deep_images() { images.slices.max(1) } else { 1 }
-    }
-
-    /// What traces rays from where deep images are not asked: from blended surfaces, samples of a pixel, ends of other rays.
+    /// What traces rays from where structures are not asked: from blended surfaces, samples of a pixel, ends of other rays.
     pub fn exact(self) -> Self {
-        if self.uses_deep_images() { Self::Bvh } else { self }
+        if self.is_exact() { self } else { Self::BVH }
     }
 
     /// Whether the device has what it needs.
     pub fn is_supported(self, device: &wgpu::Device) -> bool {
-        self.info().structure != Structure::RayQuery
-            || device.features().contains(wgpu::Features::EXPERIMENTAL_RAY_QUERY)
+        device.features().contains(self.0.needs)
     }
 
     /// An error where the device does not have it. `setting`: what asks for it; `instead`: what to ask for.
-    pub(crate) fn check(
+    pub fn check(
         self,
         device: &wgpu::Device,
         setting: &'static str,
@@ -255,10 +311,10 @@ mod tests {
     fn the_automatic_tracer_is_decided_by_the_kind_of_adapter_and_can_be_overridden() {
         let ray_query = Features::EXPERIMENTAL_RAY_QUERY;
         for (kind, features, expected) in [
-            (DeviceType::DiscreteGpu, ray_query, Tracer::RayQuery),
-            (DeviceType::IntegratedGpu, ray_query, Tracer::RayQuery),
-            (DeviceType::DiscreteGpu, Features::empty(), Tracer::Bvh),
-            (DeviceType::Cpu, ray_query, Tracer::Bvh),
+            (DeviceType::DiscreteGpu, ray_query, Tracer::RAY_QUERY),
+            (DeviceType::IntegratedGpu, ray_query, Tracer::RAY_QUERY),
+            (DeviceType::DiscreteGpu, Features::empty(), Tracer::BVH),
+            (DeviceType::Cpu, ray_query, Tracer::BVH),
         ] {
             assert_eq!(Tracer::automatic(kind, features), expected, "{kind:?}");
             let resolved = |mut choice: TracerChoice| {
@@ -266,10 +322,10 @@ mod tests {
                 choice.fixed()
             };
             assert_eq!(resolved(TracerChoice::Auto), expected);
-            assert_eq!(resolved(Tracer::WithinTexel.into()), Tracer::WithinTexel, "what is named is kept");
+            assert_eq!(resolved(deep_images::WITHIN_TEXEL.into()), deep_images::WITHIN_TEXEL, "what is named is kept");
         }
-        for choice in TracerChoice::ALL {
-            assert_eq!(choice.name().parse(), Ok(*choice));
+        for choice in TracerChoice::all() {
+            assert_eq!(choice.name().parse(), Ok(choice));
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
 
-use super::Tracer;
-use crate::{context::ViewContext, deep_images::DeepImages};
+use super::{TracedStructure, Tracer};
+use crate::context::ViewContext;
 
 /// A compute pass that asks a tracer the questions of `tracer.wesl`. It binds what the tracer reads beside the scene's bindings.
 ///
-/// Deep images are in chunks. The pass runs once for each chunk then, and each run answers for the chunk's images alone.
+/// A structure may have parts. The pass runs once for each part then, and each run answers for it alone.
 #[derive(Debug)]
-pub(crate) struct TracePass {
+pub struct TracePass {
     tracer: Tracer,
     kernel: ComputeKernel,
 }
@@ -22,8 +22,7 @@ impl TracePass {
 
     /// Adds the pass to a frame.
     pub fn dispatch(&self, frame: &mut Frame<'_>, view: &ViewContext<'_>, bindings: &Bindings<'_>, groups: [u32; 3]) {
-        let images = self.deep_images(view);
-        for_each_chunk(images, bindings, |bindings| frame.dispatch(&self.kernel, bindings, groups));
+        self.for_each_part(view, bindings, &mut |bindings| frame.dispatch(&self.kernel, bindings, groups));
     }
 
     /// Adds the pass to a frame; a buffer holds the number of workgroups.
@@ -34,30 +33,23 @@ impl TracePass {
         bindings: &Bindings<'_>,
         groups: &wgpu::Buffer,
     ) {
-        let images = self.deep_images(view);
-        for_each_chunk(images, bindings, |bindings| frame.dispatch_indirect(&self.kernel, bindings, groups));
+        self.for_each_part(view, bindings, &mut |bindings| frame.dispatch_indirect(&self.kernel, bindings, groups));
     }
 
     /// Whether the pass may run several times, so that what it adds to has to be cleared before.
-    pub fn runs_in_chunks(&self) -> bool {
-        self.tracer.uses_deep_images()
+    pub fn runs_in_parts(&self) -> bool {
+        !self.tracer.is_exact()
     }
 
-    /// The view's deep images, if the rays go through them.
-    pub fn deep_images<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v DeepImages> {
-        view.deep_images.as_deref().filter(|_| self.tracer.uses_deep_images())
+    /// The view's structure, if the rays go through it.
+    pub fn structure<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v dyn TracedStructure> {
+        view.structure.as_deref().filter(|_| !self.tracer.is_exact())
     }
-}
 
-/// Calls `dispatch` with the bindings of each chunk of deep images, or once if there are none.
-pub(super) fn for_each_chunk(
-    images: Option<&DeepImages>,
-    bindings: &Bindings<'_>,
-    mut dispatch: impl FnMut(&Bindings<'_>),
-) {
-    let Some(images) = images else { return dispatch(bindings) };
-    for chunk in &images.chunks {
-        let of_chunk = chunk.bindings(&images.frames).with(&images.direction_bindings());
-        dispatch(&bindings.clone().with(&of_chunk));
+    fn for_each_part(&self, view: &ViewContext<'_>, bindings: &Bindings<'_>, dispatch: &mut dyn FnMut(&Bindings<'_>)) {
+        match self.structure(view) {
+            Some(structure) => structure.for_each_part(bindings, dispatch),
+            None => dispatch(bindings),
+        }
     }
 }

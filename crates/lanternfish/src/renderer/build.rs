@@ -6,7 +6,6 @@ use lanternfish_gpu::{Asked, Engine, Gpu, GpuError, checked};
 use super::flight::check_lost;
 use crate::{
     debug_views::DebugViews,
-    deep_images::KeptDeepImages,
     error::RenderError,
     frame::Passes,
     gpu_scene::{Needs, Parts, Shading, automatic_anisotropy},
@@ -18,7 +17,7 @@ use crate::{
     output::{Output, present::Present},
     prepass::{DEPTH_FORMAT, Prepass, ShownViews},
     progressive::Progressive,
-    rays::Tracer,
+    rays::{Structure, Tracer},
     settings::{
         Anisotropy, DebugView, Exposure, Materials, Samples, Settings, Shadows as ShadowSetting, TextureBinding,
         ToneMap,
@@ -91,8 +90,12 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let shadow_passes = tracer.map(|tracer| Shadows::new(device, &settings, tracer)).transpose()?;
     let openness_passes = occlusion::passes(device, &settings)?;
     let openness = if openness_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
-    let parts = tracer.map_or(Parts::NONE, Tracer::parts) | settings.indirect.parts() | openness;
-    let deep_images = parts.deep_images.then(|| KeptDeepImages::new(device, settings.deep_images)).transpose()?;
+    let tracers: Vec<Tracer> = tracer.into_iter().chain(settings.indirect.tracers()).collect();
+    let traced = tracers.iter().fold(Parts::NONE, |parts, tracer| parts | tracer.parts());
+    let parts = traced | settings.indirect.parts() | openness;
+    let structures = tracers.iter().map(|tracer| tracer.structure(&settings.structure));
+    let structure = structures.into_iter().find(Structure::is_some);
+    let structure = structure.as_ref().and_then(Structure::technique).map(|structure| structure.build(device));
     let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::NONE;
     let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
     let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
@@ -111,7 +114,7 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
         light_culling: LightCulling::new(device, &settings.culling, settings.samples)?,
         occlusion: openness_passes,
         shadows: shadow_passes,
-        deep_images,
+        structure: structure.transpose()?,
         indirect: indirect::passes(device, &settings, tracer)?,
         nearest_blended: finds_arriving.then(|| NearestBlended::new(&settings, tracer)),
         open_shares: OpenShares::new(device, &settings)?,

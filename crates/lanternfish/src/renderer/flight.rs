@@ -49,7 +49,7 @@ pub(super) struct Flight {
     /// What has become of the caller's frames, found while something else was waited for.
     found: VecDeque<FrameReport>,
     /// Frames since the oldest deep images of a frame were right; of frames that are on their way.
-    ages: VecDeque<(FrameId, u64)>,
+    ages: VecDeque<(FrameId, (&'static str, u64))>,
 }
 
 impl Flight {
@@ -155,7 +155,9 @@ impl Renderer {
             this.flight.recorded = Some(frame);
             // Of further frames nothing is told.
             this.flight.ages.truncate(63);
-            this.flight.ages.extend(this.passes.deep_images.as_ref().and_then(|images| Some((frame, images.age()?))));
+            this.flight
+                .ages
+                .extend(this.passes.structure.as_ref().and_then(|structure| Some((frame, structure.age()?))));
             this.flight.last = Some(Last { frame, views: moved, results, counters });
             Ok(frame)
         })
@@ -199,7 +201,7 @@ impl Renderer {
             is_whole: outcome.is_whole,
             is_lost,
             passes: if is_lost { Vec::new() } else { self.profiler.times_of(outcome.frame) },
-            counters: counters.chain(age.map(|age| ("deep_images/age".to_owned(), age))).collect(),
+            counters: counters.chain(age.map(|(name, age)| (name.to_owned(), age))).collect(),
             resized: outcome.resized,
         })
     }

@@ -14,6 +14,11 @@ impl Settings {
     /// is that of [`Quality::Good`].
     pub fn of_quality(quality: Quality) -> Self {
         let deep_images = DeepImageSettings { resolution: quality.deep_resolution(), ..DeepImageSettings::default() };
-        Self { indirect: quality.sampled().into(), deep_images, samples: quality.samples(), ..Self::direct_light() }
+        Self {
+            indirect: quality.sampled().into(),
+            structure: deep_images.into(),
+            samples: quality.samples(),
+            ..Self::direct_light()
+        }
     }
 }

@@ -17,7 +17,7 @@ use crate::{
     },
     shading, shadows,
     technique::Technique,
-    techniques::{self, Deep, DeepDepth, DeepSearch, Sampled, Tiled},
+    techniques::{self, Deep, DeepDepth, DeepImageSettings, DeepSearch, Sampled, Tiled},
 };
 
 fn folders() -> impl Iterator<Item = &'static Shaders> {
@@ -55,15 +55,22 @@ fn all_settings() -> Vec<Settings> {
     let all = with(&all, &[Samples::One, Samples::Four], |s, v| s.samples = v);
     let all = with(&all, &[Indirect::NONE, Indirect::from(Sampled::default())], |s, v| s.indirect = v);
     let all = with(&all, &[Occlusion::NONE, Occlusion::from(Deep { max_distance: None })], |s, v| s.occlusion = v);
-    let all = with(&all, DeepDepth::ALL, |s, v| s.deep_images.depth = v);
-    let all = with(&all, DeepSearch::ALL, |s, v| s.deep_images.search = v);
+    let all = with(&all, DeepDepth::ALL, |s, depth| {
+        s.structure = DeepImageSettings { depth, ..DeepImageSettings::of(&s.structure) }.into()
+    });
+    let all = with(&all, DeepSearch::ALL, |s, search| {
+        s.structure = DeepImageSettings { search, ..DeepImageSettings::of(&s.structure) }.into()
+    });
     let all =
         with(&all, &[None, Some(DebugView::RayCount), Some(DebugView::Motion), Some(DebugView::Indirect)], |s, v| {
             s.debug_view = v
         });
     // Which rays are traced, and what they are traced through, is nothing to a history.
     let usual = Settings::default();
-    let is_usual = |s: &&Settings| (s.ray_culling, s.deep_images) == (usual.ray_culling, usual.deep_images);
+    let is_usual = |s: &&Settings| {
+        (s.ray_culling, DeepImageSettings::of(&s.structure))
+            == (usual.ray_culling, DeepImageSettings::of(&usual.structure))
+    };
     let with_history = all.iter().filter(is_usual).map(|s| Settings { history: History::On, ..s.clone() });
     with_history.chain(all.iter().cloned()).collect()
 }
@@ -73,7 +80,7 @@ fn asked_by_settings() -> BTreeMap<&'static str, BTreeSet<Vec<Feature>>> {
     let mut asked: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
     for settings in all_settings() {
         asked.entry("debug_views/debug").or_default().insert(debug_views::features(&settings));
-        for tracer in [None].into_iter().chain(Tracer::ALL.iter().copied().map(Some)) {
+        for tracer in [None].into_iter().chain(Tracer::all().into_iter().map(Some)) {
             // What each draw asks for beside.
             for lights in [&[][..], &[AREA_LIGHTS]] {
                 let features = [&shading::sums_features(&settings, tracer)[..], lights].concat();

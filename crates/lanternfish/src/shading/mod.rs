@@ -213,7 +213,7 @@ pub(crate) fn features(settings: &Settings, tracer: Option<Tracer>) -> [Vec<Feat
         features.extend((samples > 1).then_some(MULTISAMPLED));
     }
     if let Some(tracer) = tracer {
-        let tracing = tracer.exact().features(&settings.deep_images);
+        let tracing = tracer.exact().features(&settings.structure, true);
         // Bits are of the surface at a pixel's middle: where a pixel has others, they trace their own rays.
         opaque.push(SHADOW_BITS);
         if samples > 1 {

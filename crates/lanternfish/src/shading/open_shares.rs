@@ -59,7 +59,7 @@ impl OpenShares {
         }
         // Shadows are all in their new places at once, but where images of before are asked for some frames.
         let lasts = match settings.shadows {
-            Shadows::Traced(tracer) => tracer.update_frames(&settings.deep_images),
+            Shadows::Traced(tracer) => tracer.update_frames(&settings.structure),
             _ => 1,
         };
         let histories = Histories::new(device, Doubt { lasts, counts: 0.0 })?;

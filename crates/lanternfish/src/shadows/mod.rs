@@ -18,7 +18,6 @@ use lanternfish_gpu::{
 use self::kernels::Kernels;
 use crate::{
     context::ViewContext,
-    deep_images::settings::{DeepImageSettings, DeepStore},
     error::RenderError,
     gpu_scene::GpuScene,
     light_culling::{LightCulling, LightLists},
@@ -276,7 +275,7 @@ impl Shadows {
         }
         frame.encoder().clear_buffer(&plan.words, 0, Some(4));
         let groups = [plan.grid.columns, band.end - band.start, 1];
-        if trace.runs_in_chunks() {
+        if trace.runs_in_parts() {
             // Each chunk adds its bits.
             let first_bits = FIRST_START + u64::from(plan.grid.columns * plan.grid.rows) + 1;
             frame.encoder().clear_buffer(&plan.words, 4 * first_bits, None);
@@ -301,10 +300,10 @@ pub(crate) fn features(settings: &Settings, tracer: Tracer, has_areas: bool) -> 
     let mut trace = plan.clone();
     trace.push(VISIBILITY_WRITTEN);
     // Segments ask no triangles.
-    trace.extend(tracer.features(&DeepImageSettings { payload: false, ..settings.deep_images }));
-    if tracer.uses_deep_images() {
-        if settings.deep_images.store != DeepStore::LinearArray {
-            return Err(RenderError::Together { setting: DEEP_SHADOWS, needed: "the store linear_array" });
+    trace.extend(tracer.features(&settings.structure, false));
+    if let Some(structure) = tracer.structure(&settings.structure).technique() {
+        if let Some(needed) = structure.lacks_for_shadows() {
+            return Err(RenderError::Together { setting: DEEP_SHADOWS, needed });
         }
         if counts_rays(settings) {
             return Err(RenderError::Together { setting: "`debug-view` of shadow rays", needed: "`shadows bvh`" });
@@ -348,7 +347,7 @@ pub(crate) fn check(settings: &Settings) -> Result<(), RenderError> {
 
 /// An error where the driver is one that crashes on shadows through deep images: while it compiles `trace`, Mesa 22.3.6.
 fn check_driver(tracer: Tracer, adapter: &wgpu::AdapterInfo) -> Result<(), RenderError> {
-    if !(tracer.uses_deep_images() && faulty_software(adapter)) {
+    if !(!tracer.is_exact() && faulty_software(adapter)) {
         return Ok(());
     }
     let (driver, fault) = (adapter.driver_info.clone(), "crashes on it");

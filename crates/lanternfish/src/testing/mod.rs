@@ -17,7 +17,7 @@ use crate::{
     GpuScene,
     context::ViewContext,
     prepass::{Surface, ViewKey},
-    settings::{DeepImageSettings, Tracer},
+    settings::{Structure, Tracer},
     shaders::SHADERS,
     view::{View, ViewBuffer},
 };
@@ -83,7 +83,7 @@ pub(crate) fn ask_about(gpu: &Gpu, entry: &str, about: &Bindings<'_>, queries: &
 fn rooms_of(module: &str) -> Vec<Feature> {
     match module {
         "testing/pixels" => vec![crate::light_culling::tiled::CULLING_TILED],
-        "testing/roulette" | "testing/segments" => Tracer::Bvh.features(&DeepImageSettings::default()),
+        "testing/roulette" | "testing/segments" => Tracer::BVH.features(&Structure::NONE, true),
         _ => Vec::new(),
     }
 }
@@ -120,7 +120,7 @@ pub(crate) fn context<'a>(
     let (buffer, surface, rotation) = (buffer.clone(), surface.clone(), Quat::IDENTITY);
     let draws = scene.visible_draws(view);
     let (key, view, middle) = (ViewKey::Slot(0), *view, surface.clone());
-    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, deep_images: None }
+    ViewContext { scene, key, view, buffer, draws, middle, surface, rotation, structure: None }
 }
 
 /// A scene of one mesh, placed once.
@@ -219,7 +219,7 @@ fn every_probe_validates() {
     for (module, _) in PROBES {
         library().link(module, &rooms_of(module)).unwrap_or_else(|error| panic!("{error}"));
     }
-    let ray_query = Tracer::RayQuery.features(&DeepImageSettings::default());
+    let ray_query = Tracer::RAY_QUERY.features(&Structure::NONE, true);
     library().link("testing/segments", &ray_query).unwrap_or_else(|error| panic!("{error}"));
     // They are no part of what the library carries.
     assert!(SHADERS.sources().iter().all(|(module, _)| !module.starts_with("testing")));

@@ -4,7 +4,8 @@ use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
     GpuScene, Renderer, Settings,
     indirect::{photon_splatting::PhotonSplatting, virtual_lights::VirtualLights},
-    settings::{Attenuation, DeepImageSettings, Indirect, Occlusion, Shadows, Tracer},
+    settings::{Attenuation, Indirect, Occlusion, Shadows, Tracer},
+    techniques::DeepImageSettings,
     techniques::{Deep, Hbao, Sampled},
 };
 use lanternfish_gpu::{Gpu, testing};
@@ -220,7 +221,7 @@ fn gpu_what_bends_is_seen_by_everything() {
     let direct = || Settings { shadows: Shadows::None, ..Settings::direct_light() };
     let deep = |settings: Settings| {
         let images = DeepImageSettings { resolution: 128, payload: true, ..DeepImageSettings::default() };
-        Settings { deep_images: images, ..settings }
+        Settings { structure: images.into(), ..settings }
     };
     let mut asked = vec![
         (
@@ -230,8 +231,8 @@ fn gpu_what_bends_is_seen_by_everything() {
         ("occlusion hbao".to_owned(), Settings { occlusion: Occlusion::from(Hbao { radius: 2.0 }), ..direct() }),
         ("virtual lights".to_owned(), Settings { indirect: Indirect::from(VirtualLights::default()), ..direct() }),
     ];
-    for tracer in Tracer::ALL.iter().copied() {
-        if tracer == Tracer::RayQuery && !gpu.description.ray_query {
+    for tracer in Tracer::all().into_iter() {
+        if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out("gpu_what_bends_is_seen_by_everything", "this adapter has no ray query");
             continue;
         }

@@ -89,7 +89,7 @@ fn come_or_go(scene: &mut Scene, random: &mut Random) {
 
 /// Settings that a scene need not be uploaded again for, where it has hits to shade and a BVH.
 fn settings() -> Vec<Settings> {
-    let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let usual = Settings { shadows: Shadows::BVH, indirect: Indirect::from(sampled), ..Settings::direct_light() };
     let direct = || Settings { indirect: Indirect::NONE, ..usual.clone() };
     vec![

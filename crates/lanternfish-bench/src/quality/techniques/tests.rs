@@ -13,7 +13,7 @@ fn assert_every<T: PartialEq + std::fmt::Debug>(all: &[T], of: impl Fn(&Settings
 
 #[test]
 fn every_value_of_every_setting_has_a_row() {
-    assert_every(Shadows::ALL, |settings| settings.shadows);
+    assert_every(&Shadows::all(), |settings| settings.shadows);
     assert_every(RayCulling::ALL, |settings| settings.ray_culling);
     assert_every(Materials::ALL, |settings| settings.materials);
     assert_every(TextureBinding::ALL, |settings| settings.textures);
@@ -65,7 +65,7 @@ fn occlusion_is_found_by_every_room_and_left_out_under_each_truth() {
 #[test]
 fn one_bounce_has_a_row_for_every_tracer_and_resolution() {
     let sampled = |settings: &Settings| settings.indirect.get::<Sampled>().copied();
-    for tracer in Tracer::ALL {
+    for tracer in &Tracer::all() {
         assert_every(&[Some(*tracer)], |settings| sampled(settings).map(|sampled| sampled.tracer.fixed()));
     }
     for resolution in IndirectResolution::ALL {

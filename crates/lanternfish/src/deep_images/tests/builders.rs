@@ -11,9 +11,9 @@ use crate::{
         directions::DirectionSet,
     },
     gpu_scene::GpuScene,
-    settings::DeepImageSettings,
     shaders::constant,
     techniques::DeepBuilder,
+    techniques::DeepImageSettings,
     testing::{quad, scene_of},
 };
 

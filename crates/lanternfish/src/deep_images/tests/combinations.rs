@@ -9,8 +9,7 @@ use crate::{
     deep_images::{DeepImages, Fragment, directions::DirectionSet, twin},
     gpu_scene::GpuScene,
     rays::{RayTracer, TracedRay},
-    settings::{DeepImageSettings, Tracer},
-    techniques::{DeepBuilder, DeepDepth, DeepStore},
+    techniques::{ACROSS_TEXELS, DeepBuilder, DeepDepth, DeepImageSettings, DeepStore, WITHIN_TEXEL},
     testing::{Random, probe},
 };
 
@@ -98,7 +97,7 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
     let rays: Vec<TracedRay> = (0..RAYS)
         .map(|i| {
             let origin = grid.center + 0.5 * grid.radius * random.point();
-            TracedRay::new(images, origin, random.direction(), if i % 2 == 0 { 0.0 } else { 0.05 * grid.radius })
+            images.ray(origin, random.direction(), if i % 2 == 0 { 0.0 } else { 0.05 * grid.radius })
         })
         .collect();
     // A fragment as the device holds it: its depth in steps, where the host's arithmetic may round differently.
@@ -107,16 +106,14 @@ fn check_rays(gpu: &Gpu, tracer: &RayTracer, scene: &GpuScene, images: &DeepImag
         DeepDepth::Bits16 => ((depth / grid.radius * 32767.0).round() as i32 as u32, triangle),
     };
     let held: HashSet<_> = lists.iter().flatten().map(|fragment| key(fragment.depth, fragment.triangle)).collect();
-    for (entry, through) in [("within", Tracer::WithinTexel), ("across", Tracer::AcrossTexels)] {
+    for (entry, through) in [("within", WITHIN_TEXEL), ("across", ACROSS_TEXELS)] {
         let traced = distances(gpu, tracer, scene, (through, Some(images)), &rays);
         let answers = hits(gpu, images, entry, &rays);
         let twin = |ray: &TracedRay| {
             let image = ray.image_and_side / 2;
             let (frame, first) = (frame_of(images, image), image as usize * texels);
-            match through {
-                Tracer::WithinTexel => twin::within_texel(grid, &frame, &lists[first..first + texels], ray),
-                _ => twin::across_texels(grid, &frame, &lists[first..first + texels], ray),
-            }
+            let walk = if through == WITHIN_TEXEL { twin::within_texel } else { twin::across_texels };
+            walk(grid, &frame, &lists[first..first + texels], ray)
         };
         let agrees = |ray: &TracedRay, found: f32| match twin(ray) {
             Some((distance, _)) => (found - distance).abs() < 1e-4 * grid.radius.max(distance),

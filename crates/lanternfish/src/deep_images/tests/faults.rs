@@ -15,8 +15,8 @@ use crate::{
         twin,
     },
     error::RenderError,
-    settings::DeepImageSettings,
     shaders::constant,
+    techniques::DeepImageSettings,
     techniques::{DeepBuilder, DeepDepth, DeepStore},
     testing::{Random, probe},
 };

@@ -18,9 +18,9 @@ use super::{Chunk, DeepFrame, DeepImageBuilder, DeepImages, Fragment, directions
 use crate::{
     Renderer, Settings,
     gpu_scene::GpuScene,
-    rays::{RayTracer, TracedRay},
-    settings::{DeepImageSettings, Shadows, Tracer},
-    techniques::DeepBuilder,
+    rays::{RayTracer, TracedRay, TracedStructure},
+    settings::{Shadows, Tracer},
+    techniques::{DeepBuilder, DeepImageSettings},
 };
 
 /// Uploads for the BVH, whose triangles the builders draw.
@@ -54,7 +54,16 @@ fn distances(
     let buffer = tracer.upload(&gpu.device, rays).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let distances = tracer.record(&mut frame, scene, through, images, &buffer, rays.len() as u32).unwrap();
+    let distances = tracer
+        .record(
+            &mut frame,
+            scene,
+            through,
+            images.map(|images| images as &dyn TracedStructure),
+            &buffer,
+            rays.len() as u32,
+        )
+        .unwrap();
     frame.submit();
     read_back::<f32>(&gpu.device, &gpu.queue, &distances, rays.len()).unwrap()
 }

@@ -10,8 +10,9 @@ use crate::{
         DeepImageBuilder, DeepImages, KeptDeepImages,
         directions::{DirectionSet, rotation_of_turn},
     },
-    settings::{DeepImageSettings, Shadows},
+    settings::Shadows,
     techniques::DeepBuilder,
+    techniques::DeepImageSettings,
     testing::{Random, apart, moved, probe},
 };
 

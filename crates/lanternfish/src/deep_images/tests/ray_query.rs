@@ -24,7 +24,7 @@ fn gpu_ray_query_finds_what_the_bvh_finds() {
         .collect();
     let tracer = RayTracer::new(&gpu.device).unwrap();
     let buffer = tracer.upload(&gpu.device, &rays).unwrap();
-    let [bvh, ray_query] = [Tracer::Bvh, Tracer::RayQuery].map(|through| {
+    let [bvh, ray_query] = [Tracer::BVH, Tracer::RAY_QUERY].map(|through| {
         let settings = Settings { shadows: Shadows::Traced(through), ..Settings::direct_light() };
         let uploaded = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap().upload(&scene).unwrap();
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
@@ -59,6 +59,6 @@ fn gpu_a_device_without_ray_query_says_so() {
     let rays = tracer.upload(&gpu.device, &[TracedRay::default()]).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let error = tracer.record(&mut frame, &scene, Tracer::RayQuery, None, &rays, 1).unwrap_err();
+    let error = tracer.record(&mut frame, &scene, Tracer::RAY_QUERY, None, &rays, 1).unwrap_err();
     assert!(error.to_string().contains("ray queries"), "{error}");
 }

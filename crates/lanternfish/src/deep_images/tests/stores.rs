@@ -7,7 +7,8 @@ use super::{build, lists, settings, upload};
 use crate::{
     GpuScene, Renderer, Settings,
     deep_images::{DeepImageBuilder, directions::DirectionSet},
-    settings::{DeepImageSettings, Shadows},
+    settings::Shadows,
+    techniques::DeepImageSettings,
     techniques::{DeepBuilder, DeepDepth, DeepStore},
     testing::{quad, scene_of},
 };

@@ -6,8 +6,8 @@ use super::{build, distances, settings, upload};
 use crate::{
     deep_images::directions::DirectionSet,
     rays::{RayTracer, TracedRay},
-    settings::{DeepImageSettings, Tracer},
-    techniques::DeepBuilder,
+    settings::Tracer,
+    techniques::{ACROSS_TEXELS, DeepBuilder, DeepImageSettings, WITHIN_TEXEL},
     testing::Random,
 };
 
@@ -25,7 +25,7 @@ fn gpu_the_bvh_finds_the_closest_surface() {
             TracedRay { origin, direction: random.direction(), ..TracedRay::default() }
         })
         .collect();
-    let found = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, (Tracer::Bvh, None), &rays);
+    let found = distances(gpu, &RayTracer::new(&gpu.device).unwrap(), &uploaded, (Tracer::BVH, None), &rays);
     let (mut hits, mut other) = (0, 0);
     for (ray, found) in rays.iter().zip(found) {
         let expected = exact.nearest(ray.origin.into(), ray.direction.into());
@@ -52,7 +52,7 @@ fn gpu_rays_across_texels_are_closer_to_the_truth() {
     let rays: Vec<TracedRay> = (0..8000)
         .map(|_| {
             let origin = bounds.center() + 0.3 * random.point() * bounds.size();
-            TracedRay::new(&images, origin, random.direction(), 0.0)
+            images.ray(origin, random.direction(), 0.0)
         })
         .collect();
     let tracer = RayTracer::new(&gpu.device).unwrap();
@@ -69,7 +69,7 @@ fn gpu_rays_across_texels_are_closer_to_the_truth() {
         errors.sort_unstable_by(f32::total_cmp);
         errors[errors.len() / 2]
     };
-    let (within, across) = (median(Tracer::WithinTexel), median(Tracer::AcrossTexels));
+    let (within, across) = (median(WITHIN_TEXEL), median(ACROSS_TEXELS));
     println!("median error {within} within a texel, {across} across texels");
     assert!(across < 0.4 * within && across < 0.05, "{within} {across}");
 }

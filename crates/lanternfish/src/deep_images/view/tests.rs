@@ -9,7 +9,9 @@ use super::{
     },
     *,
 };
-use crate::{gpu_scene::GpuScene, settings::DeepImageSettings, shaders::constant, techniques::DeepBuilder, view::View};
+use crate::{
+    gpu_scene::GpuScene, shaders::constant, techniques::DeepBuilder, techniques::DeepImageSettings, view::View,
+};
 
 const SIZE: UVec2 = UVec2::new(200, 150);
 

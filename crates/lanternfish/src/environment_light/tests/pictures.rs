@@ -10,7 +10,8 @@ use super::{half_white, image, looking};
 use crate::{
     Renderer, Settings,
     environment_light::brdf_shares::shares,
-    settings::{DeepImageSettings, Occlusion, Samples, Shadows},
+    settings::{Occlusion, Samples, Shadows},
+    techniques::DeepImageSettings,
     techniques::{Deep, Hbao},
     testing::{apart, quad, scene_of},
 };
@@ -209,7 +210,12 @@ fn gpu_light_is_the_path_tracers() {
     let truth: Vec<Vec3> = film.mean().iter().map(|pixel| Vec3::from(*pixel)).collect();
     let found = |occlusion, accumulate, scene: &Scene| {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let found = picture(gpu, &Settings { deep_images, accumulate, ..settings(occlusion) }, scene, &camera);
+        let found = picture(
+            gpu,
+            &Settings { structure: deep_images.into(), accumulate, ..settings(occlusion) },
+            scene,
+            &camera,
+        );
         println!("off by {:.4}, energy {:.4}", off(&found, &truth), mean(&found) / mean(&truth));
         (off(&found, &truth), mean(&found) / mean(&truth))
     };

@@ -280,7 +280,7 @@ fn gpu_what_the_device_bends_is_where_the_host_bends_it() {
 fn gpu_what_cannot_be_animated_is_named() {
     let Some(gpu) = testing::gpu("gpu_what_cannot_be_animated_is_named") else { return };
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
-    let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 1, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let lit = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
     let mut dark = scene();
     dark.motion.lights.clear();

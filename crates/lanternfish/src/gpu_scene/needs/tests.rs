@@ -8,10 +8,8 @@ use crate::{
     GpuScene, RenderError, Renderer, Settings,
     deep_images::DeepImageBuilder,
     rays::{RayTracer, TracedRay},
-    settings::{
-        Attenuation, DebugView, DeepImageSettings, Indirect, Materials, Occlusion, Shadows, TextureBinding, Tracer,
-    },
-    techniques::{DirectionSet, Hbao, Sampled},
+    settings::{Attenuation, DebugView, Indirect, Materials, Occlusion, Shadows, TextureBinding, Tracer},
+    techniques::{DeepImageSettings, DirectionSet, Hbao, Sampled, WITHIN_TEXEL},
     testing::{quad, scene_of},
 };
 
@@ -49,7 +47,7 @@ fn coarse() -> DeepImageSettings {
 
 /// Settings that need something of a scene each.
 fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
-    let direct = || Settings { shadows: Shadows::BVH, deep_images: coarse(), ..Settings::direct_light() };
+    let direct = || Settings { shadows: Shadows::BVH, structure: coarse().into(), ..Settings::direct_light() };
     let indirect = |tracer: Tracer| {
         let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: tracer.into(), ..Sampled::default() };
         Settings { indirect: Indirect::from(sampled), ..direct() }
@@ -63,11 +61,11 @@ fn choices(has_ray_query: bool) -> Vec<(&'static str, Settings)> {
         ("soft", Settings { light_radius: 0.1, ..direct() }),
         ("textures one by one", Settings { textures: TextureBinding::PerMaterial, ..direct() }),
         ("hbao", Settings { occlusion: Occlusion::from(Hbao { radius: 1.0 }), shadows: Shadows::None, ..direct() }),
-        ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(Tracer::Bvh) }),
-        ("indirect, deep images", indirect(Tracer::WithinTexel)),
+        ("indirect, bvh", Settings { shadows: Shadows::None, ..indirect(Tracer::BVH) }),
+        ("indirect, deep images", indirect(WITHIN_TEXEL)),
     ];
     if has_ray_query {
-        choices.push(("indirect, ray query", indirect(Tracer::RayQuery)));
+        choices.push(("indirect, ray query", indirect(Tracer::RAY_QUERY)));
     }
     choices
 }
@@ -127,9 +125,9 @@ fn gpu_what_is_traced_through_a_scene_must_be_there() {
     is_other_settings(DeepImageBuilder::new(&gpu.device, coarse()).unwrap().record(&mut frame, &uploaded));
     let rays = RayTracer::new(&gpu.device).unwrap();
     let buffer = rays.upload(&gpu.device, &[TracedRay { direction: Vec3::X, ..TracedRay::default() }]).unwrap();
-    is_other_settings(rays.record(&mut frame, &uploaded, Tracer::Bvh, None, &buffer, 1));
+    is_other_settings(rays.record(&mut frame, &uploaded, Tracer::BVH, None, &buffer, 1));
     if gpu.description.ray_query {
-        is_other_settings(rays.record(&mut frame, &uploaded, Tracer::RayQuery, None, &buffer, 1));
+        is_other_settings(rays.record(&mut frame, &uploaded, Tracer::RAY_QUERY, None, &buffer, 1));
     }
 }
 

@@ -103,7 +103,7 @@ fn gpu_what_the_device_moves_is_where_the_host_puts_it() {
     before.materials.iter_mut().for_each(|material| material.emissive = Vec3::ZERO);
     let before = before;
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let asked = [
         ("bvh", direct(Shadows::BVH)),
         ("ray query", direct(Shadows::RAY_QUERY)),
@@ -224,7 +224,7 @@ fn gpu_factors_of_materials_follow() {
     ];
     let direct = Settings { shadows: Shadows::BVH, ..Settings::direct_light() };
     // And where hits are shaded.
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let indirect = Settings { indirect: Indirect::from(sampled), ..direct.clone() };
     for settings in [direct, indirect] {
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
@@ -257,7 +257,7 @@ fn distances(gpu: &Gpu, uploaded: &GpuScene, rays: &[TracedRay]) -> Vec<f32> {
     let buffer = tracer.upload(&gpu.device, rays).unwrap();
     let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
     let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
-    let found = tracer.record(&mut frame, uploaded, Tracer::Bvh, None, &buffer, rays.len() as u32).unwrap();
+    let found = tracer.record(&mut frame, uploaded, Tracer::BVH, None, &buffer, rays.len() as u32).unwrap();
     frame.submit();
     read_back(&gpu.device, &gpu.queue, &found, rays.len()).unwrap()
 }

@@ -2,6 +2,8 @@
 
 mod chunk;
 
+use std::any::Any;
+
 use super::DECLARED;
 use glam::{Quat, UVec2};
 use lanternfish_gpu::{ComputeKernel, Feature, Frame, primitives::Scan, uniform_buffer_of};
@@ -11,6 +13,7 @@ use super::{PhotonSplatting, Splat, directions::PhotonDirections, parameters::Ph
 use crate::{
     common::workgroups,
     context::ViewContext,
+    deep_images::DeepImages,
     deep_images::directions::rotation_of_turn,
     deep_images::settings::DeepImageSettings,
     error::RenderError,
@@ -22,6 +25,7 @@ use crate::{
     light_culling::LightCulling,
     lights::Light,
     prepass::Surface,
+    rays::Structure,
     rays::{TracePass, Tracer},
     settings::{Materials, Samples, Settings},
 };
@@ -95,25 +99,26 @@ impl PhotonPasses {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        check(&room, &settings.deep_images)?;
+        check(&room, &settings.structure)?;
         let traced = room.tracer.fixed().check(device, "`photon-tracer ray-query`", "`photon-tracer bvh`")?;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
             let shader = DECLARED.link(&format!("indirect/photon_splatting/{file}"), features)?;
             let label = format!("indirect/photon_splatting/{file}");
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };
-        let images = &settings.deep_images;
-        let trace_pass =
-            |file: &str| Ok::<_, RenderError>(TracePass::new(traced, kernel(file, &traced.features(images), file)?));
-        let exact = tracer.unwrap_or(Tracer::Bvh).exact();
+        let structure = &settings.structure;
+        let trace_pass = |file: &str| {
+            Ok::<_, RenderError>(TracePass::new(traced, kernel(file, &traced.features(structure, true), file)?))
+        };
+        let exact = tracer.unwrap_or(Tracer::BVH).exact();
         let limit = device.limits().max_storage_buffer_binding_size / size_of::<Light>() as u64;
         Ok(Self {
             settings: room,
             materials: settings.materials,
             frames: settings.accumulate,
-            directions: PhotonDirections::new(images.directions)?,
+            directions: PhotonDirections::new(DeepImageSettings::of(structure).directions)?,
             views: KeptLightViews::default(),
-            emit: kernel("emit", &exact.features(images), "emit")?,
+            emit: kernel("emit", &exact.features(structure, true), "emit")?,
             prepare: kernel("prepare", &[], "prepare")?,
             split: kernel("split", &[], "split")?,
             trace: trace_pass("trace")?,
@@ -136,9 +141,15 @@ impl PhotonPasses {
         })
     }
 
+    /// The view's deep images, if photons go through them.
+    fn deep_images<'v>(&self, view: &'v ViewContext<'_>) -> Option<&'v DeepImages> {
+        let structure: &dyn Any = self.trace.structure(view)?;
+        structure.downcast_ref()
+    }
+
     /// How the directions are turned in this frame: as deep images are; other structures answer for any direction.
     fn rotation(&self, view: &ViewContext<'_>) -> Quat {
-        if self.trace.deep_images(view).is_some() || view.rotation == Quat::IDENTITY {
+        if self.deep_images(view).is_some() || view.rotation == Quat::IDENTITY {
             return view.rotation;
         }
         rotation_of_turn(view.view.frame_index)
@@ -158,7 +169,7 @@ impl PhotonPasses {
             columns: tiles.x,
             rows: tiles.y,
             is_first: 1,
-            own_directions: u32::from(frames > 1 && self.trace.deep_images(view).is_none()),
+            own_directions: u32::from(frames > 1 && self.deep_images(view).is_none()),
             ..Default::default()
         }
     }
@@ -206,7 +217,7 @@ impl IndirectPasses for PhotonPasses {
         let emitting = emitting.buffer("primary_photons", &primaries).buffer("photon_counters", counters.buffer());
         frame.dispatch(&self.emit, &emitting, workgroups(parameters.primary_count));
 
-        let chunks = self.trace.deep_images(view).map(|images| images.chunks.iter());
+        let chunks = self.deep_images(view).map(|images| images.chunks.iter());
         let texels = chunks.map(|chunks| chunks.map(|chunk| chunk.grid.texels_per_metre).fold(f32::INFINITY, f32::min));
         parameters.least_width = texels.map_or(0.0, |texels| 1.0 / texels);
         let photons = Photons {
@@ -231,7 +242,7 @@ impl IndirectPasses for PhotonPasses {
 }
 
 /// An error where a number is out of range, or deep images lack the triangles that are needed.
-pub(super) fn check(room: &PhotonSplatting, images: &DeepImageSettings) -> Result<(), RenderError> {
+pub(super) fn check(room: &PhotonSplatting, structure: &Structure) -> Result<(), RenderError> {
     let wrong = |needed| Err(RenderError::Together { setting: "`indirect photon-splatting`", needed });
     if !(16..=262_144).contains(&room.count) || !(1..=16).contains(&room.bounces) {
         return wrong("16 to 262144 photons, and 1 to 16 bounces");
@@ -243,7 +254,7 @@ pub(super) fn check(room: &PhotonSplatting, images: &DeepImageSettings) -> Resul
     if room.filter_radius > MOST_RADIUS || room.radius.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
         return wrong("a filter of at most 64 pixels, and a radius above 0");
     }
-    if !room.tracer.fixed().finds_triangles(images) {
+    if !room.tracer.fixed().finds_triangles(structure) {
         return wrong("deep images with triangles");
     }
     Ok(())

@@ -158,7 +158,11 @@ impl IndirectTechnique for PhotonSplatting {
     }
 
     fn parts(&self) -> Parts {
-        Parts::HITS | self.tracer.fixed().parts()
+        Parts::HITS
+    }
+
+    fn tracers(&self) -> Vec<Tracer> {
+        vec![self.tracer.fixed()]
     }
 
     fn sees_surroundings(&self) -> bool {

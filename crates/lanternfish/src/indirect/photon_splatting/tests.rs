@@ -9,8 +9,9 @@ use lanternfish_scene::{Camera, Light, LightKind, Material, Primitive, Projectio
 use super::{PhotonSplatting, Splat, passes};
 use crate::{
     Picture, Renderer, Settings,
+    rays::Structure,
     settings::{Attenuation, Culling, Indirect, Materials, Tracer},
-    techniques::{IndirectClamp, Sampled},
+    techniques::{DeepImageSettings, IndirectClamp, Sampled, WITHIN_TEXEL},
     testing::{quad, scene_of},
 };
 
@@ -95,7 +96,7 @@ fn gpu_flux_that_lands_is_the_lights_times_the_albedo() {
     let scene = closed_box(0.5);
     let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
     // Of deep images a few photons in a hundred start in a texel beside the wall that they leave.
-    for (tracer, most) in [(Tracer::Bvh, 1e-3), (Tracer::WithinTexel, 0.015)] {
+    for (tracer, most) in [(Tracer::BVH, 1e-3), (WITHIN_TEXEL, 0.015)] {
         let mut before = 0.0;
         for bounces in 1..=4 {
             let room = PhotonSplatting { tracer: tracer.into(), bounces, count: 1024, ..room() };
@@ -153,11 +154,11 @@ fn gpu_all_of_the_light_that_lands_is_seen() {
         ("larger", PhotonSplatting { radius: 0.5, count: 1024, ..room() }),
         ("conserved", PhotonSplatting { conserved: true, radius: 0.5, count: 1024, ..room() }),
         ("raster", PhotonSplatting { splat: Splat::Raster, count: 256, radius: 0.5, conserved: true, ..room() }),
-        ("deep images", PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..room() }),
+        ("deep images", PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..room() }),
     ] {
         let seen = flux_of(room);
         let most = match room.tracer.fixed() {
-            Tracer::WithinTexel => 0.06,
+            tracer if tracer == WITHIN_TEXEL => 0.06,
             // What lies beyond a footprint's reach, where light grazes.
             _ if room.conserved => 0.01,
             _ => 0.03,
@@ -224,10 +225,10 @@ fn gpu_the_light_of_photons_is_that_of_one_bounce() {
             ((energy(&photons) - energy(direct)) / one_bounce, distance)
         })
     };
-    for tracer in [Tracer::Bvh, Tracer::WithinTexel] {
+    for tracer in [Tracer::BVH, WITHIN_TEXEL] {
         let [(one, _), (many, _)] = of(PhotonSplatting { tracer: tracer.into(), ..room() });
         // Beyond the blocks' edges 4 % are lost, where a pixel is 5 cm wide; deep images lose another 1 % beside walls.
-        let lost = if tracer == Tracer::Bvh { 0.05 } else { 0.07 };
+        let lost = if tracer == Tracer::BVH { 0.05 } else { 0.07 };
         assert!((one - 1.0).abs() < lost && (many - 1.0).abs() < lost, "{tracer}: {one}, 16 frames {many}");
     }
     // So few photons that noise is most of what is wrong.
@@ -280,7 +281,7 @@ fn gpu_no_lights_are_no_photons() {
     let scene = Scene { lights: Vec::new(), ..closed_box(0.5) };
     let camera = looking([0.7, -0.3, 0.6], [-1.0, 0.0, -0.6]);
     for splat in [Splat::Gather, Splat::Raster] {
-        for tracer in [Tracer::Bvh, Tracer::WithinTexel] {
+        for tracer in [Tracer::BVH, WITHIN_TEXEL] {
             let room = PhotonSplatting {
                 splat,
                 tracer: tracer.into(),
@@ -325,7 +326,7 @@ fn gpu_photons_that_light_nothing_in_view_are_left_out() {
 
 #[test]
 fn numbers_out_of_range_are_refused() {
-    let images = Settings::default().deep_images;
+    let images = Structure::NONE;
     let usual = PhotonSplatting::default();
     assert!(passes::check(&usual, &images).is_ok());
     let wrong = [
@@ -340,8 +341,8 @@ fn numbers_out_of_range_are_refused() {
     for room in wrong {
         assert!(passes::check(&room, &images).is_err(), "{room:?}");
     }
-    let deep = PhotonSplatting { tracer: Tracer::WithinTexel.into(), ..usual };
-    let without = crate::settings::DeepImageSettings { payload: false, ..images };
+    let deep = PhotonSplatting { tracer: WITHIN_TEXEL.into(), ..usual };
+    let without = DeepImageSettings { payload: false, ..DeepImageSettings::default() }.into();
     assert!(passes::check(&deep, &without).is_err() && passes::check(&usual, &without).is_ok());
 }
 

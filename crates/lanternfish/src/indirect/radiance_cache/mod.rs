@@ -41,9 +41,9 @@ use super::{Counters, history::DOUBTED};
 use crate::{
     common::workgroups,
     context::ViewContext,
-    deep_images::settings::DeepImageSettings,
     environment_light::ENVIRONMENT,
     error::RenderError,
+    rays::Structure,
     rays::{self, TracePass, Tracer},
     shaders::{Root, Shaders},
 };
@@ -245,7 +245,7 @@ impl RadianceCache {
         device: &wgpu::Device,
         settings: CacheSettings,
         exact: Tracer,
-        images: &DeepImageSettings,
+        structure: &Structure,
     ) -> Result<Self, RenderError> {
         let CacheSettings { bounces, most_cells, first_samples, tracer, blur } = settings;
         let kernel = |file: &str, features: &[Feature], entry: &str| {
@@ -259,8 +259,8 @@ impl RadianceCache {
             measure: kernel("schedule", &[], "measure")?,
             light: kernel("light", &[EVENLY_SENT], "light")?,
             light_environment: kernel("light", &[EVENLY_SENT, ENVIRONMENT], "light")?,
-            shadow: kernel("shadow", &exact.features(images), "shadow")?,
-            trace: TracePass::new(tracer, kernel("trace", &tracer.features(images), "trace")?),
+            shadow: kernel("shadow", &exact.features(structure, true), "shadow")?,
+            trace: TracePass::new(tracer, kernel("trace", &tracer.features(structure, true), "trace")?),
             meet: kernel("intersect", &[], "meet")?,
             place: kernel("intersect", &[], "place")?,
             keep: kernel("accumulate", &[], "keep")?,

@@ -14,12 +14,12 @@ use super::{
 use crate::{
     common::workgroups,
     context::ViewContext,
-    deep_images::settings::DeepImageSettings,
     error::RenderError,
     indirect::{
         Counters,
         radiance_cache::{CacheOfFrame, CacheSettings, RadianceCache},
     },
+    rays::Structure,
     rays::Tracer,
 };
 
@@ -49,7 +49,7 @@ impl Cells {
         device: &wgpu::Device,
         settings: &Sampled,
         exact: Tracer,
-        deep_images: &DeepImageSettings,
+        structure: &Structure,
     ) -> Result<Self, RenderError> {
         let of_rays: &[Feature] = if settings.glossy_rays > 0 { &[GLOSSY_RAYS] } else { &[] };
         let kernel = |file: &str, features: &[Feature], entry: &str| {
@@ -65,7 +65,7 @@ impl Cells {
             blur: diffuse_blur(1, RadianceCache::MOST_SAMPLES),
         };
         Ok(Self {
-            cache: RadianceCache::new(device, of_cache, exact, deep_images)?,
+            cache: RadianceCache::new(device, of_cache, exact, structure)?,
             find: kernel("find_cells", of_rays, "find")?,
             find_and_add: kernel("find_cells", of_rays, "find_and_add")?,
             before_insert: kernel("open_passes", &[], "before_insert")?,

@@ -28,10 +28,10 @@ use super::{
 };
 use crate::{
     context::ViewContext,
-    deep_images::settings::DeepImageSettings,
     environment_light::ENVIRONMENT,
     error::RenderError,
     prepass::Surface,
+    rays::Structure,
     rays::{self, TracePass, Tracer},
     settings::Settings,
     shaders::{Root, Shaders},
@@ -165,16 +165,16 @@ impl SampledLight {
         settings: &Settings,
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
-        let deep_images = settings.deep_images;
-        check(&sampled, &deep_images)?;
+        let structure = &settings.structure;
+        check(&sampled, structure)?;
         let traced = sampled.tracer.fixed().check(device, "`indirect-tracer ray-query`", "`indirect-tracer bvh`")?;
         let kernel = |module: &str, features: &[Feature], entry: &str, label: &str| {
             let shader = DECLARED.link(module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, label))
         };
-        let trace = kernel("indirect/sampled/trace", &traced.features(&deep_images), "trace", "indirect/trace")?;
-        let exact_tracer = tracer.unwrap_or(Tracer::Bvh).exact();
-        let exact = exact_tracer.features(&deep_images);
+        let trace = kernel("indirect/sampled/trace", &traced.features(structure, true), "trace", "indirect/trace")?;
+        let exact_tracer = tracer.unwrap_or(Tracer::BVH).exact();
+        let exact = exact_tracer.features(structure, true);
         Ok(Self {
             settings: sampled,
             frames: settings.accumulate,
@@ -186,7 +186,7 @@ impl SampledLight {
             emitters: kernel("indirect/sampled/emitters", &exact, "emitters", "indirect/emitters")?,
             cells: match sampled.hit_light {
                 HitLight::Shaded => None,
-                HitLight::Cached => Some(Cells::new(device, &sampled, exact_tracer, &deep_images)?),
+                HitLight::Cached => Some(Cells::new(device, &sampled, exact_tracer, structure)?),
             },
             smoothing: Smoothing::new(device, settings.history)?,
         })
@@ -359,7 +359,7 @@ fn glossy_blur(rays: u32, frames: u32) -> f32 {
 }
 
 /// An error where the number of rays or the filter's radius is out of range, or deep images lack the triangles that are needed.
-fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), RenderError> {
+fn check(settings: &Sampled, structure: &Structure) -> Result<(), RenderError> {
     if settings.diffuse_rays == 0 || settings.diffuse_rays > 4096 || settings.glossy_rays > 4096 {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "1 to 4096 rays a pixel" });
     }
@@ -379,7 +379,7 @@ fn check(settings: &Sampled, deep_images: &DeepImageSettings) -> Result<(), Rend
     if matches!(settings.bounces, Bounces::UpTo(2..)) && settings.hit_light != HitLight::Cached {
         return Err(RenderError::Together { setting: "`bounces` of 2 to 8", needed: "`hit-light cached`" });
     }
-    if !settings.tracer.fixed().finds_triangles(deep_images) {
+    if !settings.tracer.fixed().finds_triangles(structure) {
         return Err(RenderError::Together { setting: "`indirect sampled`", needed: "deep images with triangles" });
     }
     Ok(())

@@ -183,7 +183,11 @@ impl IndirectTechnique for Sampled {
     }
 
     fn parts(&self) -> Parts {
-        Parts::HITS | self.tracer.fixed().parts()
+        Parts::HITS
+    }
+
+    fn tracers(&self) -> Vec<Tracer> {
+        vec![self.tracer.fixed()]
     }
 
     fn resolve_tracer(&mut self, automatic: Tracer) {

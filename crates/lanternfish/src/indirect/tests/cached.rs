@@ -3,7 +3,7 @@
 use crate::{
     indirect::radiance_cache::FIRST_CELLS_IN_TESTS,
     settings::History,
-    techniques::{Bounces, HitLight},
+    techniques::{Bounces, HitLight, WITHIN_TEXEL},
     testing::walks,
 };
 
@@ -25,15 +25,15 @@ fn gpu_cells_send_what_the_surfaces_in_them_send() {
     let Some(gpu) = testing::gpu("gpu_cells_send_what_the_surfaces_in_them_send") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
     let direct =
-        picture(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 8) }, &scene, &camera);
+        picture(gpu, Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) }, &scene, &camera);
     let indirect = |rays| mean(&picture(gpu, over_frames(rays, 8), &scene, &camera)) - mean(&direct);
-    let shaded = Sampled { hit_light: HitLight::Shaded, ..cached(Tracer::Bvh, Bounces::ONE) };
+    let shaded = Sampled { hit_light: HitLight::Shaded, ..cached(Tracer::BVH, Bounces::ONE) };
     let expected = indirect(shaded);
     for tracer in tracers(gpu) {
-        let found = indirect(cached(*tracer, Bounces::ONE)) / expected;
+        let found = indirect(cached(tracer, Bounces::ONE)) / expected;
         println!("{tracer}: {found:.4} of the light");
         // Deep images have lost some of it before the cache is asked: see their page.
-        let most = if is_exact(*tracer) { 0.03 } else { 0.08 };
+        let most = if is_exact(tracer) { 0.03 } else { 0.08 };
         assert!((found - 1.0).abs() < most, "{tracer}: {found}");
     }
 }
@@ -46,7 +46,7 @@ fn gpu_a_closed_box_that_shines_sends_every_bounce() {
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let counted = [(Bounces::ONE, 1.75), (Bounces::UpTo(2), 1.875), (Bounces::UpTo(3), 1.9375)];
     for (bounces, expected) in counted.into_iter().chain([(Bounces::All, 2.0)]) {
-        let rays = Sampled { cache_samples: 64, ..cached(Tracer::Bvh, bounces) };
+        let rays = Sampled { cache_samples: 64, ..cached(Tracer::BVH, bounces) };
         let found = mean(&picture(gpu, over_frames(rays, 16), &scene, &camera));
         println!("{bounces}: {found:.4} of {expected}");
         assert!((found / expected - 1.0).abs() < 0.01, "{bounces}: {found} of {expected}");
@@ -61,7 +61,7 @@ fn gpu_many_first_samples_know_every_bounce() {
     let scene = Scene { lights: vec![Light::point(Vec3::ZERO, Vec3::ONE)], ..closed_box(matt(0.8)) };
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     let of = |diffuse_rays, cache_samples| {
-        let rays = Sampled { diffuse_rays, cache_samples, ..cached(Tracer::Bvh, Bounces::All) };
+        let rays = Sampled { diffuse_rays, cache_samples, ..cached(Tracer::BVH, Bounces::All) };
         mean(&picture(gpu, over_frames(rays, 1), &scene, &camera))
     };
     // Of no more rays than a list holds.
@@ -83,8 +83,8 @@ fn gpu_every_bounce_is_the_path_tracers() {
     for (name, scene, camera, samples) in
         [("cornell", cornell(), looking(CAMERA.0, CAMERA.1), 256), ("hall", hall, inside, 128)]
     {
-        let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 16) };
-        let cells = Sampled { glossy_rays: 8, ..cached(Tracer::Bvh, Bounces::All) };
+        let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
+        let cells = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::All) };
         let indirect =
             mean(&picture(gpu, over_frames(cells, 16), &scene, &camera)) - mean(&picture(gpu, direct, &scene, &camera));
         let [truth, one, direct] = [u32::MAX, 3, 2].map(|depth| mean(&traced(&scene, &camera, depth, samples)));
@@ -101,12 +101,12 @@ fn gpu_every_bounce_is_the_path_tracers() {
 fn gpu_counted_bounces_are_the_path_tracers() {
     let Some(gpu) = testing::gpu("gpu_counted_bounces_are_the_path_tracers") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 16) };
+    let direct = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 16) };
     let direct = mean(&picture(gpu, direct, &scene, &camera));
     let of = |depth| mean(&traced(&scene, &camera, depth, 256));
     let traced: Vec<f64> = (2..=6).map(of).collect();
     for bounces in [2, 3] {
-        let cells = Sampled { glossy_rays: 8, ..cached(Tracer::Bvh, Bounces::UpTo(bounces)) };
+        let cells = Sampled { glossy_rays: 8, ..cached(Tracer::BVH, Bounces::UpTo(bounces)) };
         let found = mean(&picture(gpu, over_frames(cells, 16), &scene, &camera)) - direct;
         let share = |more: i32| found / (traced[(bounces as i32 + more) as usize] - traced[0]);
         println!("{bounces}: {:.4} of the light; {:.4} of that of one more", share(0), share(1));
@@ -121,7 +121,7 @@ fn gpu_counted_bounces_are_the_path_tracers() {
 fn gpu_counted_bounces_stay_when_cells_move() {
     let Some(gpu) = testing::gpu("gpu_counted_bounces_stay_when_cells_move") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let cells = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::Bvh, Bounces::UpTo(3)) };
+    let cells = Sampled { diffuse_rays: 1, glossy_rays: 1, ..cached(Tracer::BVH, Bounces::UpTo(3)) };
     let settings = Settings { history: History::On, ..settings(cells) };
     let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -141,7 +141,7 @@ fn gpu_counted_bounces_stay_when_cells_move() {
 fn gpu_cached_light_is_the_same_again() {
     let Some(gpu) = testing::gpu("gpu_cached_light_is_the_same_again") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let settings = over_frames(cached(Tracer::Bvh, Bounces::All), 3);
+    let settings = over_frames(cached(Tracer::BVH, Bounces::All), 3);
     let first = picture(gpu, settings.clone(), &scene, &camera);
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
@@ -158,7 +158,7 @@ fn gpu_cached_light_is_the_same_again() {
 fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     let Some(gpu) = testing::gpu("gpu_a_full_cache_loses_no_light_of_one_bounce") else { return };
     let (scene, camera) = (cornell(), looking(CAMERA.0, CAMERA.1));
-    let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::Bvh), 8) };
+    let none = Settings { indirect: Indirect::NONE, ..over_frames(sampled(Tracer::BVH), 8) };
     let direct = mean(&picture(gpu, none, &scene, &camera));
     let rendered_over = |frames, rays| {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, frames)).unwrap();
@@ -170,7 +170,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
         (mean(&pixels) - direct, names.map(|name| counted(name).unwrap_or(0)))
     };
     let rendered = |rays| rendered_over(8, rays);
-    let one = cached(Tracer::Bvh, Bounces::ONE);
+    let one = cached(Tracer::BVH, Bounces::ONE);
     let (expected, [rays, hits, ..]) = rendered(Sampled { hit_light: HitLight::Shaded, ..one });
     let (found, counts) = rendered(one);
     assert_eq!(counts, [rays, hits, 0, 0]);
@@ -188,7 +188,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
     assert!(counts[..2] == [rays, hits] && counts[2] > 10_000, "{counts:?}, {rays} rays, {hits} hits");
     assert!((found / expected - 1.0).abs() < 0.03, "{found} of {expected}");
     FIRST_CELLS_IN_TESTS.set(1 << 17);
-    let all = cached(Tracer::Bvh, Bounces::All);
+    let all = cached(Tracer::BVH, Bounces::All);
     let (with_room, counts) = rendered(all);
     assert_eq!(counts[2..], [0, 0]);
     let (found, counts) = rendered(Sampled { cache_cells: 64, ..all });
@@ -199,7 +199,7 @@ fn gpu_a_full_cache_loses_no_light_of_one_bounce() {
 #[test]
 fn gpu_caches_without_cells_or_samples_are_refused() {
     let Some(gpu) = testing::gpu("gpu_caches_without_cells_or_samples_are_refused") else { return };
-    let usual = cached(Tracer::Bvh, Bounces::All);
+    let usual = cached(Tracer::BVH, Bounces::All);
     let refused = [
         Sampled { cache_cells: 0, ..usual },
         Sampled { cache_cells: u32::MAX, ..usual },
@@ -220,7 +220,7 @@ fn gpu_cells_that_move_keep_their_light() {
     let Some(gpu) = testing::gpu("gpu_cells_that_move_keep_their_light") else { return };
     let scene = closed_box(Material { emissive: Vec3::ONE, ..matt(0.5) });
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
-    let rays = Sampled { diffuse_rays: 2, cache_samples: 64, ..cached(Tracer::Bvh, Bounces::All) };
+    let rays = Sampled { diffuse_rays: 2, cache_samples: 64, ..cached(Tracer::BVH, Bounces::All) };
     // More frames than cells are kept for.
     let rendered = || {
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 140)).unwrap();
@@ -247,7 +247,7 @@ fn gpu_unlit_surfaces_send_their_colour_alone() {
         // What is seen is lit by the unlit sides.
         scene.materials.push(matt(0.5));
         scene.meshes[0].primitives[5].material = 1;
-        mean(&picture(gpu, over_frames(cached(Tracer::Bvh, bounces), 8), &scene, &camera))
+        mean(&picture(gpu, over_frames(cached(Tracer::BVH, bounces), 8), &scene, &camera))
     };
     let [one, all] = [Bounces::ONE, Bounces::All].map(of);
     println!("{one:.4} with one bounce, {all:.4} with every bounce");
@@ -265,7 +265,7 @@ fn gpu_cells_do_not_leak_through_walls() {
     scene.lights.push(Light::point(Vec3::new(0.0, 0.0, -0.5), Vec3::ONE));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, 0.0]);
     let behind = looking([0.0, 0.0, -0.9], [0.3, 0.2, 0.0]);
-    let settings = over_frames(cached(Tracer::Bvh, Bounces::All), 4);
+    let settings = over_frames(cached(Tracer::BVH, Bounces::All), 4);
     let [dark, lit] = [camera, behind].map(|camera| mean(&picture(gpu, settings.clone(), &scene, &camera)));
     println!("{dark:.2e} on the dark side, {lit:.2} on the lit one");
     assert!(dark < 0.005 * lit, "{dark} of {lit}");
@@ -288,7 +288,7 @@ fn gpu_light_comes_by_the_door_and_not_under_the_wall() {
         let end = Vec3::new(0.2, 0.0, 0.0);
         scene.meshes[0].primitives.push(quad(0, end, 0.5 * thickness * edge * Vec3::Z, Vec3::Y));
         scene.lights.push(Light::point(Vec3::new(-0.5, 0.0, -0.5), Vec3::ONE));
-        let cells = Sampled { cache_samples: 64, ..cached(Tracer::Bvh, Bounces::All) };
+        let cells = Sampled { cache_samples: 64, ..cached(Tracer::BVH, Bounces::All) };
         let found = mean(&picture(gpu, over_frames(cells, 8), &scene, &dark));
         let truth = mean(&traced(&scene, &dark, u32::MAX, 512));
         println!("a wall of {thickness} edges: {:.4} of the light", found / truth);
@@ -307,7 +307,7 @@ fn gpu_tables_that_grow_change_no_picture() {
     // something, and shading runs for the sky.
     scene.materials[0].unlit = true;
     scene.sky = Vec3::splat(0.2);
-    let rays = Sampled { diffuse_rays: 4, glossy_rays: 2, ..cached(Tracer::Bvh, Bounces::All) };
+    let rays = Sampled { diffuse_rays: 4, glossy_rays: 2, ..cached(Tracer::BVH, Bounces::All) };
     let rendered = |first_cells, rays| {
         FIRST_CELLS_IN_TESTS.set(first_cells);
         let mut renderer = Renderer::new(&gpu.device, &gpu.queue, over_frames(rays, 3)).unwrap();
@@ -323,11 +323,9 @@ fn gpu_tables_that_grow_change_no_picture() {
     };
     let mut moved_between_frames = 0;
     // The last ones have more rounds of rays in the first frame than samples of a cell.
-    for (tracer, bounces, first_rays) in [
-        (Tracer::Bvh, Bounces::All, 1),
-        (Tracer::WithinTexel, Bounces::All, 1),
-        (Tracer::WithinTexel, Bounces::UpTo(3), 4),
-    ] {
+    for (tracer, bounces, first_rays) in
+        [(Tracer::BVH, Bounces::All, 1), (WITHIN_TEXEL, Bounces::All, 1), (WITHIN_TEXEL, Bounces::UpTo(3), 4)]
+    {
         let rays = Sampled { tracer: tracer.into(), bounces, first_rays, ..rays };
         let (expected, [cells, ..], _) = rendered(1 << 17, rays);
         // Of 4096 the frame starts over behind a later round.

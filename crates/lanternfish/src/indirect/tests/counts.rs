@@ -8,7 +8,7 @@ use super::{cached::over_frames, *};
 #[test]
 fn gpu_rays_are_counted() {
     let Some(gpu) = testing::gpu("gpu_rays_are_counted") else { return };
-    let rays = Sampled { diffuse_rays: 3, glossy_rays: 0, ..sampled(Tracer::Bvh) };
+    let rays = Sampled { diffuse_rays: 3, glossy_rays: 0, ..sampled(Tracer::BVH) };
     let counted = |scene: &Scene, camera: &Camera| {
         let mut renderer = Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(rays)).unwrap();
         let uploaded = renderer.upload(scene).unwrap();
@@ -56,7 +56,7 @@ fn gpu_rays_are_counted() {
 fn gpu_rays_left_out_change_no_mean() {
     let Some(gpu) = testing::gpu("gpu_rays_left_out_change_no_mean") else { return };
     let renderer =
-        Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(sampled(Tracer::Bvh))).unwrap();
+        Renderer::with_engine(&lanternfish_gpu::testing::engine(gpu), settings(sampled(Tracer::BVH))).unwrap();
     let uploaded = renderer.upload(&floor(matt(0.5))).unwrap();
     let mut random = Random::new(8);
     let mut queries = Vec::new();
@@ -92,7 +92,7 @@ fn gpu_first_frames_have_more_rays() {
     // With a lamp that shines by its triangles.
     let scene = demo("cornell").unwrap();
     let rendered = |frames, hit_light, diffuse_rays, first_rays| {
-        let rays = Sampled { diffuse_rays, first_rays, glossy_rays: 2, hit_light, ..sampled(Tracer::Bvh) };
+        let rays = Sampled { diffuse_rays, first_rays, glossy_rays: 2, hit_light, ..sampled(Tracer::BVH) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, frames)).unwrap();
         let uploaded = renderer.upload(&scene).unwrap();
         let picture = renderer.render(&uploaded, &scene.cameras[0], SIZE.x, SIZE.y).unwrap();
@@ -118,7 +118,7 @@ fn gpu_well_known_cells_get_fewer_samples() {
     let (hit_light, bounces) = (HitLight::Cached, Bounces::All);
     let sampled_at_last = |cache_samples| {
         let rays =
-            Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, cache_samples, ..sampled(Tracer::Bvh) };
+            Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, cache_samples, ..sampled(Tracer::BVH) };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), over_frames(rays, 2)).unwrap();
         let mut scene = closed_box(matt(0.5));
         scene.lights.push(Light::point(Vec3::ZERO, Vec3::ONE));

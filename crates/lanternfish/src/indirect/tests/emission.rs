@@ -16,7 +16,7 @@ fn gpu_a_small_lamp_lights_every_pixel() {
     let (half, height, radiance) = (0.01f32, 1.0f32, 1000.0f32);
     let scene = lamp_over_floor(half, height, radiance, matt(0.5));
     let camera = looking([0.0, 0.9, 0.1], [0.0, 0.0, 0.0]);
-    let few = Sampled { diffuse_rays: 2, glossy_rays: 0, ..sampled(Tracer::Bvh) };
+    let few = Sampled { diffuse_rays: 2, glossy_rays: 0, ..sampled(Tracer::BVH) };
     let found = picture(gpu, settings(few), &scene, &camera);
     // Straight below: L A / d² lux on a surface of albedo 0.5.
     let below = 0.5 / std::f32::consts::PI * radiance * 4.0 * half * half / (height * height);
@@ -36,7 +36,7 @@ fn gpu_emission_is_neither_lost_nor_counted_twice() {
             let scene = lamp_over_floor(half, height, 10.0, floor.clone());
             let truth = traced(&scene, &camera, 2, 256);
             for (diffuse_rays, glossy_rays) in [(16, 16), (32, 8)] {
-                let rays = Sampled { diffuse_rays, glossy_rays, ..sampled(Tracer::Bvh) };
+                let rays = Sampled { diffuse_rays, glossy_rays, ..sampled(Tracer::BVH) };
                 let energy = mean(&picture(gpu, settings(rays), &scene, &camera)) / mean(&truth);
                 println!("{name}, lamp of {half} at {height}, {diffuse_rays} and {glossy_rays}: energy {energy:.4}");
                 assert!((energy - 1.0).abs() < 0.03, "{name}, lamp of {half} at {height}: {energy}");
@@ -50,7 +50,7 @@ fn gpu_emission_is_neither_lost_nor_counted_twice() {
 fn gpu_the_largest_and_brightest_lamps_leave_numbers() {
     let Some(gpu) = testing::gpu("gpu_the_largest_and_brightest_lamps_leave_numbers") else { return };
     let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
-    let few = Sampled { diffuse_rays: 4, glossy_rays: 2, ..sampled(Tracer::Bvh) };
+    let few = Sampled { diffuse_rays: 4, glossy_rays: 2, ..sampled(Tracer::BVH) };
     for (half, radiance) in [(1e11, 1.0), (0.5, f32::MAX), (1e11, f32::MAX)] {
         let mut scene = lamp_over_floor(half, 1.0, radiance, matt(0.5));
         scene.meshes[0].primitives[1].normals = vec![Vec3::NEG_Y; 4];
@@ -76,10 +76,11 @@ fn gpu_emission_is_reflected_once() {
     assert!(mean(&truth) > 1.05 * mean(&direct), "{} of {} is reflected", mean(&truth), mean(&direct));
     for tracer in tracers(gpu) {
         let deep_images = DeepImageSettings { resolution: 128, ..DeepImageSettings::default() };
-        let found = picture(gpu, Settings { deep_images, ..settings(sampled(*tracer)) }, &scene, &camera);
+        let found =
+            picture(gpu, Settings { structure: deep_images.into(), ..settings(sampled(tracer)) }, &scene, &camera);
         let energy = mean(&found) / mean(&truth);
         println!("{tracer}: energy {energy:.4}");
-        let most = if is_exact(*tracer) { 0.03 } else { 0.06 };
+        let most = if is_exact(tracer) { 0.03 } else { 0.06 };
         assert!((energy - 1.0).abs() < most, "{tracer}: {energy}");
     }
 }

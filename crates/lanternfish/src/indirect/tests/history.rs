@@ -12,7 +12,7 @@ use super::*;
 
 /// Few rays of both kinds, not filtered.
 fn few() -> Sampled {
-    Sampled { diffuse_rays: 2, glossy_rays: 1, ..sampled(Tracer::Bvh) }
+    Sampled { diffuse_rays: 2, glossy_rays: 1, ..sampled(Tracer::BVH) }
 }
 
 fn keeping(history: History, sampled: Sampled) -> Settings {

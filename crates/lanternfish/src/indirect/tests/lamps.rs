@@ -15,7 +15,7 @@ fn under_a_mirror(lamp: Light) -> Scene {
 
 /// Its rays: most go into the mirror.
 fn into_a_mirror(hit_light: HitLight, cache_samples: u32) -> Sampled {
-    Sampled { diffuse_rays: 1, glossy_rays: 15, hit_light, cache_samples, ..sampled(Tracer::Bvh) }
+    Sampled { diffuse_rays: 1, glossy_rays: 15, hit_light, cache_samples, ..sampled(Tracer::BVH) }
 }
 
 /// A lamp five millimetres above a floor, a quarter of a cell's edge: of the few samples of a cell none need be where it is bright. A mirror shows what

@@ -67,7 +67,7 @@ impl<'g> Frames<'g> {
 
 fn cached(bounces: Bounces) -> Sampled {
     let hit_light = HitLight::Cached;
-    Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::Bvh) }
+    Sampled { diffuse_rays: 16, glossy_rays: 0, hit_light, bounces, ..sampled(Tracer::BVH) }
 }
 
 /// Mean radiance of 16 pictures from within the second box.

@@ -18,7 +18,7 @@ fn gpu_noise_repeats_nowhere() {
     scene.environment = Some(sky);
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let of = |diffuse_rays| {
-        let sampled = Sampled { diffuse_rays, glossy_rays: 0, ..sampled(Tracer::Bvh) };
+        let sampled = Sampled { diffuse_rays, glossy_rays: 0, ..sampled(Tracer::BVH) };
         picture(gpu, settings(sampled), &scene, &camera)
     };
     let (few, truth) = (of(5), of(1024));
@@ -46,7 +46,7 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
     scene.sky = Vec3::splat(5e-4);
     let camera = looking([0.0, 0.8, 1.6], [0.0, 0.0, 0.0]);
     let of = |clamp, diffuse_rays| {
-        let rays = Sampled { clamp, diffuse_rays, glossy_rays: 0, ..sampled(Tracer::Bvh) };
+        let rays = Sampled { clamp, diffuse_rays, glossy_rays: 0, ..sampled(Tracer::BVH) };
         picture(gpu, settings(rays), &scene, &camera)
     };
     let squares = |pixels: &[Vec3]| pixels.iter().map(|pixel| pixel.x * pixel.x).sum::<f32>();
@@ -62,7 +62,7 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
         scene.sky = Vec3::splat(sky);
         let kept = [1, 8, 16, 64].map(|accumulate| {
             let [on, off] = [IndirectClamp::On, IndirectClamp::Off].map(|clamp| {
-                let rays = Sampled { clamp, diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::Bvh) };
+                let rays = Sampled { clamp, diffuse_rays: 4, glossy_rays: 0, ..sampled(Tracer::BVH) };
                 picture(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera)
             });
             mean(&on) / mean(&off)
@@ -71,7 +71,7 @@ fn gpu_the_clamp_takes_single_bright_pixels_alone() {
         assert!(kept[1..].is_sorted() && kept[2] > kept[0] + 0.05 && kept[2] > 0.5 && kept[3] > 0.875, "{kept:?}");
     }
     let sky = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
-    let even = |clamp| picture(gpu, settings(Sampled { clamp, ..sampled(Tracer::Bvh) }), &sky, &camera);
+    let even = |clamp| picture(gpu, settings(Sampled { clamp, ..sampled(Tracer::BVH) }), &sky, &camera);
     assert!(self::off(&even(IndirectClamp::On), &even(IndirectClamp::Off)) < 1e-3);
 }
 
@@ -89,7 +89,7 @@ fn gpu_what_the_clamp_cuts_off_is_spread() {
         scene.meshes[0].primitives.push(quad(1, 2.0 * Vec3::Y, 0.1 * Vec3::X, 0.1 * Vec3::Z));
         scene.sky = Vec3::splat(5e-4);
         let of = |clamp, filter_radius| {
-            let rays = Sampled { clamp, filter_radius, diffuse_rays: 4, glossy_rays, ..sampled(Tracer::Bvh) };
+            let rays = Sampled { clamp, filter_radius, diffuse_rays: 4, glossy_rays, ..sampled(Tracer::BVH) };
             picture(gpu, settings(rays), &scene, &camera)
         };
         let all = mean(&of(IndirectClamp::Off, 0));
@@ -126,7 +126,7 @@ fn gpu_light_that_both_kinds_of_rays_find_counts_once() {
             *material = Material { metallic: 1.0, perceptual_roughness, ..matt(0.8) };
         }
         let of = |diffuse_rays, glossy_rays, accumulate| {
-            let rays = Sampled { diffuse_rays, glossy_rays, resolution, hit_light, ..sampled(Tracer::Bvh) };
+            let rays = Sampled { diffuse_rays, glossy_rays, resolution, hit_light, ..sampled(Tracer::BVH) };
             mean(&picture(gpu, Settings { accumulate, ..settings(rays) }, &scene, &camera))
         };
         let found = of(3, 1, 64) / of(1, 64, 64);
@@ -149,7 +149,7 @@ fn gpu_the_filter_keeps_the_light_of_lone_bright_pixels() {
     for sky in [0.0, 1e-4, 1e-2] {
         scene.sky = Vec3::splat(sky);
         let [without, with] = [0, 8].map(|filter_radius| {
-            let rays = Sampled { diffuse_rays: 4, glossy_rays: 0, filter_radius, ..sampled(Tracer::Bvh) };
+            let rays = Sampled { diffuse_rays: 4, glossy_rays: 0, filter_radius, ..sampled(Tracer::BVH) };
             picture(gpu, settings(rays), &scene, &camera)
         });
         let floor = 0.5 * f64::from(sky);
@@ -168,14 +168,14 @@ fn gpu_filter_and_half_resolution_keep_what_is_there() {
     let camera = looking([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]);
     let scene = Scene { sky: Vec3::ONE, ..floor(matt(0.5)) };
     for resolution in IndirectResolution::ALL.iter().copied() {
-        let filtered = Sampled { resolution, filter_radius: 6, ..sampled(Tracer::Bvh) };
+        let filtered = Sampled { resolution, filter_radius: 6, ..sampled(Tracer::BVH) };
         let found = picture(gpu, settings(filtered), &scene, &camera);
         assert!(found.iter().all(|pixel| (*pixel / 0.5 - 1.0).abs().max_element() < 2e-3), "{resolution}");
     }
     let cornell = cornell();
     let camera = &cornell.cameras[0];
-    let few = Sampled { diffuse_rays: 4, glossy_rays: 4, filter_radius: 0, ..sampled(Tracer::Bvh) };
-    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::Bvh) }), &cornell, camera);
+    let few = Sampled { diffuse_rays: 4, glossy_rays: 4, filter_radius: 0, ..sampled(Tracer::BVH) };
+    let truth = picture(gpu, settings(Sampled { diffuse_rays: 512, ..sampled(Tracer::BVH) }), &cornell, camera);
     let noisy = off(&picture(gpu, settings(few), &cornell, camera), &truth);
     for resolution in IndirectResolution::ALL.iter().copied() {
         let filtered = Sampled { resolution, filter_radius: 5, ..few };
@@ -199,7 +199,7 @@ fn gpu_a_mirror_of_many_lights_is_not_speckled() {
     scene.meshes[0].primitives[0].material = 2;
     // All of the picture is mirror.
     let camera = looking([0.0, -0.2, 0.1], [0.0, -1.0, 0.0]);
-    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::Bvh) };
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::BVH) };
     let many = Sampled { glossy_rays: 512, ..few };
     let mut off_by = |lights: usize| {
         let mut random = Random::new(4);
@@ -222,7 +222,7 @@ fn gpu_rough_metal_in_the_studio_is_not_speckled() {
     let Some(gpu) = testing::gpu("gpu_rough_metal_in_the_studio_is_not_speckled") else { return };
     // All of the picture is floor.
     let camera = looking([0.0, 1.5, 0.4], [0.0, 0.0, 0.0]);
-    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::Bvh) };
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 4, ..sampled(Tracer::BVH) };
     let unclamped = IndirectClamp::Off;
     // Between what is found and what it was when rays saw the image in their own direction: 0.138, 0.197, 0.217.
     for (perceptual_roughness, most) in [(0.3, 0.09), (0.5, 0.155), (0.7, 0.18)] {

@@ -8,7 +8,7 @@ use lanternfish_gpu::{Bindings, uniform_buffer_of};
 use super::*;
 use crate::{
     indirect::sampled::{MOST_ROUNDS_IN_TESTS, SampledParameters, sample_order},
-    techniques::HitLight,
+    techniques::{HitLight, WITHIN_TEXEL},
     testing::{Random, ask_about, ask_module},
     view::View,
 };
@@ -18,14 +18,14 @@ fn traced_together(gpu: &Gpu, most: u64, rays: Sampled) -> Vec<Vec3> {
     MOST_ROUNDS_IN_TESTS.set(most);
     let scene = demo("cornell").unwrap();
     let deep_images = DeepImageSettings { resolution: 32, ..DeepImageSettings::default() };
-    picture(gpu, Settings { accumulate: 2, deep_images, ..settings(rays) }, &scene, &scene.cameras[0])
+    picture(gpu, Settings { accumulate: 2, structure: deep_images.into(), ..settings(rays) }, &scene, &scene.cameras[0])
 }
 
 /// Whether a round is traced by itself or with others changes nothing.
 #[test]
 fn gpu_rounds_are_the_same_however_many_are_traced_together() {
     let Some(gpu) = testing::gpu("gpu_rounds_are_the_same_however_many_are_traced_together") else { return };
-    for tracer in [Tracer::Bvh, Tracer::WithinTexel] {
+    for tracer in [Tracer::BVH, WITHIN_TEXEL] {
         let rays = Sampled { diffuse_rays: 5, glossy_rays: 2, ..sampled(tracer) };
         let [one, three, all] = [1, 3, 16].map(|most| traced_together(gpu, most, rays));
         assert!(one == all && three == all, "{tracer:?}");
@@ -39,7 +39,7 @@ fn gpu_rounds_are_the_same_however_many_are_traced_together() {
 #[test]
 fn gpu_cells_send_the_same_however_many_rounds_are_looked_up_together() {
     let Some(gpu) = testing::gpu("gpu_cells_send_the_same_however_many_rounds_are_looked_up_together") else { return };
-    let rays = Sampled { diffuse_rays: 12, glossy_rays: 4, hit_light: HitLight::Cached, ..sampled(Tracer::Bvh) };
+    let rays = Sampled { diffuse_rays: 12, glossy_rays: 4, hit_light: HitLight::Cached, ..sampled(Tracer::BVH) };
     let [one, five, all] = [1, 5, 16].map(|most| traced_together(gpu, most, rays));
     for (what, some) in [("one", &one), ("five", &five)] {
         let (light, apart) = (mean(some) / mean(&all), off(some, &all));

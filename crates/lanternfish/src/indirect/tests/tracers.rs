@@ -1,6 +1,7 @@
 //! What rays go through changes nothing but what it must.
 
 use super::*;
+use crate::techniques::WITHIN_TEXEL;
 
 /// The inside of a closed box is dark, however bright its outside: light leaks through walls that are thinner than what deep
 /// images pass over.
@@ -12,7 +13,7 @@ fn gpu_light_leaks_are_small() {
     scene.lights.push(Light::directional(Vec3::new(0.1, -1.0, 0.2), Vec3::splat(1000.0)));
     let camera = looking([0.0, 0.0, 0.9], [0.3, 0.2, -1.0]);
     for tracer in tracers(gpu) {
-        let found = picture(gpu, settings(sampled(*tracer)), &scene, &camera);
+        let found = picture(gpu, settings(sampled(tracer)), &scene, &camera);
         // From radiance to irradiance of surfaces of albedo 0.5.
         let inside = mean(&found) * std::f64::consts::PI / 0.5;
         println!("{tracer}: {inside:.3} lx inside of 1000 outside");
@@ -21,7 +22,7 @@ fn gpu_light_leaks_are_small() {
     // It can fail: without its roof.
     scene.meshes[0].primitives.retain(|side| side.positions.iter().any(|corner| corner.y < 0.99));
     assert_eq!(scene.meshes[0].primitives.len(), 5);
-    let found = picture(gpu, settings(sampled(Tracer::Bvh)), &scene, &camera);
+    let found = picture(gpu, settings(sampled(Tracer::BVH)), &scene, &camera);
     let truth = traced(&scene, &camera, 3, 192);
     let inside = mean(&found) * std::f64::consts::PI / 0.5;
     println!("{inside:.2} lx without a roof, energy {:.3}", mean(&found) / mean(&truth));
@@ -51,7 +52,7 @@ fn gpu_ray_query_meets_the_triangles_of_the_bvh() {
             let sampled = Sampled { diffuse_rays: 8, glossy_rays: 4, ..sampled(tracer) };
             picture(gpu, settings(sampled), &scene, &scene.cameras[0])
         };
-        let [bvh, ray_query] = [Tracer::Bvh, Tracer::RayQuery].map(of);
+        let [bvh, ray_query] = [Tracer::BVH, Tracer::RAY_QUERY].map(of);
         let apart = off(&ray_query, &bvh);
         println!("{name}: apart by {apart:.5} of the mean");
         assert!(apart < 0.005 && mean(&bvh) > 0.0, "{name}: {apart}");
@@ -73,7 +74,7 @@ fn gpu_every_store_gives_the_same_light() {
     let scene = demo("cornell").unwrap();
     let of = |store, depth| {
         let deep_images = DeepImageSettings { store, depth, merge_texels: 0.0, ..DeepImageSettings::default() };
-        let settings = Settings { deep_images, ..settings(sampled(Tracer::WithinTexel)) };
+        let settings = Settings { structure: deep_images.into(), ..settings(sampled(WITHIN_TEXEL)) };
         picture(gpu, settings, &scene, &scene.cameras[0])
     };
     let expected = of(DeepStore::LinearArray, DeepDepth::Bits32);

@@ -11,7 +11,6 @@ use super::{
 use crate::{
     common::workgroups,
     context::ViewContext,
-    deep_images::settings::DeepImageSettings,
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{
@@ -19,6 +18,7 @@ use crate::{
         light_views::{KeptLightViews, LightViews, Squares, radius_of},
     },
     lights::{Light, LightSet},
+    rays::Structure,
     rays::{TracePass, Tracer},
     settings::{Materials, Settings},
 };
@@ -86,12 +86,12 @@ pub(super) struct LightBuilder {
 }
 
 impl LightBuilder {
-    /// Compiles the passes. `images`: deep images without triangles; `exact`: what traces rays from the scene's lights.
+    /// Compiles the passes. `exact`: what traces rays from the scene's lights.
     pub fn new(
         device: &wgpu::Device,
         room: VirtualLights,
         settings: &Settings,
-        images: &DeepImageSettings,
+        structure: &Structure,
         exact: Tracer,
     ) -> Result<Self, RenderError> {
         let kernel = |file: &str, features: &[Feature], entry: &str, label: &str| {
@@ -100,14 +100,14 @@ impl LightBuilder {
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, entry, &label))
         };
         let tracer = room.range_tracer.check(device, "`vpl-range-tracer ray-query`", "`vpl-range-tracer bvh`")?;
-        let by_range = || kernel("range_rays", &tracer.features(images), "trace", "range_rays");
+        let by_range = || kernel("range_rays", &tracer.features(structure, false), "trace", "range_rays");
         let range_rays = room.traces_ranges().then(by_range).transpose()?;
         Ok(Self {
             settings: room,
             materials: settings.materials,
             threshold: settings.range_threshold,
             raster: (room.source == MapSource::Raster).then(|| MapRaster::new(device)).transpose()?,
-            trace: kernel("trace", &exact.features(images), "trace", "map")?,
+            trace: kernel("trace", &exact.features(structure, false), "trace", "map")?,
             merge: kernel("merge", &[], "merge", "merge")?,
             count_texels: kernel("thin", &[], "count", "count")?,
             weigh: kernel("thin", &[], "weigh", "weigh")?,

@@ -32,7 +32,6 @@ use super::{
 };
 use crate::{
     context::ViewContext,
-    deep_images::settings::DeepImageSettings,
     error::RenderError,
     gpu_scene::{MASKED, TEXTURES},
     light_culling::{LightCulling, Reach},
@@ -88,14 +87,12 @@ impl VirtualLightPasses {
         tracer: Option<Tracer>,
     ) -> Result<Self, RenderError> {
         check(&room)?;
-        // Distances need no triangles.
-        let images = DeepImageSettings { payload: false, ..settings.deep_images };
         let kernel = |file: &str, features: &[Feature]| {
             let module = format!("indirect/virtual_lights/{file}");
             let shader = DECLARED.link(&module, features)?;
             Ok::<_, RenderError>(ComputeKernel::new(device, &shader, file, &module))
         };
-        let exact = tracer.unwrap_or(Tracer::Bvh).exact();
+        let exact = tracer.unwrap_or(Tracer::BVH).exact();
         let shadows = match room.shadows {
             Shadows::None => None,
             Shadows::Auto => Some(exact),
@@ -103,12 +100,16 @@ impl VirtualLightPasses {
         };
         let mut gather = vec![LightCulling::feature(&settings.culling)];
         gather.extend(shadows.map(|_| SHADOWED));
-        let shadow =
-            |tracer: Tracer| Ok::<_, RenderError>(TracePass::new(tracer, kernel("shadow", &tracer.features(&images))?));
+        let shadow = |tracer: Tracer| {
+            Ok::<_, RenderError>(TracePass::new(
+                tracer,
+                kernel("shadow", &tracer.features(&settings.structure, false))?,
+            ))
+        };
         Ok(Self {
             settings: room,
             frames: settings.accumulate,
-            builder: LightBuilder::new(device, room, settings, &images, exact)?,
+            builder: LightBuilder::new(device, room, settings, &settings.structure, exact)?,
             culling: LightCulling::new(device, &settings.culling, Samples::One)?,
             gather: kernel("gather", &gather)?,
             shadow: shadows.map(shadow).transpose()?,

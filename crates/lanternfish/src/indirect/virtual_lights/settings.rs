@@ -80,7 +80,7 @@ impl Default for VirtualLights {
             stride: 16,
             ranges: Ranges::Average,
             axis: RangeAxis::Normal,
-            range_tracer: Tracer::WithinTexel,
+            range_tracer: crate::deep_images::WITHIN_TEXEL,
             least_range: 0.005,
             most_range: 0.5,
             large_kept: 100,
@@ -271,12 +271,15 @@ impl IndirectTechnique for VirtualLights {
     }
 
     fn parts(&self) -> Parts {
-        let ranges = if self.traces_ranges() { self.range_tracer.parts() } else { Parts::NONE };
+        Parts::HITS
+    }
+
+    fn tracers(&self) -> Vec<Tracer> {
         let shadows = match self.shadows {
-            Shadows::Traced(tracer) => tracer.parts(),
-            Shadows::Auto | Shadows::None => Parts::NONE,
+            Shadows::Traced(tracer) => Some(tracer),
+            Shadows::Auto | Shadows::None => None,
         };
-        Parts::HITS | ranges | shadows
+        self.traces_ranges().then_some(self.range_tracer).into_iter().chain(shadows).collect()
     }
 
     fn sees_surroundings(&self) -> bool {

@@ -220,7 +220,7 @@ fn gpu_no_light_leaks_into_a_closed_room() {
     let unshadowed = VirtualLights { shadows: Shadows::None, ..room };
     let leak = energy(&render_room(gpu, unshadowed, &scene, &dark_view)) / lit;
     assert!(leak > 0.03, "blind: {leak} without shadows");
-    let tracers = [Tracer::Bvh, Tracer::RayQuery].into_iter().filter(|tracer| tracer.is_supported(&gpu.device));
+    let tracers = [Tracer::BVH, Tracer::RAY_QUERY].into_iter().filter(|tracer| tracer.is_supported(&gpu.device));
     for tracer in tracers {
         let shadowed = VirtualLights { shadows: Shadows::Traced(tracer), ..room };
         let leak = energy(&render_room(gpu, shadowed, &scene, &dark_view)) / lit;
@@ -240,10 +240,10 @@ fn gpu_ranges_reach_what_rays_meet() {
     };
     let room = VirtualLights { count: 512, falloff: Attenuation::Physical, ..room() };
     let deep = share(room);
-    let bvh = share(VirtualLights { range_tracer: Tracer::Bvh, ..room });
+    let bvh = share(VirtualLights { range_tracer: Tracer::BVH, ..room });
     // Some of six rays go farther than their average.
     assert!((0.4..0.8).contains(&bvh) && (deep - bvh).abs() < 0.1, "deep images {deep}, BVH {bvh}");
-    let most = share(VirtualLights { ranges: Ranges::Maximum, range_tracer: Tracer::Bvh, ..room });
+    let most = share(VirtualLights { ranges: Ranges::Maximum, range_tracer: Tracer::BVH, ..room });
     assert!(most > 0.8, "{most}: all but the longest ray end within the maximum");
     let unlimited = share(VirtualLights { ranges: Ranges::Unlimited, ..room });
     assert_eq!(unlimited, 1.0);

@@ -74,7 +74,7 @@ impl OcclusionTechnique for Deep {
     }
 
     fn update_frames(&self, settings: &Settings) -> u32 {
-        settings.deep_images.slices.max(1)
+        DeepImageSettings::of(&settings.structure).slices.max(1)
     }
 
     /// Texels are drawn.
@@ -143,7 +143,7 @@ impl DeepOcclusion {
     fn new(device: &wgpu::Device, settings: &Settings, max_distance: Option<f32>) -> Result<Self, RenderError> {
         let history = settings.history;
         // Near fragments are asked for their triangles.
-        let settings = DeepImageSettings { payload: true, ..settings.deep_images };
+        let settings = DeepImageSettings { payload: true, ..DeepImageSettings::of(&settings.structure) };
         let features = settings.fragment_features();
         let with_image: Vec<Feature> = features.iter().copied().chain([ENVIRONMENT]).collect();
         Ok(Self {

@@ -6,7 +6,8 @@ use lanternfish_scene::{Scene, generate};
 
 use crate::{
     Settings,
-    settings::{DeepImageSettings, History, Occlusion, Shadows},
+    settings::{History, Occlusion, Shadows},
+    techniques::DeepImageSettings,
     techniques::{Deep, DirectionSet},
     testing::walks::{SIZE, mean, off, pixels, renderer, steps, walked},
 };
@@ -18,7 +19,7 @@ fn settings(history: History) -> Settings {
         occlusion: Occlusion::from(Deep { max_distance: None }),
         history,
         shadows: Shadows::None,
-        deep_images: DeepImageSettings { resolution: 32, directions, ..DeepImageSettings::default() },
+        structure: DeepImageSettings { resolution: 32, directions, ..DeepImageSettings::default() }.into(),
         ..Settings::direct_light()
     }
 }

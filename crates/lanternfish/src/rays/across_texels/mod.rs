@@ -2,11 +2,14 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Structure, TracerInfo};
+use super::TracerInfo;
+use crate::{deep_images::settings::DeepImageSettings, gpu_scene::Parts};
 
-pub(super) const INFO: TracerInfo = TracerInfo {
+pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "across-texels",
     words: "Every texel of a deep image that a ray crosses",
     feature: Feature::choosing("tracer_across_texels", "tracer", "rays/across_texels/tracer", &[]),
-    structure: Structure::DeepImages,
+    parts: Parts::BVH,
+    needs: wgpu::Features::empty(),
+    structure: Some(|| DeepImageSettings::default().into()),
 };

@@ -2,11 +2,14 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Structure, TracerInfo};
+use super::TracerInfo;
+use crate::gpu_scene::Parts;
 
-pub(super) const INFO: TracerInfo = TracerInfo {
+pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "bvh",
     words: "The bounding volume hierarchy in compute: exact, on any adapter",
     feature: Feature::choosing("tracer_bvh", "tracer", "rays/bvh/tracer", &[]),
-    structure: Structure::Bvh,
+    parts: Parts::BVH,
+    needs: wgpu::Features::empty(),
+    structure: None,
 };

@@ -2,11 +2,14 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Structure, TracerInfo};
+use super::TracerInfo;
+use crate::gpu_scene::Parts;
 
-pub(super) const INFO: TracerInfo = TracerInfo {
+pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "ray-query",
     words: "The adapter's own acceleration structure: exact",
     feature: Feature::choosing("tracer_ray_query", "tracer", "rays/ray_query/tracer", &[]),
-    structure: Structure::RayQuery,
+    parts: Parts::RAY_QUERY,
+    needs: wgpu::Features::EXPERIMENTAL_RAY_QUERY,
+    structure: None,
 };

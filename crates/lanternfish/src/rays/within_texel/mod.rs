@@ -2,11 +2,14 @@
 
 use lanternfish_gpu::Feature;
 
-use super::{Structure, TracerInfo};
+use super::TracerInfo;
+use crate::{deep_images::settings::DeepImageSettings, gpu_scene::Parts};
 
-pub(super) const INFO: TracerInfo = TracerInfo {
+pub(crate) const INFO: TracerInfo = TracerInfo {
     name: "within-texel",
     words: "The texel of a deep image that a ray starts in, along the image's axis: fastest, and coarse",
     feature: Feature::choosing("tracer_within_texel", "tracer", "rays/within_texel/tracer", &[]),
-    structure: Structure::DeepImages,
+    parts: Parts::BVH,
+    needs: wgpu::Features::empty(),
+    structure: Some(|| DeepImageSettings::default().into()),
 };

@@ -5,9 +5,8 @@ use lanternfish_scene::generate::demo;
 
 use crate::{
     Change, Picture, RenderError, Renderer, Settings,
-    settings::{
-        Attenuation, Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer,
-    },
+    settings::{Attenuation, Culling, Exposure, Indirect, Occlusion, Samples, Shadows, ToneMap, Tracer},
+    techniques::DeepImageSettings,
     techniques::{Deep, Sampled, Tiled},
 };
 
@@ -45,7 +44,11 @@ fn gpu_a_renderer_with_other_settings_renders_as_one_that_was_made_with_them() {
         ("no shadows", Settings { shadows: Shadows::None, ..bvh() }, Change::Relink),
         (
             "occlusion",
-            Settings { occlusion: Occlusion::from(Deep { max_distance: None }), deep_images, ..bvh() },
+            Settings {
+                occlusion: Occlusion::from(Deep { max_distance: None }),
+                structure: deep_images.into(),
+                ..bvh()
+            },
             Change::Upload,
         ),
         ("another attenuation", Settings { attenuation: Attenuation::Physical, ..bvh() }, Change::Upload),
@@ -100,7 +103,7 @@ fn gpu_settings_that_cannot_be_leave_those_that_are() {
     for settings in [
         Settings { accumulate: 0, ..bvh() },
         Settings { exposure: Exposure::Ev(f32::NAN), ..bvh() },
-        Settings { shadows: Shadows::Traced(Tracer::Bvh), light_radius: -1.0, ..bvh() },
+        Settings { shadows: Shadows::Traced(Tracer::BVH), light_radius: -1.0, ..bvh() },
     ] {
         assert!(renderer.set(settings.clone()).is_err(), "{settings:?}");
         assert_eq!(renderer.settings(), &bvh());

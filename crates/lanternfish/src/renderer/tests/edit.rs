@@ -24,7 +24,7 @@ fn gpu_edited_shaders_are_seen_and_broken_ones_change_nothing() {
     let Some(gpu) = testing::gpu("gpu_edited_shaders_are_seen_and_broken_ones_change_nothing") else { return };
     let scene = demo("cornell").unwrap();
     let camera = &scene.cameras[0];
-    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, tracer: Tracer::Bvh.into(), ..Sampled::default() };
+    let few = Sampled { diffuse_rays: 1, glossy_rays: 0, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let settings = Settings {
         shadows: Shadows::BVH,
         indirect: Indirect::from(few),

@@ -14,9 +14,8 @@ use lanternfish_scene::{
 
 use crate::{
     FrameId, FrameReport, GpuScene, RenderError, Renderer, Settings, SurfaceSource, Target, ViewRequest,
-    settings::{
-        Culling, DebugView, DeepImageSettings, Exposure, Indirect, Materials, Occlusion, Samples, Shadows, ToneMap,
-    },
+    settings::{Culling, DebugView, Exposure, Indirect, Materials, Occlusion, Samples, Shadows, ToneMap},
+    techniques::DeepImageSettings,
     techniques::{DeepBuilder, Sampled, Tiled},
 };
 

@@ -11,8 +11,8 @@ use crate::{
     GpuScene, Picture, RenderError, Renderer, Settings,
     context::FrameContext,
     indirect::virtual_lights::{MapSize, VirtualLights},
-    settings::{Culling, DeepImageSettings, Exposure, Indirect, Occlusion, Shadows, Tracer},
-    techniques::{Deep, DeepBuilder, DeepStore, DirectionSet, Sampled},
+    settings::{Culling, Exposure, Indirect, Occlusion, Shadows},
+    techniques::{ACROSS_TEXELS, Deep, DeepBuilder, DeepImageSettings, DeepStore, DirectionSet, Sampled, WITHIN_TEXEL},
     testing::{quad, scene_of},
 };
 
@@ -246,16 +246,13 @@ fn gpu_deep_images_get_their_room_in_later_frames() {
     let path = Path { scene: scene.clone(), range: 3.0, size: [48, 32], step: &step, frames: 18 };
     let deep_images =
         DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 3 }, ..DeepImageSettings::default() };
-    let direct = Settings { deep_images, exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
-    let sampled = Sampled {
-        tracer: Tracer::WithinTexel.into(),
-        diffuse_rays: 1,
-        glossy_rays: 0,
-        ..Sampled::default().one_bounce()
-    };
+    let direct =
+        Settings { structure: deep_images.into(), exposure: Exposure::Ev(0.0), ..settings(Culling::default()) };
+    let sampled =
+        Sampled { tracer: WITHIN_TEXEL.into(), diffuse_rays: 1, glossy_rays: 0, ..Sampled::default().one_bounce() };
     let few = VirtualLights { count: 300, map: MapSize::Texels64, ..VirtualLights::default() };
     for (name, settings) in [
-        ("shadows", Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), ..direct.clone() }),
+        ("shadows", Settings { shadows: Shadows::Traced(ACROSS_TEXELS), ..direct.clone() }),
         ("indirect", Settings { indirect: Indirect::from(sampled), ..direct.clone() }),
         ("occlusion", Settings { occlusion: Occlusion::from(Deep { max_distance: None }), ..direct.clone() }),
         ("virtual lights", Settings { indirect: Indirect::from(few), ..direct.clone() }),
@@ -278,7 +275,7 @@ fn gpu_deep_images_that_only_waiting_frames_can_build_are_refused_where_frames_d
     ] {
         let settings = Settings {
             occlusion: Occlusion::from(Deep { max_distance: None }),
-            deep_images,
+            structure: deep_images.into(),
             ..settings(Culling::default())
         };
         let mut renderer = Renderer::with_engine(&testing::engine(gpu), settings).unwrap();

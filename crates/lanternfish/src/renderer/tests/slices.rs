@@ -6,8 +6,8 @@ use lanternfish_scene::{Bounds, Instance, Light, Scene, generate::demo};
 
 use crate::{
     FrameReport, GpuScene, Renderer, Settings, Target, ViewRequest,
-    settings::{DeepImageSettings, Indirect, Tracer},
-    techniques::{IndirectClamp, Sampled},
+    settings::Indirect,
+    techniques::{DeepImageSettings, IndirectClamp, Sampled, WITHIN_TEXEL},
     testing::apart,
 };
 
@@ -17,8 +17,8 @@ fn settings(slices: u32) -> Settings {
     let clamp = IndirectClamp::Off;
     let rays = Sampled { diffuse_rays: 16, glossy_rays: 0, filter_radius: 0, clamp, ..Sampled::default().one_bounce() };
     Settings {
-        indirect: Indirect::from(Sampled { tracer: Tracer::WithinTexel.into(), ..rays }),
-        deep_images: DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() },
+        indirect: Indirect::from(Sampled { tracer: WITHIN_TEXEL.into(), ..rays }),
+        structure: DeepImageSettings { resolution: 32, slices, ..DeepImageSettings::default() }.into(),
         ..Settings::direct_light()
     }
 }

@@ -10,10 +10,9 @@ use lanternfish_scene::{
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
-    deep_images::KeptDeepImages,
     indirect::{Indirect, virtual_lights::VirtualLights},
-    settings::{Culling, DeepImageSettings, Exposure, Samples, Shadows, Tracer},
-    techniques::{RasterGrid, Sampled, Tiled},
+    settings::{Culling, Exposure, Samples, Shadows},
+    techniques::{ACROSS_TEXELS, DeepImageSettings, RasterGrid, Sampled, Tiled},
 };
 
 /// The same on every adapter.
@@ -100,12 +99,13 @@ fn gpu_after_an_error_frames_begin_anew() {
     let Some(gpu) = testing::gpu("gpu_after_an_error_frames_begin_anew") else { return };
     let scene = demo("cornell").unwrap();
     let deep_images = DeepImageSettings { resolution: 16, ..DeepImageSettings::default() };
-    let settings = Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), deep_images, ..Settings::direct_light() };
+    let settings =
+        Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure: deep_images.into(), ..Settings::direct_light() };
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
     let uploaded = renderer.upload(&scene).unwrap();
     let render = |renderer: &mut Renderer| {
         let picture = renderer.render(&uploaded, &scene.cameras[0], 32, 24).unwrap();
-        let builds = renderer.passes.deep_images.as_ref().map(KeptDeepImages::builds);
+        let builds = renderer.passes.structure.as_ref().map(|structure| structure.builds());
         (picture.radiance, builds, renderer.pool.get_mut().unwrap().bytes())
     };
     let (radiance, builds, bytes) = render(&mut renderer);

@@ -6,9 +6,9 @@ use lanternfish_scene::{Scene, generate};
 
 use crate::{
     RenderError, Renderer, Settings,
-    settings::{DebugView, DeepImageSettings, Samples, Shadows, Tracer},
+    settings::{DebugView, Samples, Shadows, Tracer},
     shadows::check_driver,
-    techniques::{DeepDepth, DeepStore, DirectionSet},
+    techniques::{ACROSS_TEXELS, DeepDepth, DeepImageSettings, DeepStore, DirectionSet, WITHIN_TEXEL},
     testing::apart,
 };
 
@@ -17,7 +17,7 @@ const SIZE: (u32, u32) = (90, 76);
 fn deep(resolution: u32) -> Settings {
     let directions = DirectionSet::ZonalEqualArea { count: 60 };
     let deep_images = DeepImageSettings { directions, resolution, ..DeepImageSettings::default() };
-    Settings { shadows: Shadows::Traced(Tracer::AcrossTexels), deep_images, ..Settings::direct_light() }
+    Settings { shadows: Shadows::Traced(ACROSS_TEXELS), structure: deep_images.into(), ..Settings::direct_light() }
 }
 
 fn bvh() -> Settings {
@@ -34,7 +34,7 @@ fn luminance(gpu: &Gpu, scene: &Scene, settings: Settings) -> Vec<f32> {
 /// The adapter for tests, unless its driver crashes on these shadows.
 fn sound_gpu(test: &str) -> Option<&'static Gpu> {
     let gpu = testing::gpu(test)?;
-    let refused = check_driver(Tracer::AcrossTexels, &gpu.device.adapter_info()).err();
+    let refused = check_driver(ACROSS_TEXELS, &gpu.device.adapter_info()).err();
     if let Some(reason) = &refused {
         testing::left_out(test, &reason.to_string());
     }
@@ -80,7 +80,7 @@ fn gpu_known_fault_shadows_within_a_texel_have_bands() {
         let settings = Settings { shadows: Shadows::Traced(tracer), ..deep(128) };
         differing(&luminance(gpu, &scene, settings), &exact)
     };
-    let [within, across] = [Tracer::WithinTexel, Tracer::AcrossTexels].map(of);
+    let [within, across] = [WITHIN_TEXEL, ACROSS_TEXELS].map(of);
     println!("lit pixels that differ from the BVH's: {within} within a texel, {across} across texels");
     // Most are right all the same: walls do not shadow themselves.
     assert!(within < 0.3 && within > 5.0 * across, "{within} {across}");
@@ -102,10 +102,17 @@ fn gpu_chunks_and_depths_of_deep_images_leave_shadows_as_they_are() {
     let one = of(&|_| ());
     assert!(one == of(&|_| ()), "not the same again");
     // 60 images of 64 x 64 texels of 1000 fragments, 4 bytes each: several bindings' worth.
-    assert!(one == of(&|settings| settings.deep_images.fragments_a_texel = 1000), "chunks change the picture");
-    assert!(one.1 != of(&|settings| settings.deep_images.resolution = 63).1, "blind to the images");
-    let sums = [one.1, of(&|settings| settings.deep_images.depth = DeepDepth::Bits16).1]
-        .map(|radiance| radiance.iter().flatten().sum::<f32>());
+    assert!(
+        one == of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().fragments_a_texel = 1000),
+        "chunks change the picture"
+    );
+    assert!(
+        one.1 != of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().resolution = 63).1,
+        "blind to the images"
+    );
+    let sums =
+        [one.1, of(&|settings| settings.structure.get_mut::<DeepImageSettings>().unwrap().depth = DeepDepth::Bits16).1]
+            .map(|radiance| radiance.iter().flatten().sum::<f32>());
     assert!((sums[0] / sums[1] - 1.0).abs() < 2e-3, "{sums:?}");
 }
 
@@ -168,7 +175,7 @@ fn gpu_what_deep_images_cannot_do_is_refused() {
         other => panic!("{other:?}"),
     };
     let mut linked = deep(16);
-    linked.deep_images.store = DeepStore::LinkedList;
+    linked.structure.get_mut::<DeepImageSettings>().unwrap().store = DeepStore::LinkedList;
     assert!(refused(linked).contains("linear_array"));
     let counts = Settings { debug_view: Some(DebugView::RayCount), ..deep(16) };
     assert_eq!(refused(counts), "`shadows bvh`");
@@ -180,8 +187,8 @@ fn a_driver_that_crashes_is_refused_by_name_and_with_the_remedy() {
         let adapter = wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan);
         check_driver(tracer, &wgpu::AdapterInfo { driver_info: driver.to_owned(), ..adapter })
     };
-    let check = |device_type, driver| check_tracer(Tracer::AcrossTexels, device_type, driver);
-    assert!(check_tracer(Tracer::Bvh, wgpu::DeviceType::Cpu, "Mesa 22.3.6").is_ok());
+    let check = |device_type, driver| check_tracer(ACROSS_TEXELS, device_type, driver);
+    assert!(check_tracer(Tracer::BVH, wgpu::DeviceType::Cpu, "Mesa 22.3.6").is_ok());
     let error = check(wgpu::DeviceType::Cpu, "Mesa 22.3.6 (LLVM 15.0.6)").unwrap_err().to_string();
     for word in ["`shadows` through deep images", "Mesa 22.3.6", "crashes", "use `shadows bvh`", "newer driver"] {
         assert!(error.contains(word), "{word:?} is not in {error}");

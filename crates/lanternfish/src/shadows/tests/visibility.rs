@@ -11,8 +11,8 @@ use lanternfish_scene::{
 
 use crate::{
     Renderer, Settings,
-    rays::Tracer,
-    settings::{DeepImageSettings, Shadows},
+    rays::{Structure, Tracer},
+    settings::Shadows,
     shaders::constant,
     testing::{Random, probe, quad, scene_of},
 };
@@ -185,7 +185,7 @@ fn trace(gpu: &Gpu, scene: &Scene, tracer: Tracer, segments: &[[Vec3; 2]]) -> Ve
     let renderer =
         Renderer::with_engine(&testing::engine(gpu), Settings { shadows, ..Settings::direct_light() }).unwrap();
     let uploaded = renderer.upload(scene).unwrap();
-    let features = tracer.features(&DeepImageSettings::default());
+    let features = tracer.features(&Structure::NONE, true);
     let kernel = probe(gpu, "testing/segments", &features, "segments");
     let ends: Vec<_> = segments.iter().flatten().map(|p| p.extend(0.0)).collect();
     let none = wgpu::BufferUsages::empty();
@@ -216,9 +216,9 @@ fn check(test: &str, gpu: &Gpu, scene: &Scene, segments: &[[Vec3; 2]], either_sh
     );
     assert!(either <= either_share, "{test}: {either} of the segments are too close to tell");
 
-    let mut tracers = vec![Tracer::Bvh];
+    let mut tracers = vec![Tracer::BVH];
     if gpu.description.ray_query {
-        tracers.push(Tracer::RayQuery);
+        tracers.push(Tracer::RAY_QUERY);
     } else {
         testing::left_out(&format!("{test} by ray query"), "this adapter has none");
     }
@@ -335,7 +335,7 @@ fn gpu_visibility_is_whole_at_shared_edges() {
         segments.push([from, target + 0.7 * (target - from)]);
     }
     for (tracer, most) in LEAKS {
-        if tracer == Tracer::RayQuery && !gpu.description.ray_query {
+        if tracer == Tracer::RAY_QUERY && !gpu.description.ray_query {
             testing::left_out(&format!("{test} by ray query"), "this adapter has none");
             continue;
         }
@@ -348,7 +348,7 @@ fn gpu_visibility_is_whole_at_shared_edges() {
 /// How many of 6,000 segments aimed at edges that two triangles share may slip between them, for each tracer. None where edge functions
 /// and boxes are ours: Möller and Trumbore's test let 248 through, and boxes without slack for rounding 37. What an adapter's own tracer
 /// does is not ours to say; 64 on Mesa 25.0.7's lavapipe, twice that is a report.
-const LEAKS: [(Tracer, usize); 2] = [(Tracer::Bvh, 0), (Tracer::RayQuery, 128)];
+const LEAKS: [(Tracer, usize); 2] = [(Tracer::BVH, 0), (Tracer::RAY_QUERY, 128)];
 
 #[test]
 fn gpu_visibility_in_the_plane_of_a_triangle() {
@@ -372,7 +372,7 @@ fn gpu_visibility_in_the_plane_of_a_triangle() {
     // Along the wall itself: whatever is decided, it ends, and both tracers miss a wall without thickness.
     let along: Vec<_> =
         (0..500).map(|_| [random.point().with_z(0.0) * 0.9, random.point().with_z(0.0) * 0.9]).collect();
-    let open = trace(gpu, &scene, Tracer::Bvh, &along).into_iter().filter(|open| *open).count();
+    let open = trace(gpu, &scene, Tracer::BVH, &along).into_iter().filter(|open| *open).count();
     assert_eq!(open, along.len(), "segments within the wall are blocked by it");
 }
 
@@ -386,9 +386,9 @@ fn gpu_visibility_without_triangles() {
     // Only surfaces that cast no shadow.
     let glass = Material { alpha_mode: AlphaMode::Blend, ..Material::default() };
     let scene = scene_of(vec![soup(&mut random, 20, 1.0)], vec![glass]);
-    assert!(trace(gpu, &scene, Tracer::Bvh, &segments).into_iter().all(|open| open));
+    assert!(trace(gpu, &scene, Tracer::BVH, &segments).into_iter().all(|open| open));
     if gpu.description.ray_query {
-        assert!(trace(gpu, &scene, Tracer::RayQuery, &segments).into_iter().all(|open| open));
+        assert!(trace(gpu, &scene, Tracer::RAY_QUERY, &segments).into_iter().all(|open| open));
     }
 }
 
@@ -429,7 +429,7 @@ fn gpu_visibility_through_masks() {
 
     // It can fail: without their holes, the same triangles block more.
     let solid = Scene { materials: vec![Material::default(); 7], ..scene.clone() };
-    let open = |scene: &Scene| trace(gpu, scene, Tracer::Bvh, &segments).into_iter().filter(|open| *open).count();
+    let open = |scene: &Scene| trace(gpu, scene, Tracer::BVH, &segments).into_iter().filter(|open| *open).count();
     assert!(open(&solid) + 200 < open(&scene), "masks let nothing through");
 }
 

@@ -81,7 +81,7 @@ fn gpu_a_tree_that_was_built_in_the_background_shows_what_a_fresh_upload_shows()
     let Some(gpu) = testing::gpu(test) else { return };
     let before = scene();
     let direct = |shadows| Settings { shadows, ..Settings::direct_light() };
-    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::Bvh.into(), ..Sampled::default() };
+    let sampled = Sampled { diffuse_rays: 2, glossy_rays: 1, tracer: Tracer::BVH.into(), ..Sampled::default() };
     let asked = [
         ("bvh", direct(Shadows::BVH)),
         ("sampled", Settings { indirect: Indirect::from(sampled), ..direct(Shadows::BVH) }),

@@ -57,7 +57,7 @@ fn gpu_what_cannot_be_is_an_answer_and_the_next_frame_is_there() {
     let deep_images = DeepImageSettings { resolution: 8, builder: DeepBuilder::SinglePass, ..Default::default() };
     let settings = Settings {
         occlusion: Occlusion::from(Deep { max_distance: None }),
-        deep_images,
+        structure: deep_images.into(),
         ..bvh(Settings::direct_light())
     };
     renderer.set(settings).unwrap();
@@ -154,7 +154,11 @@ fn gpu_sums_of_white_surfaces_are_the_picture() {
         (
             "occlusion",
             &scene,
-            Settings { occlusion: Occlusion::from(Deep { max_distance: None }), deep_images, ..plain.clone() },
+            Settings {
+                occlusion: Occlusion::from(Deep { max_distance: None }),
+                structure: deep_images.into(),
+                ..plain.clone()
+            },
         ),
     ] {
         let mut waiting = Renderer::new(&gpu.device, &gpu.queue, settings).unwrap();
