@@ -70,7 +70,7 @@ impl Extent {
     pub fn steps(&self) -> Vec<Step> {
         let mut steps = vec![Step::Sort];
         let tracers = Tracer::all().into_iter().filter(|tracer| self.has_deep_images || tracer.is_exact());
-        steps.extend(tracers.map(|tracer| Step::Trace(tracer)));
+        steps.extend(tracers.map(Step::Trace));
         for size in self.sizes.iter().copied() {
             steps.extend(self.lights.iter().map(|lights| Step::DirectLight { size, lights: *lights }));
             let size = if self.is_software { size.map(|edge| edge.div_ceil(2)) } else { size };
