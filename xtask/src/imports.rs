@@ -72,7 +72,12 @@ fn visit(folder: &Path, module: &mut Vec<String>, texts: &mut BTreeMap<File, Str
         let is_folder = language == "rs" && ["mod", "lib", "main"].contains(&stem);
         let own = if is_folder { None } else { Some(stem.to_owned()) };
         let path_of_module: Vec<String> = module.iter().cloned().chain(own).collect();
-        texts.insert((language, path_of_module.join("/")), fs::read_to_string(&path).expect("source is text"));
+        let text = fs::read_to_string(&path).expect("source is text");
+        if text.contains("\ngpu_struct! {") || text.contains("\ngpu_constants! {") {
+            // The build script makes it of the folder's declarations; it imports nothing.
+            texts.entry(("wesl", [&module[..], &["host".to_owned()]].concat().join("/"))).or_default();
+        }
+        texts.insert((language, path_of_module.join("/")), text);
     }
 }
 

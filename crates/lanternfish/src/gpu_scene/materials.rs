@@ -15,7 +15,7 @@ gpu_struct! {
         offset: Vec2,
         /// Index into the texture array.
         texture: u32,
-        /// Sampler index times two, plus the set of texture coordinates.
+        /// Sampler index times two, plus the set of texture coordinates (0 or 1).
         sampler_and_uv_set: u32,
     }
 }

@@ -42,7 +42,7 @@ gpu_struct! {
         cluster_from_view: Mat4,
         /// From world space.
         cluster_from_world: Mat4,
-        /// x and y: least slopes or coordinates, m; z: least distance, m.
+        /// Least corner of the grid. x and y: slopes (through the eye) or coordinates, m (parallel); z: distance, m.
         low: Vec3,
         /// 1: sides are parallel.
         parallel: u32,
