@@ -227,6 +227,10 @@ fn techniques_are_named_by_the_registration_alone() {
     for folder in TECHNIQUES {
         assert!(imports.keys().any(|(_, module)| module.starts_with(folder)), "there is no {folder}");
     }
+    assert!(
+        imports.contains_key(&("wesl", "light_culling/tiled/host".to_owned())),
+        "what Rust declares for shaders is left out"
+    );
     let known = [
         // Until shaders choose a module when they are linked.
         "debug_views/debug.wesl imports light_culling/clustered/cluster_grid",

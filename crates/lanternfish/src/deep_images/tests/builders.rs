@@ -5,11 +5,7 @@ use lanternfish_gpu::{Gpu, testing};
 
 use super::{build, exact, lists, settings, upload};
 use crate::{
-    deep_images::{
-        Fragment, Holes,
-        build::sound_builder,
-        directions::DirectionSet,
-    },
+    deep_images::{Fragment, Holes, build::sound_builder, directions::DirectionSet},
     gpu_scene::GpuScene,
     settings::DeepImageSettings,
     techniques::DeepBuilder,

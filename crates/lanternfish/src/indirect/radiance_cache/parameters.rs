@@ -85,7 +85,7 @@ gpu_struct! {
 gpu_struct! {
     /// Where a ray of an entry hit.
     pub struct Link {
-        /// Of the entry there; the ray's own entry where that is not known.
+        /// Slot of the entry there; that of the ray's own entry where that is not known.
         slot: u32,
         /// Ratio that the ray's entry reflects: square roots of three channels, 10 bits each. Zero: the ray left the scene, or was not traced.
         reflectance: u32,
