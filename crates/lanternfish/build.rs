@@ -1,39 +1,96 @@
-//! Lists every `.wesl` file below `src/`, so that the library carries its shaders with it.
+//! Lists every `.wesl` file below `src/`, so that the library carries its shaders with it, and beside them a module `host` for each folder
+//! whose Rust files declare what shaders share (`gpu_struct!`, `gpu_constants!`): the same in WESL.
 
 use std::{
+    collections::BTreeMap,
     env, fs,
     path::{Path, PathBuf},
 };
 
 fn main() {
     let root = Path::new(&env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("src");
-    let mut files = Vec::new();
-    collect(&root, &mut files);
-    files.sort();
-
-    let mut table = String::from("&[\n");
-    for file in &files {
-        let module = file.strip_prefix(&root).expect("it is below src").with_extension("");
-        let module = module.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
-        table += &format!("    ({module:?}, include_str!({file:?})),\n");
-    }
-    table += "]\n";
+    // By module path: an expression of its text.
+    let mut modules = BTreeMap::new();
+    collect(&root, &root, &mut modules);
+    let rows: String = modules.iter().map(|(module, text)| format!("    ({module:?}, {text}),\n")).collect();
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("shaders.rs");
-    fs::write(&out, table).expect("OUT_DIR can be written");
+    fs::write(&out, format!("&[\n{rows}]\n")).expect("OUT_DIR can be written");
 }
 
-fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+fn collect(root: &Path, folder: &Path, modules: &mut BTreeMap<String, String>) {
     println!("cargo::rerun-if-changed={}", folder.display());
-    for entry in fs::read_dir(folder).expect("src can be read") {
-        let path = entry.expect("src can be read").path();
+    let mut entries: Vec<_> =
+        fs::read_dir(folder).expect("src can be read").map(|entry| entry.expect("src can be read").path()).collect();
+    entries.sort();
+    let mut shared = String::new();
+    for path in entries {
         if path.ends_with("src/testing") {
             // Probes of the tests, which take them in themselves.
             continue;
         } else if path.is_dir() {
-            collect(&path, files);
+            collect(root, &path, modules);
         } else if path.extension().is_some_and(|e| e == "wesl") {
             println!("cargo::rerun-if-changed={}", path.display());
-            files.push(path);
+            modules.insert(module_path(root, &path.with_extension("")), format!("include_str!({path:?})"));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            shared += &in_wesl(&fs::read_to_string(&path).expect("sources are UTF-8"));
         }
     }
+    if !shared.is_empty() {
+        modules.insert(module_path(root, &folder.join("host")), format!("{shared:?}"));
+    }
+}
+
+/// A file's path below `src/`, as shaders name it.
+fn module_path(root: &Path, path: &Path) -> String {
+    let below = path.strip_prefix(root).expect("it is below src");
+    below.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+/// What a Rust file declares for shaders too, in WESL. Reads as rustfmt and `gpu_struct!` have it: a field or constant a line.
+fn in_wesl(text: &str) -> String {
+    let mut wesl = String::new();
+    for start in ["\ngpu_constants! {\n", "\ngpu_struct! {\n"] {
+        for block in text.split(start).skip(1) {
+            let block = block.split("\n}\n").next().unwrap_or_default();
+            let code = block.lines().map(str::trim).filter(|line| !line.starts_with("//") && !line.is_empty());
+            wesl.extend(code.map(|line| line_in_wesl(line) + "\n"));
+        }
+    }
+    wesl
+}
+
+fn line_in_wesl(line: &str) -> String {
+    if line == "}" {
+        line.to_owned()
+    } else if let Some((_, name)) = line.split_once("struct ") {
+        format!("struct {name}")
+    } else if let Some((_, constant)) = line.split_once("const ") {
+        let parts = constant.split_once(": ").and_then(|(name, rest)| Some((name, rest.split_once(" = ")?)));
+        let (name, (kind, value)) = parts.unwrap_or_else(|| panic!("not a constant: {line}"));
+        format!("const {name}: {} = {value}", type_in_wesl(kind))
+    } else {
+        let field = line.strip_suffix(',').and_then(|field| field.split_once(": "));
+        let (name, kind) = field.unwrap_or_else(|| panic!("not a field: {line}"));
+        format!("    {name}: {},", type_in_wesl(kind))
+    }
+}
+
+fn type_in_wesl(rust: &str) -> String {
+    if let Some((element, count)) = rust.strip_prefix('[').and_then(|array| array.strip_suffix(']')?.split_once("; ")) {
+        return format!("array<{}, {count}>", type_in_wesl(element));
+    }
+    let wesl = match rust.trim_start_matches("glam::") {
+        "usize" => "u32",
+        "Vec2" => "vec2f",
+        "Vec3" => "vec3f",
+        "Vec4" => "vec4f",
+        "UVec2" => "vec2u",
+        "UVec3" => "vec3u",
+        "UVec4" => "vec4u",
+        "Mat4" => "mat4x4f",
+        // The same in both, or another struct of the folder.
+        same => same,
+    };
+    wesl.to_owned()
 }

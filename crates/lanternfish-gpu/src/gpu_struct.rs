@@ -78,6 +78,21 @@ macro_rules! gpu_struct {
     };
 }
 
+/// Declares constants that shaders read too: numbers of types that WGSL has (`usize` is its `u32`), a line each, written as both languages
+/// write them.
+///
+/// ```
+/// lanternfish_gpu::gpu_constants! {
+///     /// Invocations of a workgroup.
+///     pub const WORKGROUP: u32 = 64;
+/// }
+/// assert_eq!(WORKGROUP, 64);
+/// ```
+#[macro_export]
+macro_rules! gpu_constants {
+    ($($constants:item)+) => { $($constants)+ };
+}
+
 /// Host and shader disagree about a struct.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name} in {shader}: host has {host}, shader has {shader_has}")]

@@ -5,10 +5,14 @@ pub mod random;
 #[cfg(test)]
 mod tests;
 
-/// Workgroups along x of passes over lists: the shaders' `WIDTH`.
-pub(crate) const WIDTH: u32 = 1024;
-/// Invocations of one workgroup of those passes: the shaders' `WORKGROUP`.
-pub(crate) const WORKGROUP: u32 = 64;
+use lanternfish_gpu::gpu_constants;
+
+gpu_constants! {
+    /// Workgroups along x of passes over lists.
+    pub(crate) const WIDTH: u32 = 1024;
+    /// Invocations of one workgroup of those passes.
+    pub(crate) const WORKGROUP: u32 = 64;
+}
 
 /// Workgroups along x, y and z of a pass over a list with this many invocations: rows of [`WIDTH`].
 pub(crate) fn workgroups(invocations: u32) -> [u32; 3] {

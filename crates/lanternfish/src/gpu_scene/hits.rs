@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use glam::{Mat3, Vec2, Vec3};
 use half::f16;
-use lanternfish_gpu::{Bindings, gpu_struct, storage_buffer_of};
+use lanternfish_gpu::{Bindings, gpu_constants, gpu_struct, storage_buffer_of};
 use lanternfish_scene::{Image, Material, Primitive, Scene, TextureRef, linear_from_srgb};
 use rayon::prelude::*;
 
@@ -68,10 +68,13 @@ gpu_struct! {
     }
 }
 
-/// In place of a layer: there is no texture.
-pub const NO_LAYER: u32 = u32::MAX;
-/// Flag of a material that shines from its back, too.
-const EMITS_FROM_BACK: u32 = 256;
+gpu_constants! {
+    /// In place of a layer: there is no texture.
+    pub const NO_LAYER: u32 = 0xffffffff;
+    /// Flag of a material that shines from its back, too.
+    const EMITS_FROM_BACK: u32 = 256;
+}
+
 /// Texels along an edge of a hit texture.
 const SIDE: u32 = 128;
 
@@ -386,13 +389,6 @@ fn mean(image: &Image, srgb: bool) -> Vec3 {
         .map(|texel| Vec3::new(value(texel[0]), value(texel[1]), value(texel[2])).as_dvec3())
         .sum();
     (sum / f64::from(image.width) / f64::from(image.height)).as_vec3()
-}
-
-#[cfg(test)]
-#[test]
-fn constants_are_the_shaders() {
-    assert_eq!(crate::shaders::constant("gpu_scene/hits", "EMITS_FROM_BACK"), f64::from(EMITS_FROM_BACK));
-    assert_eq!(crate::shaders::constant("gpu_scene/hits", "NO_LAYER"), f64::from(NO_LAYER));
 }
 
 /// Those of specular layers, whose colours vary little, count by their mean.

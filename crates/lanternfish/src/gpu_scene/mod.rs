@@ -90,7 +90,7 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
 gpu_struct! {
     /// What shadows of lights that have a size need to know.
     pub struct SoftShadows {
-        /// To each light of a pixel.
+        /// Rays from a pixel to each light.
         rays: u32,
     }
 }

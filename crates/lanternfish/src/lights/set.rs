@@ -10,7 +10,7 @@ use super::Light;
 gpu_struct! {
     /// How many lights a set has.
     pub struct LightCount {
-        /// Those in use are the first of its buffer.
+        /// How many of `lights` there are; the buffer may be longer.
         count: u32,
     }
 }

@@ -14,7 +14,7 @@ mod tests;
 use std::fmt;
 
 use glam::UVec2;
-use lanternfish_gpu::{Bindings, Feature, Frame, Growth};
+use lanternfish_gpu::{Bindings, Feature, Frame, Growth, gpu_constants};
 
 use self::history::SteadyOcclusion;
 use crate::{
@@ -35,8 +35,10 @@ pub(crate) const DECLARED: Shaders =
 /// [`Openness`] is read.
 pub(crate) const OCCLUSION: Feature = Feature::new("occlusion");
 
-/// Pixels a side of a workgroup: the shaders' `TILE`.
-const TILE: u32 = 8;
+gpu_constants! {
+    /// Pixels a side of a workgroup.
+    const TILE: u32 = 8;
+}
 
 /// How it is found how much of the environment a surface sees, or that it is not.
 pub type Occlusion = Choice<dyn OcclusionTechnique>;

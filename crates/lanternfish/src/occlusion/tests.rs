@@ -6,12 +6,10 @@ use lanternfish_reference::{
 };
 use lanternfish_scene::{Camera, Material, Projection, Scene, generate::demo};
 
-use super::TILE;
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     context::FrameContext,
     settings::{DebugView, Occlusion, Shadows},
-    shaders::constant,
     techniques::DeepImageSettings,
     techniques::{Deep, DirectionSet, Hbao},
     testing::{looking, quad, scene_of},
@@ -80,13 +78,6 @@ fn white() -> Material {
 /// A floor of 20 x 20 m.
 fn floor() -> Scene {
     scene_of(vec![quad(0, Vec3::ZERO, 10.0 * Vec3::X, -10.0 * Vec3::Z)], vec![white()])
-}
-
-#[test]
-fn workgroups_are_the_shaders() {
-    for module in ["occlusion/deep/accumulate", "occlusion/hbao/horizon", "occlusion/hbao/blur"] {
-        assert_eq!(constant(module, "TILE"), f64::from(TILE));
-    }
 }
 
 /// Truth: rays through exact triangles, 128 a pixel, whose own mean distance from the exact value is 0.035 at most (half a

@@ -1,7 +1,7 @@
 //! Finds how bright pictures are to be shown: `meter.wesl` numbers the steps.
 
 use super::DECLARED;
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
 
 use crate::error::RenderError;
 
@@ -14,8 +14,11 @@ pub struct Meter {
 
 /// `BIN_COUNT` of `meter.wesl`.
 pub(super) const BIN_COUNT: u64 = 512;
-/// `BLOCK_EDGE` of `meter.wesl`.
-pub(super) const BLOCK_EDGE: u32 = 64;
+
+gpu_constants! {
+    /// Edge of the square of pixels that a workgroup counts.
+    pub(super) const BLOCK_EDGE: u32 = 64;
+}
 
 impl Meter {
     /// Compiles the passes.

@@ -152,18 +152,6 @@ fn a_variant_that_is_not_declared_is_never_linked() {
     let _ = <Tiled as Technique>::SHADERS.link("light_culling/tiled/bounds", &[crate::deep_images::PAYLOAD]);
 }
 
-/// Rows of workgroups are as wide wherever `common::workgroups` dispatches them.
-#[test]
-fn rows_of_workgroups_are_the_hosts() {
-    let sources = SHADERS.sources().iter().filter(|(_, text)| text.contains("const WIDTH ="));
-    let modules: Vec<&str> = sources.map(|(path, _)| *path).collect();
-    assert!(modules.len() > 5, "{modules:?}");
-    for module in modules {
-        assert_eq!(constant(module, "WIDTH"), f64::from(crate::common::WIDTH), "{module}");
-        assert_eq!(constant(module, "WORKGROUP"), f64::from(crate::common::WORKGROUP), "{module}");
-    }
-}
-
 #[test]
 fn every_feature_that_a_shader_asks_for_is_declared_and_no_other() {
     let known: BTreeSet<&str> = roots()

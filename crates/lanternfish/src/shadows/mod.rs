@@ -12,7 +12,8 @@ use std::ops::Range;
 
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, BufferPart, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_struct, primitives::Scan,
+    Bindings, BufferPart, Counted, Feature, Frame, Growth, SharedStruct, faulty_software, gpu_constants, gpu_struct,
+    primitives::Scan,
 };
 
 use self::kernels::Kernels;
@@ -70,8 +71,12 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     &[SharedStruct::of::<VisibilityGrid>()],
 );
 
-/// Edge of a block of pixels; `BLOCK_EDGE` in `visibility_bits.wesl`.
-pub const BLOCK_EDGE: u32 = 8;
+gpu_constants! {
+    /// Edge of a block of pixels.
+    pub const BLOCK_EDGE: u32 = 8;
+    /// Bits of a light that has a size. More rays than they can count are an error.
+    const SOFT_LIGHT_BITS: u32 = 8;
+}
 /// Words before those of the blocks' starts, of which there is one more than blocks: `FIRST_START`.
 const FIRST_START: u64 = 1;
 
@@ -82,8 +87,6 @@ const WORDS: &str = "shadows/words";
 const MOST_RAYS: u64 = 1 << 31;
 /// The setting of [`Tracer`]s that go through deep images.
 const DEEP_SHADOWS: &str = "`shadows` through deep images";
-/// Bits of a light that has a size: `SOFT_LIGHT_BITS` of `visibility_bits.wesl`. More rays than they can count are an error.
-const SOFT_LIGHT_BITS: u32 = 8;
 
 /// The passes of shadows for every listed light.
 #[derive(Debug)]

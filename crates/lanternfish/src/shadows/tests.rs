@@ -7,7 +7,7 @@ mod visibility;
 
 use lanternfish_gpu::testing;
 
-use super::{BLOCK_EDGE, FIRST_START, SOFT_LIGHT_BITS, bands, check_row, row_starts};
+use super::{BLOCK_EDGE, FIRST_START, bands, check_row, row_starts};
 use crate::{
     Renderer, Settings,
     settings::{Samples, Shadows},
@@ -64,8 +64,6 @@ fn bands_cover_every_row_once_and_fit() {
 #[test]
 fn constants_are_the_shaders() {
     let file = "shadows/visibility_bits";
-    assert_eq!(constant(file, "BLOCK_EDGE"), f64::from(BLOCK_EDGE));
     assert_eq!(constant(file, "BLOCK_PIXELS"), f64::from(BLOCK_EDGE * BLOCK_EDGE));
     assert_eq!(constant(file, "FIRST_START"), FIRST_START as f64);
-    assert_eq!(constant(file, "SOFT_LIGHT_BITS"), f64::from(SOFT_LIGHT_BITS));
 }

@@ -28,7 +28,7 @@ gpu_struct! {
         orthographic: u32,
         /// Pixels.
         size: UVec2,
-        /// Beyond the scene from anywhere in it, m.
+        /// Beyond the scene from anywhere in it, m: where rays to directional lights end.
         far: f32,
         /// Samples a pixel.
         samples: u32,

@@ -12,8 +12,6 @@ use lanternfish_gpu::{
 };
 
 pub use self::depth_peeling::PeeledFragment;
-#[cfg(test)]
-pub(super) use self::per_triangle::{EIGHT, SLICE};
 use self::{
     depth_peeling::DepthPeeling,
     per_direction::PerDirection,

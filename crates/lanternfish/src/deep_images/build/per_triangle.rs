@@ -1,7 +1,7 @@
 //! Every triangle into all images, by arithmetic.
 
 use super::super::DECLARED;
-use lanternfish_gpu::{Bindings, ComputeKernel, Frame};
+use lanternfish_gpu::{Bindings, ComputeKernel, Frame, gpu_constants};
 
 use crate::{
     common::workgroups,
@@ -10,11 +10,12 @@ use crate::{
     error::RenderError,
 };
 
-/// Images that a workgroup looks at; `SLICE` in `per_triangle.wesl`.
-pub const SLICE: u32 = 32;
-
-/// Triangles that an invocation looks at as one; `EIGHT` there.
-pub const EIGHT: u32 = 8;
+gpu_constants! {
+    /// Images that a workgroup looks at.
+    const SLICE: u32 = 32;
+    /// Triangles that an invocation looks at as one.
+    const EIGHT: u32 = 8;
+}
 
 #[derive(Debug)]
 pub(super) struct PerTriangle {

@@ -3,7 +3,7 @@
 mod linear_array;
 mod linked_list;
 
-use lanternfish_gpu::{Bindings, Counted, Feature, Frame, storage_buffer, uniform_buffer_of};
+use lanternfish_gpu::{Bindings, Counted, Feature, Frame, gpu_constants, storage_buffer, uniform_buffer_of};
 
 use self::{linear_array::LinearArray, linked_list::LinkedLists};
 use super::{APPEND, Chunk, DeepGrid, LINKED_LIST, PAYLOAD, SORTED_LINKED_LIST};
@@ -134,8 +134,10 @@ fn check_room(taken: u64, limit: u64) -> Result<(), RenderError> {
     Err(RenderError::Overflow { list: SLOTS, needed: taken, limit, remedy: "use coarser deep images" })
 }
 
-/// Slots from which on none is counted: `MOST_SLOTS` of `put_fragment.wesl`.
-pub(super) const MOST_SLOTS: u32 = 1 << 30;
+gpu_constants! {
+    /// Slots from which on none is counted: whoever asks for more does not start over at zero.
+    pub(super) const MOST_SLOTS: u32 = 1 << 30;
+}
 
 fn most_fragments(limits: &wgpu::Limits) -> u64 {
     (limits.max_storage_buffer_binding_size / 4).min(MOST_SLOTS.into())

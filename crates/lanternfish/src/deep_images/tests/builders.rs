@@ -5,13 +5,8 @@ use lanternfish_gpu::{Gpu, testing};
 
 use super::{build, exact, lists, settings, upload};
 use crate::{
-    deep_images::{
-        Fragment, Holes,
-        build::{EIGHT, SLICE, sound_builder},
-        directions::DirectionSet,
-    },
+    deep_images::{Fragment, Holes, build::sound_builder, directions::DirectionSet},
     gpu_scene::GpuScene,
-    shaders::constant,
     techniques::DeepBuilder,
     techniques::DeepImageSettings,
     testing::{quad, scene_of},
@@ -93,12 +88,6 @@ fn holes(gpu: &Gpu, scene: &GpuScene, settings: DeepImageSettings) -> Holes {
     let images = build(gpu, scene, settings);
     let yardstick = build(gpu, scene, DeepImageSettings { builder: DeepBuilder::PerDirection, ..settings });
     images.holes(&gpu.device, &gpu.queue, scene, &yardstick).unwrap()
-}
-
-#[test]
-fn the_images_of_a_workgroup_are_the_shaders() {
-    assert_eq!(constant("deep_images/build/per_triangle", "SLICE"), f64::from(SLICE));
-    assert_eq!(constant("deep_images/build/per_triangle", "EIGHT"), f64::from(EIGHT));
 }
 
 #[test]

@@ -15,7 +15,6 @@ use crate::{
         twin,
     },
     error::RenderError,
-    shaders::constant,
     techniques::DeepImageSettings,
     techniques::{DeepBuilder, DeepDepth, DeepStore},
     testing::{Random, probe},
@@ -94,7 +93,6 @@ fn fragments() -> Vec<Vec4> {
 #[test]
 fn gpu_the_counter_of_slots_does_not_start_over() {
     let Some(gpu) = testing::gpu("gpu_the_counter_of_slots_does_not_start_over") else { return };
-    assert_eq!(constant("deep_images/store/put_fragment", "MOST_SLOTS"), f64::from(MOST_SLOTS));
     let none = wgpu::BufferUsages::empty();
     let settings = by_hand(DeepStore::LinearArray, 0.0);
     let kernel = probe(gpu, "testing/put_fragments", &put_features(&settings), "put");

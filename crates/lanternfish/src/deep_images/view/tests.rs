@@ -252,5 +252,4 @@ fn gpu_pictures_show_the_numbers() {
         }
     }
     assert_eq!(turns, [true; 2], "images that are turned and such that are not");
-    assert!(constant("deep_images/view/fragments", "NO_FRAGMENT") as f32 == texels::NO_FRAGMENT);
 }

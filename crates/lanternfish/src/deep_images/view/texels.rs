@@ -3,7 +3,8 @@
 use super::super::DECLARED;
 use glam::UVec2;
 use lanternfish_gpu::{
-    Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_struct, storage_buffer, uniform_buffer_of,
+    Bindings, ComputeKernel, Frame, RasterPipeline, RasterState, gpu_constants, gpu_struct, storage_buffer,
+    uniform_buffer_of,
 };
 
 use super::{super::DeepImages, check_store, place_of};
@@ -41,8 +42,10 @@ gpu_struct! {
     }
 }
 
-/// Number of a texel whose list ends before the layer: `NO_FRAGMENT` of `fragments.wesl`.
-pub(super) const NO_FRAGMENT: f32 = 3e38;
+gpu_constants! {
+    /// Number of a texel whose list ends before the layer.
+    pub(super) const NO_FRAGMENT: f32 = 3e38;
+}
 
 /// The scale that numbers are shown on.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -28,9 +28,9 @@ gpu_struct! {
         first_joint: u32,
         /// Its morph targets.
         target_count: u32,
-        /// The weight of its first target among all.
+        /// In `target_weights`: that of its first target.
         first_weight: u32,
-        /// Its first number among those of all targets.
+        /// Its first number in `displacements`: target by target, vertex by vertex.
         first_displacement: u32,
         /// Numbers of a vertex of a target: 3: of its position; 6: of its normal, too; 9: and of its tangent.
         displacement_width: u32,

@@ -76,7 +76,7 @@ gpu_struct! {
         row_y: Vec4,
         /// Row of the affine world_from_object.
         row_z: Vec4,
-        /// Index of the scene's instance.
+        /// Index of the scene's instance: rising.
         instance: u32,
         /// −1 where the transform mirrors, else 1.
         handedness: f32,

@@ -22,7 +22,7 @@ pub(crate) const DECLARED: Shaders =
 gpu_struct! {
     /// What shaders are told of the views.
     pub struct LightViewSet {
-        /// How many there are.
+        /// How many views there are.
         count: u32,
         /// Which of the frames that are averaged into one picture this is.
         frame_index: u32,

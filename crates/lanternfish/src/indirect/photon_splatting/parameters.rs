@@ -8,19 +8,20 @@ gpu_struct! {
     pub struct PhotonParameters {
         /// Photons that are split: one a texel of the lights' views.
         primary_count: u32,
-        /// Directions that each is split into. Then there are two more: the mirror direction, and where a photon arrived.
+        /// Directions that each is split into: the axes of the images. Then there are two more: the mirror direction, and where a photon
+        /// arrived.
         direction_count: u32,
         /// The first of those that the chunk in hand has.
         first_direction: u32,
         /// How many of them it has.
         chunk_directions: u32,
-        /// Photons of the chunk at most.
+        /// Photons of the chunk at most: a slot for each of its directions and each photon that is split.
         slot_count: u32,
         /// Which of the frames that are averaged into one picture this is.
         frame_index: u32,
         /// How often light has been scattered before.
         bounce: u32,
-        /// Radius of a footprint over that of the ellipse in its parallelogram.
+        /// Radius of a footprint over that of the ellipse in its parallelogram [Aalund2015, §3.4].
         radius: f32,
         /// 1: footprints are widened to the cell of the direction.
         widened: u32,
@@ -46,9 +47,9 @@ gpu_struct! {
     pub struct PrimaryPhoton {
         /// World space, m.
         p_world: Vec3,
-        /// Normal of the triangle, octahedral, two snorms of 16 bits.
+        /// Normal of the triangle, unit, towards where the photon came from: octahedral, two snorms of 16 bits.
         normal: u32,
-        /// Luminous flux that the surface scatters, lm.
+        /// Luminous flux that the surface scatters, lm; zero where there is none.
         scattered: Vec3,
         /// Sum over the directions above the surface of their cosine times their solid angle, sr.
         cosine_sum: f32,
@@ -72,9 +73,9 @@ gpu_struct! {
         direction_v: Vec3,
         /// Differential of the direction.
         direction_u_z: f32,
-        /// Luminous flux that came straight from an emissive triangle, lm; else zero.
+        /// Luminous flux that came here straight from an emissive triangle, which is splatted too, lm: nothing else brings it. Else zero.
         arrived: Vec3,
-        /// Luminous flux that came from a light or from what shines, lm; zero after the first bounce.
+        /// Luminous flux that came here from a light or from what shines, lm; zero after the first bounce.
         arriving: f32,
     }
 }
@@ -86,9 +87,9 @@ gpu_struct! {
         start: Vec3,
         /// Index of the triangle, in the order of the BVH's leaves; else a constant of the shaders.
         triangle: u32,
-        /// Normal of the triangle where it starts, octahedral, two snorms of 16 bits.
+        /// Normal of the triangle where it starts, on its side: octahedral, two snorms of 16 bits.
         normal: u32,
-        /// The way it came, octahedral, two snorms of 16 bits.
+        /// Octahedral, two snorms of 16 bits: the way it goes; a deep image's axis where it was traced along that.
         direction: u32,
         /// m.
         distance: f32,

@@ -6,7 +6,7 @@ use std::any::Any;
 
 use super::DECLARED;
 use glam::{Quat, UVec2};
-use lanternfish_gpu::{ComputeKernel, Feature, Frame, primitives::Scan, uniform_buffer_of};
+use lanternfish_gpu::{ComputeKernel, Feature, Frame, gpu_constants, primitives::Scan, uniform_buffer_of};
 
 use self::chunk::Photons;
 use super::{PhotonSplatting, Splat, directions::PhotonDirections, parameters::PhotonParameters, raster::SplatRaster};
@@ -50,10 +50,14 @@ pub(super) const COUNTERS: &[&str] = &[
 
 /// Units of flux that all lights have.
 pub(super) const FLUX_UNITS: f32 = 4_294_967_296.0;
-/// Rows of counters: `counters.wesl`.
-pub(super) const ROWS: u32 = 64;
-/// Edge of a tile that photons are looked for in: `tiles.wesl`.
-pub(super) const TILE: u32 = 16;
+
+gpu_constants! {
+    /// Rows of counters, which the host adds up: what counts at the same time counts in different ones, and no sum exceeds its word.
+    pub(super) const ROWS: u32 = 64;
+    /// Edge of a tile that photons are looked for in, pixels.
+    pub(super) const TILE: u32 = 16;
+}
+
 /// The passes.
 #[derive(Debug)]
 pub struct PhotonPasses {

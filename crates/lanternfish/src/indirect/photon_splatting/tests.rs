@@ -350,7 +350,6 @@ fn numbers_out_of_range_are_refused() {
 fn constants_are_the_shaders() {
     let constant =
         |file: &str, name| crate::shaders::constant(&format!("indirect/photon_splatting/{file}"), name) as u32;
-    assert_eq!(constant("tiles", "TILE"), passes::TILE);
     let names = [
         "EMITTED",
         "REFLECTED",
@@ -368,7 +367,7 @@ fn constants_are_the_shaders() {
         assert_eq!(constant("counters", name) as usize, i);
         assert_eq!(passes::COUNTERS[i], format!("photons/{}", name.to_lowercase()));
     }
-    assert_eq!([constant("counters", "COLUMNS"), constant("counters", "ROWS")], [names.len() as u32, passes::ROWS]);
+    assert_eq!(constant("counters", "COLUMNS") as usize, names.len());
     assert_eq!(names.len(), passes::COUNTERS.len());
     use crate::indirect::light_views::Source;
     let sources = ["CONE", "PARALLEL", "AREA", "TRIANGLE"];

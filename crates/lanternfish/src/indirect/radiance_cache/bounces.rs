@@ -1,5 +1,6 @@
 //! How many reflections of light are followed.
 
+use lanternfish_gpu::gpu_constants;
 use std::{fmt, str::FromStr};
 
 use lanternfish_scene::Setting;
@@ -72,8 +73,10 @@ impl Bounces {
     }
 }
 
-/// Every entry reads in a sweep: `propagate.wesl`.
-const ALL_CELLS: u32 = 2;
+gpu_constants! {
+    /// Every entry reads in each sweep.
+    const ALL_CELLS: u32 = 2;
+}
 
 /// The sweep over some of the entries, where every bounce is asked for.
 const ALL_READ: CacheSweep = CacheSweep { read_level: 0, written_level: 2, step: 0, turn: ALL_CELLS };
@@ -125,11 +128,6 @@ impl Setting for Bounces {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn turns_are_the_shaders() {
-        assert_eq!(crate::shaders::constant("indirect/radiance_cache/propagate", "ALL_CELLS"), f64::from(ALL_CELLS));
-    }
 
     #[test]
     fn texts_are_read_as_they_are_written() {

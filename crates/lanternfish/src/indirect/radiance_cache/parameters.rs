@@ -22,9 +22,10 @@ gpu_struct! {
         fewest: u32,
         /// From this sample on each counts as much as that one.
         most: f32,
-        /// One of so many entries is scheduled at least.
+        /// One of so many entries is scheduled at least, whatever its rank and its history; a power of two.
         most_share: u32,
-        /// Times so far that the history was cut: entries have other samples each time.
+        /// Times so far that the history was cut. Added to an entry's number of samples, it makes its sample another in each frame of a scene
+        /// that keeps changing, too.
         changes: u32,
         /// Levels of radiance that entries keep beside all that is asked of them: `level_at` of `table.wesl`.
         bounce_levels: u32,
@@ -42,8 +43,8 @@ gpu_struct! {
     pub struct CacheUpdate {
         /// Updates so far, whatever frames are numbered.
         update: u32,
-        /// One of so many entries of rank 0 is scheduled, of each later rank half as many, and of entries with a long history a half or a quarter
-        /// of those; 0: none.
+        /// One of so many entries of rank 0 is scheduled, of each later rank half as many, and of entries with a long history a half or a
+        /// quarter of those, but no fewer than `most_share` says; a power of two, or 0: none.
         share: u32,
         /// Length to which the history is cut, samples.
         remembered: f32,
@@ -75,7 +76,8 @@ gpu_struct! {
     pub struct CellSample {
         /// World space, m.
         p_world: Vec3,
-        /// In the order of the BVH's leaves; the four top bits say which side of it, and the entry's rank.
+        /// In the order of the BVH's leaves; in the top bit, whether the triangle is looked at from where its corners go clockwise; in the
+        /// three bits below, 7 less the entry's rank (`vote.wesl`).
         triangle: u32,
     }
 }
@@ -83,9 +85,9 @@ gpu_struct! {
 gpu_struct! {
     /// Where a ray of an entry hit.
     pub struct Link {
-        /// Slot of the entry there.
+        /// Slot of the entry there; that of the ray's own entry where that is not known.
         slot: u32,
-        /// Ratio that the ray's entry reflects: `pack_reflectance` of `accumulate.wesl`.
+        /// Ratio that the ray's entry reflects: square roots of three channels, 10 bits each. Zero: the ray left the scene, or was not traced.
         reflectance: u32,
     }
 }
@@ -95,7 +97,8 @@ gpu_struct! {
     pub struct DueCell {
         /// The entry's slot.
         slot: u32,
-        /// Which of its samples: `bindings.wesl`.
+        /// Which sample it is, of its ray and of lights: by which the entry's sequences are shifted, of 16 bits; and in the upper bits how many
+        /// came before, modulo 2^16.
         sample: u32,
     }
 }
@@ -107,7 +110,7 @@ gpu_struct! {
         p_world: Vec3,
         /// The entry's slot.
         slot: u32,
-        /// Where the light is that was chosen.
+        /// Where the light is that was chosen, m.
         light_end: Vec3,
         /// Octahedral, two snorms of 16 bits, as every direction here.
         geometric_normal: u32,
@@ -117,19 +120,19 @@ gpu_struct! {
         direction: u32,
         /// What the surface emits.
         sent: Vec3,
-        /// What the ray hit.
+        /// What the ray hit; NOTHING of `rays/hit.wesl`.
         triangle: u32,
         /// Ratio that the surface reflects of what comes along that ray.
         reflectance: Vec3,
-        /// How far away that is.
+        /// How far away that is, m.
         distance: f32,
-        /// Along this direction.
+        /// The direction along which the distance is, packed as the other.
         direction_met: u32,
-        /// Slot of the entry there.
+        /// Slot of the entry there; NO_SLOT of `table.wesl`.
         slot_met: u32,
         /// The entry's: `vote.wesl`.
         rank: u32,
-        /// 1: of all whose rays have hit the entry there, this one has won.
+        /// 1: of all whose rays have hit the entry there, this one says where it is sampled.
         has_won: u32,
     }
 }

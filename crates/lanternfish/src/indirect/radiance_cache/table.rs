@@ -1,7 +1,7 @@
 //! The cells of one scene, as they are kept from frame to frame.
 
 use super::DECLARED;
-use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, storage_buffer};
+use lanternfish_gpu::{Bindings, ComputeKernel, Feature, Frame, gpu_constants, storage_buffer};
 
 use super::{
     Bounces,
@@ -11,8 +11,11 @@ use crate::{common::workgroups, error::RenderError, gpu_scene::GpuScene, indirec
 
 /// Cells along the diagonal of the scene's bounds: about as fine as the texels of the usual deep images.
 const CELLS_ALONG: f32 = 128.0;
-/// Hits that an entry lists: `accumulate.wesl`.
-pub(super) const LINKS: u32 = 16;
+
+gpu_constants! {
+    /// Hits that an entry lists, the last one first.
+    pub(super) const LINKS: u32 = 16;
+}
 
 /// The buffers of a table, an element a slot.
 #[derive(Clone, Debug)]
@@ -229,10 +232,4 @@ impl Rehash {
         table.other = (!grows).then_some(old);
         Ok(())
     }
-}
-
-#[cfg(test)]
-#[test]
-fn lists_are_as_long_as_the_shaders() {
-    assert_eq!(crate::shaders::constant("indirect/radiance_cache/accumulate", "LINKS"), f64::from(LINKS));
 }

@@ -71,7 +71,7 @@ gpu_struct! {
         diffuse_blur: f32,
         /// The same of a glossy ray, over its surface's roughness.
         glossy_blur: f32,
-        /// Point of the pixel's sequence that the first of its diffuse rays goes by, and the first of those to emissive triangles.
+        /// Point of the pixel's sequence that the first of its diffuse rays goes by (x), and the first of those to emissive triangles (y).
         first_points: UVec2,
         /// Point of the pixel's other sequence by which the hit point of its first ray is moved.
         first_end: u32,
@@ -79,7 +79,7 @@ gpu_struct! {
         emitter_rays: u32,
         /// 1: hits bring what the radiance cache keeps.
         has_cells: u32,
-        /// Rays vote for one of so many entries that are there, less 1; a power of two less 1.
+        /// Rays vote for one of so many entries, of those that are there, less 1; a power of two less 1: `is_voted_for` of the cache.
         asking_mask: u32,
         /// 1: for others in each round.
         asking_step: u32,
@@ -118,7 +118,8 @@ gpu_struct! {
         triangle: u32,
         /// Distance from the ray's start, m.
         distance: f32,
-        /// Unit direction along which the distance is, octahedral: two snorms of 16 bits.
+        /// Unit direction along which the distance is, octahedral: two snorms of 16 bits; a deep image's axis where the ray was traced along
+        /// that.
         direction: u32,
     }
 }
@@ -126,13 +127,14 @@ gpu_struct! {
 gpu_struct! {
     /// A ray from what a ray met to the light that was chosen for it; world space, m.
     pub struct LightRay {
-        /// Start, off the surface that the ray met.
+        /// Start, off the surface that the ray met; world space, m.
         start: Vec3,
         /// What became of the round's ray: a constant of `light_ray.wesl`.
         met: u32,
-        /// End, at the light.
+        /// End, at the light; world space, m.
         end: Vec3,
-        /// Sum of the four weights of the round's ray, by which segments are ranked.
+        /// Sum of the four weights of the round's ray (`ray.wesl`), by which `roulette.wesl` ranks it; the lobes count alike, as metals have
+        /// the glossy one alone. `shadow.wesl` makes the four again.
         weight: f32,
         /// Radiance sent back along the round's ray, if the light is seen; nits.
         radiance: Vec3,

@@ -1,13 +1,18 @@
 //! The order in which a block's pixels are gone through: `sample_order.wesl`.
 
 use glam::UVec2;
+use lanternfish_gpu::gpu_constants;
 
 use crate::view::sobol_point;
 
 /// Edge of a block, pixels: `NET_EDGE` of `sequence.wesl`.
 pub(crate) const BLOCK: u32 = 32;
-/// Workgroups across a block: the shader's.
-const BLOCK_GROUPS: u32 = 4;
+
+gpu_constants! {
+    /// Workgroups across a block.
+    const BLOCK_GROUPS: u32 = 4;
+}
+
 /// Of a block's pixels in order, and of the places of its pixels: two in a word.
 const WORDS: usize = (BLOCK * BLOCK) as usize;
 
@@ -51,7 +56,6 @@ fn morton_code(x: u32, y: u32) -> u32 {
 #[test]
 fn a_block_is_a_net_of_shifts() {
     assert_eq!(crate::shaders::constant("common/sequence", "NET_EDGE"), f64::from(BLOCK));
-    assert_eq!(crate::shaders::constant("indirect/sampled/sample_order", "BLOCK_GROUPS"), f64::from(BLOCK_GROUPS));
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //! 4. Filter, along x and along y (`filter.wesl`).
 
 use glam::{UVec2, Vec3};
-use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_struct};
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, gpu_constants, gpu_struct};
 use lanternfish_scene::named_enum;
 
 use super::{
@@ -129,9 +129,14 @@ pub(super) const CLAMP: ParameterInfo = ParameterInfo::new(
 const DOUBT: Doubt = Doubt { lasts: DOUBTED, counts: 4.0 };
 /// Pixels of the filter's radius for which what is cut off is spread by one more tile. Fewer: less noise, and light farther from where it belongs.
 const SPREAD: u32 = 2;
-/// Edge of those tiles, pixels, and ways that surfaces face: `spread.wesl`.
-const TILE: u32 = 8;
-const FACINGS: u32 = 6;
+
+gpu_constants! {
+    /// Edge of those tiles, pixels.
+    const TILE: u32 = 8;
+    /// Ways that surfaces face.
+    const FACINGS: u32 = 6;
+}
+
 /// Bytes of a pixel's sums: `PackedSums`.
 const SUMS_BYTES: u64 = 48;
 /// Largest reach of the filter, pixels.
@@ -280,11 +285,4 @@ impl Smoothing {
         }
         Ok(found.clone())
     }
-}
-
-#[cfg(test)]
-#[test]
-fn tiles_are_the_shaders() {
-    let constant = |name| crate::shaders::constant("indirect/smoothing/spread", name);
-    assert_eq!(["TILE", "FACINGS"].map(constant), [TILE, FACINGS].map(f64::from));
 }

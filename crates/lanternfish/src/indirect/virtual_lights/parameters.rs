@@ -8,7 +8,7 @@ gpu_struct! {
     pub struct VirtualLightParameters {
         /// Radius of a sphere about the scene's middle that holds everything, m.
         scene_radius: f32,
-        /// Texels of all views of the map.
+        /// Texels of all views of the reflective shadow map.
         texel_count: u32,
         /// Texels before this one are rendered, those from it on are traced.
         first_traced: u32,
@@ -32,7 +32,7 @@ gpu_struct! {
         most_range: f32,
         /// Share of these that is kept.
         large_kept: f32,
-        /// Cut-off intensity, cd.
+        /// Cut-off intensity, cd: where ranges follow from it.
         threshold: f32,
         /// Index of the [`Attenuation`](crate::settings::Attenuation).
         falloff: u32,
@@ -68,7 +68,7 @@ gpu_struct! {
         p_world: Vec3,
         /// Normal, octahedral, two times 14 bits, and the level that the texel may be merged up to.
         normal_and_level: u32,
-        /// Luminous flux that is reflected, lm.
+        /// Luminous flux that is reflected, lm; zero where nothing is seen, or another texel has taken it over.
         flux: Vec3,
         /// Direction that light came along, octahedral, two snorms of 8 bits; half float: radius of a disk of the area that is lit, m.
         incoming_and_radius: u32,
@@ -84,7 +84,7 @@ gpu_struct! {
         within: f32,
         /// Share that would arrive beyond it.
         beyond: f32,
-        /// What makes up for the latter.
+        /// What makes up for the latter, where that is asked for: a factor for this light.
         factor: f32,
     }
 }

@@ -17,7 +17,9 @@ pub use self::{
     settings::{Assignment, ClusterTest, Clustered, Grouping},
 };
 use glam::{Affine3A, Mat4, UVec3, Vec3};
-use lanternfish_gpu::{BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_struct, primitives::Scan};
+use lanternfish_gpu::{
+    BufferPart, ComputeKernel, Counted, Feature, Frame, SharedStruct, gpu_constants, gpu_struct, primitives::Scan,
+};
 
 use self::{
     grid::{GridError, GridGeometry, MOST_CLUSTERS},
@@ -42,7 +44,7 @@ gpu_struct! {
         cluster_from_view: Mat4,
         /// From world space.
         cluster_from_world: Mat4,
-        /// x and y: least slopes or coordinates, m; z: least distance, m.
+        /// Least corner of the grid. x and y: slopes (through the eye) or coordinates, m (parallel); z: distance, m.
         low: Vec3,
         /// 1: sides are parallel.
         parallel: u32,
@@ -79,8 +81,10 @@ pub(crate) const DECLARED: Shaders = Shaders::new(
     ],
 );
 
-/// Workgroups along x of the passes over all clusters: the shader's `WIDTH`.
-const WIDTH: u32 = 1024;
+gpu_constants! {
+    /// Workgroups along x of the passes over all clusters.
+    const WIDTH: u32 = 1024;
+}
 
 /// The passes.
 #[derive(Debug)]

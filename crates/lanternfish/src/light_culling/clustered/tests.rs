@@ -12,7 +12,6 @@ use crate::shaders::constant;
 fn rows_are_the_shaders() {
     let row = |module: &str| constant(module, "ROW");
     assert_eq!(row("light_culling/clustered/compact"), row("light_culling/clustered/assign"));
-    assert_eq!(constant("light_culling/clustered/compact", "WIDTH"), f64::from(WIDTH));
 }
 
 /// With more visible clusters than workgroups of one dimension hold, all are dispatched.

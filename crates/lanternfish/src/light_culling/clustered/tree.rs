@@ -2,14 +2,18 @@
 
 use super::DECLARED;
 use glam::{UVec4, Vec3};
-use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, gpu_struct, primitives::RadixSort};
+use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, gpu_constants, gpu_struct, primitives::RadixSort};
 use lanternfish_scene::Bounds;
 
 use crate::{error::RenderError, light_culling::clustered::Assignment, lights::LightSet};
 
-/// Children of a node, and levels at most: constants of `light_tree.wesl`.
-const FANOUT: u32 = 8;
-const MOST_LEVELS: usize = 9;
+gpu_constants! {
+    /// Children of a node.
+    const FANOUT: u32 = 8;
+    /// Levels at most: FANOUT to this power are more lights than a buffer holds.
+    const MOST_LEVELS: usize = 9;
+}
+
 /// Bits of a Morton code.
 const KEY_BITS: u32 = 30;
 
@@ -24,7 +28,7 @@ gpu_struct! {
         level_count: u32,
         /// Size of that box, m.
         size: Vec3,
-        /// Lights that the tree has places for.
+        /// Lights that the tree has places for; those beyond the set's number are in no box.
         capacity: u32,
     }
 }
@@ -171,7 +175,5 @@ mod tests {
                 assert_eq!(pair[1].y, pair[0].y.div_ceil(FANOUT));
             }
         }
-        assert_eq!(crate::shaders::constant("light_culling/clustered/light_tree", "FANOUT"), f64::from(FANOUT));
-        assert_eq!(crate::shaders::constant("light_culling/clustered/light_tree", "MOST_LEVELS"), MOST_LEVELS as f64);
     }
 }

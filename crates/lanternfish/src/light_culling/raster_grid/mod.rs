@@ -36,7 +36,7 @@ gpu_struct! {
         columns: u32,
         /// Tiles down.
         rows: u32,
-        /// Layers of a tile.
+        /// Layers of a tile; at most 32, for which a mask has a bit each.
         layers: u32,
         /// Distance from which layers are counted, m.
         nearest: f32,
@@ -44,7 +44,7 @@ gpu_struct! {
         log_ratio: f32,
         /// Entries that the list has room for.
         capacity: u32,
-        /// 1: whether a surface is seen in a cell or not.
+        /// 1: cells list their lights whether a surface is seen in them or not (for transparent surfaces).
         unmasked: u32,
     }
 }

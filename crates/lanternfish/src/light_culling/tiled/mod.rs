@@ -28,9 +28,9 @@ gpu_struct! {
         rows: u32,
         /// Entries that the list has room for.
         capacity: u32,
-        /// 1: also test the box around the frustum.
+        /// 1: lights are also tested against the box around the tile's frustum.
         aabb_test: u32,
-        /// 1: from the near plane to infinity.
+        /// 1: tiles reach from the near plane to infinity, whatever the depth buffer says (for transparent surfaces).
         unbounded: u32,
     }
 }

@@ -16,16 +16,16 @@ use crate::lights::LightSettings;
 gpu_struct! {
     /// A node of a tree over emitters; world space, m.
     pub struct LightNode {
-        /// Centre of the box of what shines.
+        /// Centre of the box of what shines, world space, m.
         center: Vec3,
-        /// Two floats of 16 bits: radiant intensity, or radiance times area, of the brightest channel (low); 1/m, over the distance
-        /// from the box beyond which nothing arrives (high).
+        /// Two floats of 16 bits: radiant intensity, or radiance times area, of the brightest channel (low; 0: nothing shines); 1/m, over the
+        /// distance from the box beyond which nothing arrives (high).
         power_and_range: u32,
         /// Two floats of 16 bits: half the box's size, x (low), y (high).
         half_xy: u32,
         /// Two floats of 16 bits: half the box's size, z (low); sine of the half angle of the cone about which normals lie (high).
         half_z_and_spread: u32,
-        /// Four snorms: axis of that cone; cosine of the largest angle between a normal and the light that leaves.
+        /// Four snorms: normals lie about an axis (xyz; zero: every way), light leaves within an angle of this cosine of a normal (w).
         cone: u32,
         /// Leaf: index of the light, or of the triangle in the order of the BVH's leaves.
         link: u32,
@@ -35,7 +35,7 @@ gpu_struct! {
 gpu_struct! {
     /// Where the trees and the list of directional lights lie among the nodes.
     pub struct LightTrees {
-        /// Emissive triangles; their root is node 0.
+        /// Emissive triangles; the root of their tree is node 0.
         triangle_count: u32,
         /// Levels of that tree below its root.
         triangle_depth: u32,

@@ -29,9 +29,9 @@ gpu_struct! {
         first: u32,
         /// Images.
         count: u32,
-        /// From here on nothing occludes, m; 0: everything does, however far.
+        /// Distance from which on nothing occludes, m; 0: everything does, however far.
         max_distance: f32,
-        /// 1: nothing has been summed before.
+        /// 1: first run of the frame, nothing has been summed before.
         is_first: u32,
         /// Perceptual roughness of the narrowest lobe about the mirror direction.
         least_roughness: f32,

@@ -16,7 +16,7 @@ use crate::{
 gpu_struct! {
     /// How far horizons are looked for.
     pub struct HbaoParameters {
-        /// From here on nothing occludes, m.
+        /// Distance from which on nothing occludes, m.
         radius: f32,
     }
 }
