@@ -2,7 +2,7 @@
 
 use crate::{
     command::{self, workspace},
-    release::{self, lanternfish},
+    program::{self, built_as_tests},
 };
 
 /// What is seen.
@@ -10,9 +10,9 @@ const SCENE: [&str; 5] = ["demo:atrium", "--lights", "rain:1000", "--seed", "1"]
 
 /// Sets up, builds, and renders the built-in scene; `flags` go to `lanternfish render`, after the demo's own.
 pub fn run(flags: Vec<String>, may_install: bool) -> Result<(), String> {
-    release::ready(&[], may_install)?;
+    program::ready_as_tests(may_install)?;
     let picture = workspace().join("lanternfish-demo.png");
-    let mut render = lanternfish(&["render"]);
+    let mut render = built_as_tests(&["render"]);
     // The picture's path is the last thing it prints.
     command::run(render.args(SCENE).args(["--timings", "-o"]).arg(picture).args(flags))?;
     eprintln!("==> The same in a window: cargo run --release -- view {}", SCENE.join(" "));

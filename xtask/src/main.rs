@@ -11,8 +11,8 @@ mod driver;
 mod hardware;
 #[cfg(test)]
 mod imports;
+mod program;
 mod quality;
-mod release;
 mod test;
 
 use std::process::ExitCode;

@@ -25,6 +25,7 @@ use crate::{
     indirect::IndirectTechnique,
     light_culling::CullingTechnique,
     occlusion::OcclusionTechnique,
+    rays::{OwnTracers, Tracer},
     shaders::Shaders,
     technique::{AnyTechnique, Choice, Kind, Registry},
 };
@@ -94,6 +95,12 @@ pub fn shaders() -> Vec<Shaders> {
     let techniques =
         of::<dyn CullingTechnique>().chain(of::<dyn IndirectTechnique>()).chain(of::<dyn OcclusionTechnique>());
     FOLDERS.iter().copied().chain(techniques).collect()
+}
+
+impl OwnTracers for Tracer {
+    fn own() -> Vec<Tracer> {
+        vec![Tracer::BVH, Tracer::RAY_QUERY, WITHIN_TEXEL, ACROSS_TEXELS]
+    }
 }
 
 /// The shaders of every folder that is no technique of a kind.

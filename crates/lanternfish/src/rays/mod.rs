@@ -30,7 +30,6 @@ pub use self::{
     trace_pass::TracePass,
 };
 use crate::{
-    deep_images,
     error::RenderError,
     gpu_scene::Parts,
     shaders::{Root, Shaders},
@@ -56,6 +55,12 @@ pub struct TracerInfo {
 /// What rays are traced through. Two tracers are the same if their names are.
 #[derive(Clone, Copy)]
 pub struct Tracer(&'static TracerInfo);
+
+/// The library's own tracers: `techniques.rs` names them.
+pub(crate) trait OwnTracers {
+    /// In the order in which help lists them.
+    fn own() -> Vec<Tracer>;
+}
 
 /// Tracers that [`Tracer::register`] has made known by name.
 static REGISTERED: RwLock<Vec<Tracer>> = RwLock::new(Vec::new());
@@ -197,8 +202,7 @@ impl Tracer {
     /// Every tracer that is known by name, in the order in which help lists them.
     pub fn all() -> Vec<Self> {
         let registered = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
-        let own = [Self::BVH, Self::RAY_QUERY, deep_images::WITHIN_TEXEL, deep_images::ACROSS_TEXELS];
-        own.into_iter().chain(registered.iter().copied()).collect()
+        Self::own().into_iter().chain(registered.iter().copied()).collect()
     }
 
     /// Makes it known by name: [`Self::all`] has it from now on.
@@ -306,6 +310,7 @@ mod tests {
     use wgpu::{DeviceType, Features};
 
     use super::*;
+    use crate::deep_images;
 
     #[test]
     fn the_automatic_tracer_is_decided_by_the_kind_of_adapter_and_can_be_overridden() {
