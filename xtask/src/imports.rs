@@ -28,6 +28,8 @@ const TECHNIQUES: &[&str] = &[
     "light_culling/tiled",
     "occlusion/deep",
     "occlusion/hbao",
+    "rays/across_texels",
+    "rays/within_texel",
 ];
 
 /// The one list that names techniques.
@@ -232,17 +234,16 @@ fn techniques_are_named_by_the_registration_alone() {
         "what Rust declares for shaders is left out"
     );
     let known = [
-        // Until shaders choose a module when they are linked.
-        "debug_views/debug.wesl imports light_culling/clustered/cluster_grid",
-        "light_culling/light_list.wesl imports light_culling/clustered/cluster_grid",
-        "light_culling/light_list.wesl imports light_culling/raster_grid/cell",
-        "light_culling/light_list.wesl imports light_culling/tiled/cell",
-        // Until the radiance cache has its own folder.
-        "indirect/radiance_cache.rs imports indirect/sampled",
+        // Deep images, their tracers and occlusion by them are to be one folder of the papers' crate.
+        "deep_images/structure.rs imports rays/across_texels",
+        "deep_images/structure.rs imports rays/within_texel",
+        "occlusion/deep/first_distance.wesl imports rays/within_texel/near_field",
     ];
     let found = outside(&imports, TECHNIQUES);
     let unknown: Vec<_> = found.iter().filter(|found| !known.contains(&&***found)).collect();
     assert!(unknown.is_empty(), "{unknown:#?}");
+    let gone: Vec<_> = known.iter().filter(|known| !found.iter().any(|found| found == *known)).collect();
+    assert!(gone.is_empty(), "no longer so: {gone:#?}");
 }
 
 #[test]

@@ -6,7 +6,6 @@ use lanternfish_gpu::Frame;
 use crate::{
     context::{FrameContext, ViewContext},
     debug_views::DebugViews,
-    deep_images::directions::rotation_of_turn,
     error::RenderError,
     gpu_scene::VisibleDraws,
     indirect::{IndirectPasses, IndirectSums},
@@ -22,6 +21,7 @@ use crate::{
     sky::Sky,
     texture::Radiance,
     view::View,
+    view::rotations::frame_rotation,
 };
 
 /// The passes of a frame, compiled for one choice of settings.
@@ -415,5 +415,5 @@ pub(crate) const FRAMES_A_TURN: u32 = 4;
 
 /// How deep images are turned: some frames of one mean after another look in other directions.
 fn rotation_of(view: &View, is_averaged: bool) -> Quat {
-    if is_averaged { rotation_of_turn(view.frame_index / FRAMES_A_TURN) } else { Quat::IDENTITY }
+    if is_averaged { frame_rotation(view.frame_index / FRAMES_A_TURN) } else { Quat::IDENTITY }
 }

@@ -3,7 +3,6 @@
 //! One image serves a direction and its opposite: the texels' lists are read from the other end.
 
 mod cells;
-mod rotations;
 mod sets;
 #[cfg(test)]
 mod tests;
@@ -11,8 +10,6 @@ mod tests;
 use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec3};
-
-pub use self::rotations::rotation_of_turn;
 
 /// Which directions there are deep images of. The pole of a set is +y until it is turned ([`Directions::rotated`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

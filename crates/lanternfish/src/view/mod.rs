@@ -3,6 +3,7 @@
 pub mod frustum;
 mod jitter;
 pub(crate) mod matrices;
+pub mod rotations;
 
 use glam::{Affine3A, Mat4, UVec2, Vec2, Vec3, Vec4};
 use lanternfish_gpu::{Bindings, BufferPart, Frame, SharedStruct, gpu_struct};

@@ -137,7 +137,7 @@ impl DeepImageBuilder {
     }
 
     /// Turns the set of directions for the images that are recorded from now on: world space from the set's own, unit.
-    /// Frames whose sets are turned differently see each other's blind spots ([`super::directions::rotation_of_turn`]).
+    /// Frames whose sets are turned differently see each other's blind spots ([`crate::view::rotations`]).
     pub fn set_rotation(&mut self, rotation: Quat) {
         self.rotation = rotation;
     }

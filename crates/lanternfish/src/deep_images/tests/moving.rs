@@ -1,15 +1,13 @@
 //! Deep images of what moves, of sets that turn, and kept ones.
 
+use crate::view::rotations::frame_rotation;
 use glam::{Quat, Vec4};
 use lanternfish_gpu::{Bindings, Frame, Profiler, read_back, storage_buffer, storage_buffer_of, testing};
 
 use super::{build, builders::compare, lists, settings, upload};
 use crate::{
     Renderer, Settings,
-    deep_images::{
-        DeepImageBuilder, DeepImages, KeptDeepImages,
-        directions::{DirectionSet, rotation_of_turn},
-    },
+    deep_images::{DeepImageBuilder, DeepImages, KeptDeepImages, directions::DirectionSet},
     settings::Shadows,
     techniques::DeepBuilder,
     techniques::DeepImageSettings,
@@ -60,7 +58,7 @@ fn gpu_the_nearest_image_is_the_hosts_however_the_set_is_turned() {
         let mut profiler = Profiler::new(&gpu.device, &gpu.queue);
         let mut frame = Frame::new(&gpu.device, &gpu.queue, &mut profiler);
         let straight = builder.record(&mut frame, &scene).unwrap();
-        builder.set_rotation(rotation_of_turn(frame_index));
+        builder.set_rotation(frame_rotation(frame_index));
         let images = builder.record(&mut frame, &scene).unwrap();
         let asked = storage_buffer_of(&gpu.device, "queries", &queries, wgpu::BufferUsages::empty()).unwrap();
         let answers = storage_buffer(&gpu.device, "answers", 16 * queries.len() as u64).unwrap();
@@ -100,7 +98,7 @@ fn gpu_images_of_a_turned_set_are_of_its_axes() {
         frame.submit();
         images
     };
-    let (straight, turned, back) = (record(Quat::IDENTITY), record(rotation_of_turn(6)), record(Quat::IDENTITY));
+    let (straight, turned, back) = (record(Quat::IDENTITY), record(frame_rotation(6)), record(Quat::IDENTITY));
     for (chunk, other) in turned.chunks.iter().zip(&straight.chunks) {
         let (found, exact) = (lists(gpu, &turned, chunk), super::exact(gpu, &scene, &turned, chunk));
         let texel = 1.0 / chunk.grid.texels_per_metre;
@@ -145,7 +143,7 @@ fn gpu_images_are_built_again_only_when_something_has_changed() {
     assert!(second.0 == 2 && second.1 != first.1);
     assert_eq!(ask(&mut kept, &uploaded, straight), second);
     // The set turns, and stays.
-    let turned = rotation_of_turn(3);
+    let turned = frame_rotation(3);
     assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
     assert_eq!(ask(&mut kept, &uploaded, turned).0, 3);
     // Another scene.

@@ -14,7 +14,6 @@ use crate::{
     common::workgroups,
     context::ViewContext,
     deep_images::DeepImages,
-    deep_images::directions::rotation_of_turn,
     deep_images::settings::DeepImageSettings,
     error::RenderError,
     indirect::{
@@ -28,6 +27,7 @@ use crate::{
     rays::Structure,
     rays::{TracePass, Tracer},
     settings::{Materials, Samples, Settings},
+    view::rotations::frame_rotation,
 };
 
 /// Name of the lists of photons' indices.
@@ -156,7 +156,7 @@ impl PhotonPasses {
         if self.deep_images(view).is_some() || view.rotation == Quat::IDENTITY {
             return view.rotation;
         }
-        rotation_of_turn(view.view.frame_index)
+        frame_rotation(view.view.frame_index)
     }
 
     fn parameters(&self, view: &ViewContext<'_>, size: UVec2, frames: u32) -> PhotonParameters {

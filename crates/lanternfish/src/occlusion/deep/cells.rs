@@ -74,11 +74,11 @@ mod tests {
     use super::*;
     use crate::{
         deep_images::directions::DirectionSet,
-        deep_images::directions::rotation_of_turn,
         environment_light::{
             samples_of,
             tests::{half_white, image},
         },
+        view::rotations::frame_rotation,
     };
 
     #[test]
@@ -87,7 +87,7 @@ mod tests {
         let even = samples_of(&image(32, 16, 0.0, |_| Vec3::new(0.3, 1.0, 7.0)));
         let half = samples_of(&half_white());
         for frame in [None, Some(0), Some(7)] {
-            let turned = set.rotated(frame.map_or(Quat::IDENTITY, rotation_of_turn));
+            let turned = set.rotated(frame.map_or(Quat::IDENTITY, frame_rotation));
             let cells = cell_radiances(&even, &turned);
             let off = cells.iter().map(|cell| (*cell - Vec4::new(0.3, 1.0, 7.0, 0.0)).length());
             assert!(off.fold(0.0, f32::max) < 1e-6);
@@ -100,7 +100,7 @@ mod tests {
             };
             assert_eq!(wrong(&turned), 0);
             // It can fail: cells of a set that is turned otherwise.
-            assert!(wrong(&set.rotated(rotation_of_turn(3))) > 50);
+            assert!(wrong(&set.rotated(frame_rotation(3))) > 50);
         }
         // The largest set has cells smaller than the pieces at the equator: none is black for it.
         let largest = Directions::new(DirectionSet::ZonalEqualArea { count: Directions::MAX_COUNT }).unwrap();

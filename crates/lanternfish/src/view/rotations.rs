@@ -5,10 +5,10 @@ use glam::{DQuat, Quat};
 /// The real root of x⁴ = x + 1: its powers give the R₃ sequence its steps [Roberts2018].
 const RATIO: f64 = 1.220_744_084_605_759_5;
 
-/// The rotation of turn `turn`, unit: uniformly distributed over all rotations, from three numbers of a low-discrepancy
-/// sequence [Shoemake1992; Roberts2018]. The same on every machine; turns nearby differ much.
-pub fn rotation_of_turn(turn: u32) -> Quat {
-    let [u1, u2, u3] = [1, 2, 3].map(|i| (0.5 + f64::from(turn) * RATIO.powi(-i)).fract());
+/// The rotation of this index, unit: uniformly distributed over all rotations, from three numbers of a low-discrepancy
+/// sequence [Shoemake1992; Roberts2018]. The same on every machine; indices nearby differ much.
+pub fn frame_rotation(index: u32) -> Quat {
+    let [u1, u2, u3] = [1, 2, 3].map(|i| (0.5 + f64::from(index) * RATIO.powi(-i)).fract());
     let (sin_a, cos_a) = (std::f64::consts::TAU * u2).sin_cos();
     let (sin_b, cos_b) = (std::f64::consts::TAU * u3).sin_cos();
     let (a, b) = ((1.0 - u1).sqrt(), u1.sqrt());
@@ -46,7 +46,7 @@ mod tests {
         assert!((RATIO.powi(4) - RATIO - 1.0).abs() < 1e-14);
         let mut random = Random::new(3);
         for axis in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().chain((0..20).map(|_| random.direction())) {
-            let found = unevenness(axis, rotation_of_turn);
+            let found = unevenness(axis, frame_rotation);
             assert!(found < 0.8, "{axis}: {found}");
         }
         // It can fail: three even angles of Euler crowd at the poles.
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn rotations_are_unit_and_their_own() {
-        let all: Vec<Quat> = (0..200).chain([u32::MAX - 1, u32::MAX]).map(rotation_of_turn).collect();
+        let all: Vec<Quat> = (0..200).chain([u32::MAX - 1, u32::MAX]).map(frame_rotation).collect();
         for (i, rotation) in all.iter().enumerate() {
             assert!(rotation.is_normalized());
             assert!(all[..i].iter().all(|other| other.angle_between(*rotation) > 0.05), "{i}");
