@@ -16,7 +16,7 @@ use crate::{
     progressive::Progressive,
     rays::KeptStructure,
     request::{SurfaceSource, Target},
-    shading::{Arriving, Forward, LightSums, NearestBlended, OpenShares, SteadyShares, Sums},
+    shading::{Arriving, Forward, LightSums, NearestBlended, OpenShares, Shadowing, SteadyShares, Sums},
     shadows::{Shadows, Visibility, VisibilityPlan},
     sky::Sky,
     texture::Radiance,
@@ -270,8 +270,9 @@ impl Passes {
         let plan = self.plan(frame, view, lights)?;
         let shares = self.steady_shares(frame, view, lights, plan.as_ref())?;
         let traced = shares.as_ref().map_or(Traced::Nothing, |_| Traced::LastBand);
-        self.by_bands(frame, view, lights, (plan.as_ref(), traced), |passes, frame, visibility| {
-            passes.forward.record(frame, view, lights, arriving, (visibility, shares.as_ref()), &radiance)
+        self.by_bands(frame, view, lights, plan.as_ref(), traced, |passes, frame, visibility| {
+            let shadows = Shadowing { visibility, shares: shares.as_ref() };
+            passes.forward.record(frame, view, lights, arriving, &shadows, &radiance)
         })?;
         Ok((radiance, plan))
     }
@@ -286,7 +287,7 @@ impl Passes {
     ) -> Result<Shaded, RenderError> {
         let sums = self.sums.target(frame, view);
         let plan = self.plan(frame, view, &lights)?;
-        self.by_bands(frame, view, &lights, (plan.as_ref(), Traced::Nothing), |passes, frame, visibility| {
+        self.by_bands(frame, view, &lights, plan.as_ref(), Traced::Nothing, |passes, frame, visibility| {
             passes.sums.record(frame, view, &lights, &arriving, visibility, &sums)
         })?;
         let Sums { direct, indirect } = sums;
@@ -314,7 +315,7 @@ impl Passes {
     ) -> Result<Option<SteadyShares>, RenderError> {
         let Some(mut shares) = self.open_shares.take_if(|shares| shares.are_of(view.scene)) else { return Ok(None) };
         let found = shares.target(frame, view.view.size);
-        let recorded = self.by_bands(frame, view, lights, (plan, Traced::Nothing), |_, frame, visibility| {
+        let recorded = self.by_bands(frame, view, lights, plan, Traced::Nothing, |_, frame, visibility| {
             visibility.map_or(Ok(()), |visibility| shares.find(frame, view, lights, visibility, &found))
         });
         let steady = recorded.and_then(|()| shares.steady(frame, view, found));
@@ -328,7 +329,8 @@ impl Passes {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         lights: &LightLists,
-        (plan, traced): (Option<&VisibilityPlan>, Traced),
+        plan: Option<&VisibilityPlan>,
+        traced: Traced,
         mut go_on: impl FnMut(&mut Self, &mut Frame<'_>, Option<&Visibility<'_>>) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
         let Some(plan) = plan else { return go_on(self, frame, None) };
@@ -337,7 +339,7 @@ impl Passes {
             let Some(shadows) = &mut self.shadows else { unreachable!("they made the plan") };
             let visibility = match is_traced {
                 true => plan.band(frame, view.middle.size.y, &band),
-                false => shadows.record(frame, view, lights, plan, (index, band)),
+                false => shadows.record(frame, view, lights, plan, index, band),
             };
             go_on(self, frame, Some(&visibility))?;
         }
@@ -383,7 +385,7 @@ impl Passes {
             Some((key, Target::Display(to, format))) => {
                 let display = self.present.display(frame, key, view.view.size);
                 self.show_picture(frame, view, shaded, &display);
-                self.present.show(frame, &display, (to, format))?;
+                self.present.show(frame, &display, to, format)?;
                 Ok(Some(display))
             }
             Some((_, Target::Own)) | None => {

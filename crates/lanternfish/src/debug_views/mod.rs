@@ -174,7 +174,7 @@ impl DebugViews {
         let indirect = indirect.as_ref().map(IndirectSums::bindings).unwrap_or_default();
         let found = openness.with(&indirect);
         let bindings = shared.with(&middle.bindings()).with(&lights.bindings()).with(&found).with(&own);
-        show(frame, (&self.pipeline, "debug_views"), &bindings, display);
+        show(frame, &self.pipeline, "debug_views", &bindings, display);
     }
 }
 

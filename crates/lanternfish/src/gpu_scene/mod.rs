@@ -158,7 +158,7 @@ impl GpuScene {
         let Needs { shading, parts, .. } = needs;
         cost::check(scene, shading, parts.rays())?;
         let textures =
-            Textures::new(device, queue, scene, shading, (needs.texture_arrays, needs.anisotropy), unchanged.images)?;
+            Textures::new(device, queue, scene, shading, needs.texture_arrays, needs.anisotropy, unchanged.images)?;
         let materials = Materials::new(device, scene, shading, &textures)?;
         let geometry = Geometry::new(device, scene, shading)?;
 

@@ -82,7 +82,8 @@ impl Textures {
         queue: &wgpu::Queue,
         scene: &Scene,
         shading: Shading,
-        (arrays, anisotropy): (bool, u16),
+        arrays: bool,
+        anisotropy: u16,
         kept: Images,
     ) -> Result<Self, GpuError> {
         let asked: Vec<(usize, bool)> = read(scene, shading).into_iter().collect();
@@ -311,7 +312,7 @@ mod tests {
                 materials: vec![Material { base_color_texture: Some(texture), ..Material::default() }],
                 ..Scene::default()
             };
-            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, (false, 1), Images::new())
+            Textures::new(&gpu.device, &gpu.queue, &scene, Shading::Lambert, false, 1, Images::new())
                 .err()
                 .map(|e| e.to_string())
         };

@@ -12,7 +12,7 @@ use crate::{
     environment_light::sums_target,
     error::RenderError,
     indirect::{
-        history::{Doubt, Histories},
+        history::{Doubt, Histories, Mix},
         layers_target,
     },
     prepass::Surface,
@@ -69,7 +69,8 @@ impl OcclusionPasses for SteadyOcclusion {
         let bindings = bindings.texture("occlusion_texture", &openness.texture);
         let gathering = bindings.clone().texture("found_environment_sums", &openness.environment_sums);
         frame.dispatch(&self.gather, &gathering.texture("filtered", &found), groups);
-        self.histories.record(frame, view, (surface, motion), [&found, &mixed], [0.0; 2])?;
+        let mix = Mix { surface, motion, found: &found, mixed: &mixed, asked_frames: 0.0, bounded_frames: 0.0 };
+        self.histories.record(frame, view, &mix)?;
         let target = openness_target(frame, surface.size);
         let environment_sums = sums_target(frame, surface.size);
         let spreading = bindings

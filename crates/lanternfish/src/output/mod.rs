@@ -99,7 +99,7 @@ impl Output {
             .buffer("output_parameters", &self.parameters)
             .buffer("exposure", &self.level)
             .texture("radiance_texture", radiance);
-        show(frame, (&self.pipeline, "output"), &bindings, display);
+        show(frame, &self.pipeline, "output", &bindings, display);
     }
 }
 
@@ -125,7 +125,7 @@ pub(crate) fn fullscreen(
     size: UVec2,
 ) -> wgpu::TextureView {
     let display = display_target(frame, size);
-    show(frame, (pipeline, label), bindings, &display);
+    show(frame, pipeline, label, bindings, &display);
     display
 }
 
@@ -138,13 +138,14 @@ pub(crate) fn display_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::Textur
 /// drawn.
 pub(crate) fn show(
     frame: &mut Frame<'_>,
-    (pipeline, label): (&RasterPipeline, &str),
+    pipeline: &RasterPipeline,
+    label: &str,
     bindings: &Bindings<'_>,
     target: &wgpu::TextureView,
 ) {
     match frame.whole() {
         None => cover(frame, pipeline, label, bindings, target),
-        Some(whole) => draw_over(frame, (pipeline, label), bindings, (target, wgpu::LoadOp::Load), Some(&whole)),
+        Some(whole) => draw_over(frame, pipeline, label, bindings, target, wgpu::LoadOp::Load, Some(&whole)),
     }
 }
 
@@ -156,15 +157,17 @@ pub(crate) fn cover(
     bindings: &Bindings<'_>,
     target: &wgpu::TextureView,
 ) {
-    draw_over(frame, (pipeline, label), bindings, (target, wgpu::LoadOp::Clear(wgpu::Color::BLACK)), None);
+    draw_over(frame, pipeline, label, bindings, target, wgpu::LoadOp::Clear(wgpu::Color::BLACK), None);
 }
 
 /// Draws one triangle over a target: as often as `times` says, if anything does.
 fn draw_over(
     frame: &mut Frame<'_>,
-    (pipeline, label): (&RasterPipeline, &str),
+    pipeline: &RasterPipeline,
+    label: &str,
     bindings: &Bindings<'_>,
-    (target, load): (&wgpu::TextureView, wgpu::LoadOp<wgpu::Color>),
+    target: &wgpu::TextureView,
+    load: wgpu::LoadOp<wgpu::Color>,
     times: Option<&wgpu::Buffer>,
 ) {
     let color = wgpu::RenderPassColorAttachment {

@@ -65,7 +65,8 @@ impl Present {
         &mut self,
         frame: &mut Frame<'_>,
         display: &wgpu::TextureView,
-        (to, format): (&wgpu::TextureView, wgpu::TextureFormat),
+        to: &wgpu::TextureView,
+        format: wgpu::TextureFormat,
     ) -> Result<(), RenderError> {
         let pipeline = self.pipeline(frame.device, format, format.is_srgb())?;
         cover(frame, pipeline, LABEL, &Bindings::new().texture("picture_texture", display), to);
@@ -80,7 +81,7 @@ impl Present {
         to: &wgpu::TextureView,
     ) -> Result<(), RenderError> {
         let pipeline = self.pipeline(frame.device, to.texture().format(), false)?;
-        show(frame, (pipeline, LABEL), &Bindings::new().texture("picture_texture", radiance), to);
+        show(frame, pipeline, LABEL, &Bindings::new().texture("picture_texture", radiance), to);
         Ok(())
     }
 

@@ -63,6 +63,15 @@ pub(crate) struct Forward {
     samples: u32,
 }
 
+/// What is known of the shadows of a view's surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shadowing<'a> {
+    /// Which lights reach each pixel, where shadows are traced.
+    pub visibility: Option<&'a Visibility<'a>>,
+    /// The ratio of area lights' light that reaches each pixel, where there is a history.
+    pub shares: Option<&'a SteadyShares>,
+}
+
 impl Forward {
     /// Nothing is compiled until the first scene is drawn.
     pub fn new(settings: &Settings, tracer: Option<Tracer>) -> Self {
@@ -145,7 +154,7 @@ impl Forward {
         ViewContext { scene, buffer, draws, surface, .. }: &ViewContext<'_>,
         lights: &LightLists,
         arriving: &Arriving,
-        (visibility, shares): (Option<&Visibility<'_>>, Option<&SteadyShares>),
+        &Shadowing { visibility, shares }: &Shadowing<'_>,
         radiance: &Radiance,
     ) -> Result<(), RenderError> {
         self.opaque.prepare(frame.device, scene, &draws.solid)?;

@@ -9,7 +9,7 @@ use crate::{
     error::RenderError,
     gpu_scene::GpuScene,
     indirect::{
-        history::{Doubt, Histories},
+        history::{Doubt, Histories, Mix},
         layers_target,
     },
     light_culling::{LightCulling, LightLists},
@@ -121,7 +121,9 @@ impl OpenShares {
             return Ok(SteadyShares { steady: found.clone(), found });
         };
         let steady = self.target(frame, view.middle.size);
-        self.histories.record(frame, view, (&view.middle, motion), [&found, &steady], [0.0; 2])?;
+        let surface = &view.middle;
+        let mix = Mix { surface, motion, found: &found, mixed: &steady, asked_frames: 0.0, bounded_frames: 0.0 };
+        self.histories.record(frame, view, &mix)?;
         Ok(SteadyShares { found, steady })
     }
 }

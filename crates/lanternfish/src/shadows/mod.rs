@@ -262,7 +262,8 @@ impl Shadows {
         view: &ViewContext<'_>,
         lights: &LightLists,
         plan: &'p VisibilityPlan,
-        (index, band): (usize, Range<u32>),
+        index: usize,
+        band: Range<u32>,
     ) -> Visibility<'p> {
         let ViewContext { scene, buffer, middle: surface, .. } = view;
         let trace = &self.kernels(scene).trace;

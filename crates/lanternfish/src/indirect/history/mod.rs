@@ -97,6 +97,23 @@ pub(super) fn most_known(view: &View) -> f32 {
     (view.random_index as f32 + 1.0).min(MOST)
 }
 
+/// What is mixed with the frames before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mix<'a> {
+    /// The surface that the sums are of.
+    pub surface: &'a Surface,
+    /// Its motion since the frame before.
+    pub motion: &'a Motion,
+    /// The sums of this frame.
+    pub found: &'a wgpu::TextureView,
+    /// Where the mix goes.
+    pub mixed: &'a wgpu::TextureView,
+    /// Frames that the image is to be the mean of; 0: one.
+    pub asked_frames: f32,
+    /// Frames for which the clamp counts; 0: there is none.
+    pub bounded_frames: f32,
+}
+
 impl Histories {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device, doubt: Doubt) -> Result<Self, RenderError> {
@@ -114,9 +131,7 @@ impl Histories {
         &mut self,
         frame: &mut Frame<'_>,
         ViewContext { view, buffer, key, .. }: &ViewContext<'_>,
-        (surface, motion): (&Surface, &Motion),
-        [found, mixed]: [&wgpu::TextureView; 2],
-        [asked_frames, bounded_frames]: [f32; 2],
+        &Mix { surface, motion, found, mixed, asked_frames, bounded_frames }: &Mix<'_>,
     ) -> Result<(), RenderError> {
         let number = frame.number();
         self.views.retain(|_, kept| kept.last_frame + KEPT_FRAMES >= number);

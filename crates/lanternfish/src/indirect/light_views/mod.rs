@@ -112,7 +112,8 @@ impl KeptLightViews {
                 &scene.lights.on_host,
                 scene.emissive_triangles(),
                 &scene.bounds,
-                (texels, squares),
+                texels,
+                squares,
                 frame_index,
             );
             self.made_of = Some((made_of.0, made_of.1, if self.views.is_by_chance { frame_index } else { 0 }));
@@ -149,7 +150,8 @@ impl LightViews {
         lights: &[Light],
         triangles: &[EmissiveTriangle],
         bounds: &Bounds,
-        (texels, squares): (u32, Squares),
+        texels: u32,
+        squares: Squares,
         frame_index: u32,
     ) -> Self {
         let mut views = Vec::new();
@@ -348,7 +350,7 @@ mod tests {
         for (lights, texels) in
             [(vec![sun], 4096), (vec![bright, dim], 65536), (vec![dim; 3], 4096), (vec![dim; 5000], 4096)]
         {
-            let map = LightViews::new(&lights, &[], &bounds(), (texels, Squares::PowersOfTwo), 0);
+            let map = LightViews::new(&lights, &[], &bounds(), texels, Squares::PowersOfTwo, 0);
             let used: u32 = map.views.iter().map(|view| view.side * view.side).sum();
             assert!(used <= texels && used * 2 >= texels, "{used} of {texels}");
             for view in &map.views {
@@ -362,11 +364,11 @@ mod tests {
             let counted: f32 = map.views.iter().map(of_view).sum();
             assert!((counted / map.flux - 1.0).abs() < 0.01, "{counted} of {}", map.flux);
         }
-        let map = LightViews::new(&[bright, dim], &[], &bounds(), (65536, Squares::PowersOfTwo), 0);
+        let map = LightViews::new(&[bright, dim], &[], &bounds(), 65536, Squares::PowersOfTwo, 0);
         let texels_of = |light| map.views.iter().filter(|v| v.light == light).map(|v| v.side * v.side).sum::<u32>();
         // Powers of two are coarse.
         assert!(texels_of(0) > texels_of(1), "{} {}", texels_of(0), texels_of(1));
-        assert!(LightViews::new(&[], &[], &bounds(), (4096, Squares::Any), 0).views.is_empty());
+        assert!(LightViews::new(&[], &[], &bounds(), 4096, Squares::Any, 0).views.is_empty());
     }
 
     /// A view that has less than a texel has it in as many of the frames as it should.
@@ -376,7 +378,7 @@ mod tests {
         let lights = vec![dim; 2000];
         let mut seen = vec![0; lights.len()];
         for frame in 0..100 {
-            let map = LightViews::new(&lights, &[], &bounds(), (4096, Squares::PowersOfTwo), frame);
+            let map = LightViews::new(&lights, &[], &bounds(), 4096, Squares::PowersOfTwo, frame);
             assert!(map.is_by_chance);
             map.views.iter().for_each(|view| seen[view.light as usize] += 1);
         }
@@ -391,12 +393,12 @@ mod tests {
         let lamp = light(&lanternfish_scene::Light::point(Vec3::ONE, Vec3::splat(30.0)));
         let dark = light(&lanternfish_scene::Light::point(Vec3::ONE, Vec3::ZERO));
         for texels in [8, 100, 4096, 5000] {
-            let views = LightViews::new(&[lamp, dark], &[], &bounds(), (texels, Squares::Any), 0);
+            let views = LightViews::new(&[lamp, dark], &[], &bounds(), texels, Squares::Any, 0);
             assert!(views.views.iter().all(|view| view.side == views.views[0].side && view.light == 0), "{texels}");
             assert!(views.views.len() == 6 && !views.is_by_chance);
             assert!(views.texels() <= texels && 2 * views.texels() > texels, "{} of {texels}", views.texels());
         }
-        let few = LightViews::new(&[lamp], &[], &bounds(), (2, Squares::Any), 0);
+        let few = LightViews::new(&[lamp], &[], &bounds(), 2, Squares::Any, 0);
         assert!(few.is_by_chance && few.texels() >= 1, "{few:?}");
     }
 

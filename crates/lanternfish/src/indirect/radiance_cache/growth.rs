@@ -45,7 +45,8 @@ impl RadianceCache {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         cache: &mut CacheOfFrame,
-        (round, rounds): (u32, u32),
+        round: u32,
+        rounds: u32,
     ) -> Result<bool, RenderError> {
         let is_last = round + 1 == rounds;
         if !is_last && (self.has_had_room || !cache.may_start_over) {

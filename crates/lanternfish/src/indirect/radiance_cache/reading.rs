@@ -92,7 +92,8 @@ impl RadianceCache {
         frame: &mut Frame<'_>,
         cache: &CacheOfFrame,
         is_first: bool,
-        [due, workgroups_due]: [&wgpu::Buffer; 2],
+        due: &wgpu::Buffer,
+        workgroups_due: &wgpu::Buffer,
     ) {
         for sweep in self.bounces.steps_of_some(if is_first { 1 } else { TURNS_OF_FEW }) {
             let uniform = frame.uniform(&sweep);

@@ -67,7 +67,7 @@ impl RadianceCache {
             }
             frame.dispatch_indirect(commit, &sampling, &workgroups_due);
             if cache.readers.include_sampled(is_first) {
-                self.relax_due(frame, cache, is_first, [&due, &workgroups_due]);
+                self.relax_due(frame, cache, is_first, &due, &workgroups_due);
             }
             if cache.is_steady && self.bounces.needs_rays() {
                 frame.dispatch_indirect(pack_due, &sampling, &workgroups_due);

@@ -88,7 +88,8 @@ impl Cells {
         frame: &mut Frame<'_>,
         view: &ViewContext<'_>,
         size: UVec2,
-        [rounds, first_rounds]: [u32; 2],
+        rounds: u32,
+        first_rounds: u32,
     ) -> Result<FrameCells<'a>, RenderError> {
         let of_frame = self.cache.begin(frame, view)?;
         let rounds = if of_frame.first_samples().is_some() { first_rounds } else { rounds };
@@ -258,7 +259,7 @@ impl FrameCells<'_> {
         round: u32,
     ) -> Result<bool, RenderError> {
         let asks = round + 1 == self.rounds || (round + 1).is_power_of_two();
-        Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame, (round, self.rounds))?)
+        Ok(asks && self.cells.cache.starts_over(frame, view, &mut self.of_frame, round, self.rounds)?)
     }
 
     /// Brings the cells up to date, and adds what they send to the pixels' sums, if it was not added where they were found. `summing`: bindings of the

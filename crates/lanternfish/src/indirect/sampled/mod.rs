@@ -216,7 +216,7 @@ impl IndirectPasses for SampledLight {
         let [rounds, first_rounds] =
             [settings.diffuse_rays, first_diffuse_rays].map(|rays| rays + settings.glossy_rays);
         let mut cells = match &mut self.cells {
-            Some(cells) => Some(cells.begin(frame, view_context, sums.size, [rounds, first_rounds])?),
+            Some(cells) => Some(cells.begin(frame, view_context, sums.size, rounds, first_rounds)?),
             None => None,
         };
         let is_first = cells.as_ref().is_some_and(FrameCells::is_first);

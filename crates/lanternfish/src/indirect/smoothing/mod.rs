@@ -11,7 +11,7 @@ use lanternfish_gpu::{Bindings, BufferPart, ComputeKernel, Frame, SharedStruct, 
 use lanternfish_scene::named_enum;
 
 use super::{
-    history::{self, DOUBTED, Doubt, Histories},
+    history::{self, DOUBTED, Doubt, Histories, Mix},
     layers_target,
 };
 use crate::{
@@ -276,7 +276,9 @@ impl Smoothing {
             }
         }
         if let Some((histories, motion)) = followed {
-            histories.record(frame, view, (surface, motion), [found, next], [asked_frames, parameters.clamp_frames])?;
+            let bounded_frames = parameters.clamp_frames;
+            let mix = Mix { surface, motion, found, mixed: next, asked_frames, bounded_frames };
+            histories.record(frame, view, &mix)?;
             std::mem::swap(&mut found, &mut next);
         }
         for axis in [0, 1].into_iter().filter(|_| is_filtered) {
