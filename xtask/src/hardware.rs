@@ -8,7 +8,7 @@
 //! - `lib.tar.gz`: libraries, which `run.sh` lends to a machine that lacks them.
 
 mod libraries;
-mod programs;
+pub mod programs;
 #[cfg(test)]
 mod tests;
 

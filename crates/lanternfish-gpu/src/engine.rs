@@ -66,6 +66,14 @@ struct Compiled {
     count: Compilations,
 }
 
+impl Compiled {
+    /// The texts that stand in the place of files of a library and of its base.
+    fn edited_of(&self, libraries: [Option<usize>; 2]) -> ShaderTexts {
+        let of = |library: &usize| self.edited.get(library).map(|texts| (**texts).clone());
+        libraries.iter().flatten().filter_map(of).flatten().collect()
+    }
+}
+
 impl Default for Compiled {
     fn default() -> Self {
         Self {
@@ -78,8 +86,8 @@ impl Default for Compiled {
     }
 }
 
-/// Where the sources of a library lie, which are static; a module and its features.
-type ShaderKey = (usize, String);
+/// Where the sources of a library and of its base lie, which are static; a module and its features.
+type ShaderKey = ([Option<usize>; 2], String);
 
 /// What a pipeline is made of: the label of its shader and a hash of the linked text, its entry points and its own label, and its
 /// state as `Debug` writes it.
@@ -159,7 +167,7 @@ impl Engine {
     pub fn edit(&self, library: &ShaderLibrary, texts: ShaderTexts) -> Arc<ShaderTexts> {
         let mut compiled = self.compiled();
         let number = library.number();
-        compiled.shaders.retain(|(library, _), _| *library != number);
+        compiled.shaders.retain(|(libraries, _), _| !libraries.contains(&Some(number)));
         compiled.edited.insert(number, Arc::new(texts)).unwrap_or_default()
     }
 
@@ -175,22 +183,22 @@ fn current() -> Option<Engine> {
 
 /// The shader of this label in a library, which `link` links of the texts that stand in for those of the library.
 pub(crate) fn linked(
-    library: usize,
+    libraries: [Option<usize>; 2],
     label: &str,
     link: impl FnOnce(&ShaderTexts) -> Result<LinkedShader, GpuError>,
 ) -> Result<Arc<LinkedShader>, GpuError> {
     let Some(engine) = current() else { return link(&ShaderTexts::new()).map(Arc::new) };
-    let key = (library, label.to_owned());
+    let key = (libraries, label.to_owned());
     if let Some(known) = engine.compiled().shaders.get(&key) {
         return Ok(known.clone());
     }
     // Not under the lock: another thread may compile meanwhile, at worst the same.
-    let edited = engine.compiled().edited.get(&library).cloned().unwrap_or_default();
+    let edited = engine.compiled().edited_of(libraries);
     let shader = Arc::new(link(&edited)?);
     let mut compiled = engine.compiled();
     compiled.count.shaders += 1;
     // Other texts may have come meanwhile.
-    if compiled.edited.get(&library).cloned().unwrap_or_default() == edited {
+    if compiled.edited_of(libraries) == edited {
         compiled.shaders.insert(key, shader.clone());
     }
     Ok(shader)

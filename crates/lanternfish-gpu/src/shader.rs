@@ -1,6 +1,13 @@
 //! WESL sources: linked into WGSL, validated and reflected without a GPU.
 
-use std::{borrow::Cow, collections::BTreeMap, fmt, sync::Arc};
+use std::{
+    borrow::Cow,
+    cmp::Ordering,
+    collections::BTreeMap,
+    fmt,
+    hash::{Hash, Hasher},
+    sync::Arc,
+};
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use wesl::{
@@ -28,7 +35,43 @@ pub struct Feature {
 struct Chosen {
     purpose: &'static str,
     module: &'static str,
-    sources: &'static [ShaderSource],
+    sources: Sources,
+}
+
+/// Files, known by where their list lies.
+#[derive(Clone, Copy)]
+struct Sources(&'static [ShaderSource]);
+
+impl Sources {
+    fn address(self) -> usize {
+        self.0.as_ptr().addr()
+    }
+}
+
+impl PartialEq for Sources {
+    fn eq(&self, other: &Self) -> bool {
+        self.address() == other.address()
+    }
+}
+
+impl Eq for Sources {}
+
+impl PartialOrd for Sources {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Sources {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.address().cmp(&other.address())
+    }
+}
+
+impl Hash for Sources {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.address().hash(state);
+    }
 }
 
 impl Feature {
@@ -45,7 +88,7 @@ impl Feature {
         module: &'static str,
         sources: &'static [ShaderSource],
     ) -> Self {
-        Self { name, chosen: Some(Chosen { purpose, module, sources }) }
+        Self { name, chosen: Some(Chosen { purpose, module, sources: Sources(sources) }) }
     }
 
     /// Whether it chooses a module.
@@ -112,8 +155,9 @@ impl ShaderLibrary {
     /// Links `module` with its imports, these `@if` features on and all others off, numbers its bindings, and validates it. Within an
     /// [`Engine`](crate::Engine) that has done so before, it is that one's.
     pub fn link(&self, module: &str, features: &[Feature]) -> Result<Arc<LinkedShader>, GpuError> {
-        let (library, label) = (self.number(), label(module, features));
-        engine::linked(library, &label, |edited| self.link_edited(module, features, edited))
+        let (libraries, label) =
+            ([Some(self), self.base].map(|library| library.map(Self::number)), label(module, features));
+        engine::linked(libraries, &label, |edited| self.link_edited(module, features, edited))
     }
 
     /// The same with texts in the place of files of the package. An error, too, where the host could not run what it has become.
@@ -139,7 +183,7 @@ impl ShaderLibrary {
         let chosen = || features.iter().filter_map(|feature| feature.chosen);
         let mut resolver = VirtualResolver::new();
         let base = self.base.map_or(&[][..], |base| base.sources);
-        for (path, text) in chosen().flat_map(|chosen| chosen.sources).chain(base).chain(self.sources) {
+        for (path, text) in chosen().flat_map(|chosen| chosen.sources.0).chain(base).chain(self.sources) {
             let text = texts.get(*path).map_or(*text, String::as_str);
             resolver.add_module(module_path(path), with_chosen(text, chosen()));
         }

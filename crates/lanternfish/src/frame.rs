@@ -108,7 +108,7 @@ enum Traced {
 }
 
 impl Passes {
-    /// Forgets what rooms keep from frame to frame: the last one was not handed to the device, or the device refused it.
+    /// Forgets what passes keep from frame to frame: the last one was not handed to the device, or the device refused it.
     pub fn forget(&mut self) {
         if let Some(structure) = &mut self.structure {
             structure.forget();

@@ -44,7 +44,7 @@
 //!
 //! # How it is built
 //!
-//! Each module is a room: one technique behind one interface, host code and shaders side by side.
+//! Each folder holds host code and shaders side by side. Techniques of a kind stand behind one trait ([`technique`]): a program may add its own.
 //!
 //! ```text
 //! gpu_scene ─▶ prepass ─▶ light_culling ─▶ occlusion ─▶ shadows ─▶ shading ─▶ sky ─▶ progressive ─▶ output

@@ -59,7 +59,7 @@ impl Shaders {
     }
 }
 
-/// A file with entry points, and the features that a room may link it with.
+/// A file with entry points, and the features that it may be linked with.
 #[derive(Clone, Copy, Debug)]
 pub struct Root {
     /// Its path below `src/`, without an ending.
@@ -94,7 +94,7 @@ impl Root {
         Self { module, variants: Variants::Computed(variants) }
     }
 
-    /// A file whose room has a function that gives its features for settings.
+    /// A file whose folder has a function that gives its features for settings.
     pub const fn by_settings(module: &'static str) -> Self {
         Self { module, variants: Variants::BySettings }
     }

@@ -267,7 +267,9 @@ impl<K: Kind + ?Sized> Choice<K> {
     }
 
     /// Makes a technique known by name, with these parameters as its default: [`Self::all`] and [`Self::named`] have it from now on, and
-    /// with them every flag, panel, shot and report. Programs call it before they read names.
+    /// with them every flag, panel, shot and report. Programs call it before they read names. Techniques of light culling, and tracers
+    /// ([`Tracer::register`](crate::rays::Tracer::register)), are registered before a renderer takes them: shaders of other folders are linked
+    /// with their features.
     ///
     /// Panics where another technique of the kind has the name: a bug.
     pub fn register(self) {

@@ -10,8 +10,8 @@ use glam::{Affine3A, Vec3, Vec4};
 use lanternfish::{
     Renderer, Settings, indirect::Indirect, settings::Materials, shaders, technique::Technique as _, techniques,
 };
-use lanternfish_gpu::testing;
-use lanternfish_hemisphere::Hemisphere;
+use lanternfish_gpu::{check_layout, testing};
+use lanternfish_hemisphere::{Hemisphere, HemisphereParameters};
 use lanternfish_scene::{Camera, Instance, Material, Mesh, Primitive, Projection, Scene};
 
 /// A white wall that fills the view is as bright as the mix of sky and ground by its normal.
@@ -49,6 +49,8 @@ fn it_is_known_by_name_once_it_is_registered() {
     let roots =
         techniques::shaders().into_iter().flat_map(|folder| folder.roots).map(|root: &shaders::Root| root.module);
     assert_eq!(roots.filter(|module| *module == "hemisphere/find").count(), 1);
+    let shader = Hemisphere::SHADERS.link("hemisphere/find", &[]).unwrap();
+    assert_eq!(check_layout::<HemisphereParameters>(&shader), Ok(()));
     assert!(std::panic::catch_unwind(lanternfish_hemisphere::register).is_err(), "two of one name");
 }
 

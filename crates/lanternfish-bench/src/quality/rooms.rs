@@ -13,10 +13,10 @@ use crate::truths::Truth;
 /// Their rows, on base colours as diffuse albedos, and on the file's materials.
 pub fn bounces(default: &Settings) -> Vec<Technique> {
     let rooms = Indirect::all().into_iter().filter(|room| !room.is::<Sampled>());
-    rooms.flat_map(|room| of_room(room, default)).collect()
+    rooms.flat_map(|room| of_technique(room, default)).collect()
 }
 
-fn of_room(room: Indirect, default: &Settings) -> Vec<Technique> {
+fn of_technique(room: Indirect, default: &Settings) -> Vec<Technique> {
     let deep_images = DeepImageSettings { resolution: 64, ..DeepImageSettings::of(&default.structure) };
     let row = |name: String, truth: Truth, indirect| {
         let materials = if truth == Truth::OneBounce { Materials::Lambert } else { Materials::File };

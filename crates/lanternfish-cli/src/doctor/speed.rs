@@ -6,7 +6,7 @@ use glam::Vec3;
 use lanternfish::{
     GpuScene, Renderer, Settings,
     deep_images::{DeepImageBuilder, DeepImages},
-    rays::{RayTracer, TracedRay, TracedStructure},
+    rays::{RayTracer, Structure, TracedRay, TracedStructure},
     settings::{Quality, Shadows, Tracer},
     techniques::DeepImageSettings,
 };
@@ -69,7 +69,9 @@ impl Extent {
     /// What is measured, in this order.
     pub fn steps(&self) -> Vec<Step> {
         let mut steps = vec![Step::Sort];
-        let tracers = Tracer::all().into_iter().filter(|tracer| self.has_deep_images || tracer.is_exact());
+        let tracers = Tracer::all()
+            .into_iter()
+            .filter(|tracer| tracer.is_exact() || (self.has_deep_images && goes_through_deep_images(*tracer)));
         steps.extend(tracers.map(Step::Trace));
         for size in self.sizes.iter().copied() {
             steps.extend(self.lights.iter().map(|lights| Step::DirectLight { size, lights: *lights }));
@@ -201,6 +203,11 @@ fn sort(bench: &Bench, extent: &Extent) -> Result<Rate, CliError> {
         Ok(ms)
     })?;
     Ok(rate(format!("sort, {} pairs of 32 bits", extent.sorted_keys), "Mkeys/s", pairs.len(), &ms))
+}
+
+/// Whether the lists of rays, which have directions of deep images, are for it.
+fn goes_through_deep_images(tracer: Tracer) -> bool {
+    tracer.structure(&Structure::NONE).is::<DeepImageSettings>()
 }
 
 /// Rays from the camera through neighbouring pixels, and from all over the scene in all directions.

@@ -1,4 +1,4 @@
-//! A widget for every setting, made from what rooms and settings say of themselves.
+//! A widget for every setting, made from what techniques and settings state of themselves.
 
 use egui::Ui;
 use lanternfish::{

@@ -20,6 +20,9 @@ use crate::{
     technique::{Parameter, Technique},
 };
 
+/// Rays go through deep images.
+const DEEP_IMAGES: Feature = Feature::new("deep_images");
+
 /// The texel of a deep image that the ray starts in, along the image's axis [Archer2019, §3.2].
 pub const WITHIN_TEXEL: Tracer = Tracer::new(&within_texel::INFO);
 /// Every texel of that image that the ray crosses [Niessner2010, §3.2].
@@ -43,7 +46,7 @@ impl Technique for DeepImageSettings {
 impl StructureTechnique for DeepImageSettings {
     fn features(&self, with_triangles: bool) -> Vec<Feature> {
         let images = Self { payload: self.payload && with_triangles, ..*self };
-        images.fragment_features().into_iter().chain([IN_CHUNKS]).collect()
+        images.fragment_features().into_iter().chain([DEEP_IMAGES, IN_CHUNKS]).collect()
     }
 
     fn every_features(&self, with_triangles: bool) -> Vec<Vec<Feature>> {

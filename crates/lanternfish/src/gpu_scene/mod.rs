@@ -235,7 +235,7 @@ impl GpuScene {
     }
 
     /// Bindings of the scene's buffers, under the names that the shaders use.
-    pub(crate) fn bindings(&self) -> Bindings<'_> {
+    pub fn bindings(&self) -> Bindings<'_> {
         let mut bindings = self
             .materials
             .all()
@@ -280,7 +280,7 @@ impl GpuScene {
     }
 
     /// The BVH's triangles, where there is a BVH.
-    pub(crate) fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
+    pub fn bvh_triangles(&self) -> Option<&wgpu::Buffer> {
         self.bvh.as_ref().map(|bvh| &bvh.triangles)
     }
 

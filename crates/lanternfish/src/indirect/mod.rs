@@ -1,6 +1,6 @@
 //! Light that arrives from other surfaces, and from the surroundings.
 //!
-//! Every room ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. Rooms: [`sampled`],
+//! Every technique ends in one structure, read through `indirect_light.wesl`: four layers of the size of the picture. Techniques: [`sampled`],
 //! [`virtual_lights`], [`photon_splatting`].
 
 mod counters;
@@ -49,7 +49,7 @@ impl<T: Technique + IndirectTechnique> From<T> for Indirect {
     }
 }
 
-/// What every room of indirect light is asked.
+/// What a technique of indirect light is asked.
 pub trait IndirectTechnique: AnyTechnique {
     /// Takes the settings of a quality, where it has any.
     fn spend(&mut self, _quality: Quality) {}
@@ -124,21 +124,21 @@ impl Quality {
 impl Indirect {
     /// The same technique with the parameters of a quality.
     pub fn of_quality(mut self, quality: Quality) -> Self {
-        if let Some(room) = self.technique_mut() {
-            room.spend(quality);
+        if let Some(technique) = self.technique_mut() {
+            technique.spend(quality);
         }
         self
     }
 
-    /// Whether the chosen room finds the light of the surroundings.
+    /// Whether the technique finds the light of the surroundings.
     pub fn sees_surroundings(&self) -> bool {
-        self.technique().is_some_and(|room| room.sees_surroundings())
+        self.technique().is_some_and(|technique| technique.sees_surroundings())
     }
 
     /// Replaces a tracer that is left to the adapter by the one that it takes.
     pub(crate) fn resolve_tracer(&mut self, automatic: Tracer) {
-        if let Some(room) = self.technique_mut() {
-            room.resolve_tracer(automatic);
+        if let Some(technique) = self.technique_mut() {
+            technique.resolve_tracer(automatic);
         }
     }
 
@@ -147,13 +147,13 @@ impl Indirect {
         self.technique().map(|technique| technique.tracers()).unwrap_or_default()
     }
 
-    /// What the chosen room reads of a scene.
+    /// What the technique reads of a scene.
     pub(crate) fn parts(&self) -> Parts {
-        self.technique().map_or(Parts::NONE, |room| room.parts())
+        self.technique().map_or(Parts::NONE, |technique| technique.parts())
     }
 }
 
-/// The passes of a room.
+/// The passes of a technique.
 pub trait IndirectPasses: fmt::Debug {
     /// Forgets what is kept from frame to frame: the last one was not handed to the device, or the device refused it.
     fn forget(&mut self) {}
@@ -171,7 +171,7 @@ pub trait IndirectPasses: fmt::Debug {
 #[derive(Clone, Debug)]
 pub struct IndirectSums {
     layers: wgpu::TextureView,
-    /// What the room counts: rays, or what else it took.
+    /// What the technique counts: rays, or what else it took.
     pub(crate) counters: Vec<Counters>,
 }
 
@@ -200,5 +200,5 @@ pub(crate) fn passes(
     settings: &Settings,
     tracer: Option<Tracer>,
 ) -> Result<Option<Box<dyn IndirectPasses>>, RenderError> {
-    settings.indirect.technique().map(|room| room.build(device, settings, tracer)).transpose()
+    settings.indirect.technique().map(|technique| technique.build(device, settings, tracer)).transpose()
 }

@@ -1,7 +1,7 @@
 //! Which lights a point must consider.
 //!
 //! Every scheme ends in one structure, read through `light_list.wesl`: cell c lists
-//! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. A scheme is a room: [`all`] (the oracle), [`tiled`],
+//! `light_indices[light_cells[c] .. light_cells[c + 1]]`, ascending. Techniques: [`all`] (the oracle), [`tiled`],
 //! [`clustered`], [`raster_grid`].
 
 pub mod all;
@@ -76,9 +76,9 @@ impl TileSize {
     }
 }
 
-/// What every room of light culling is asked.
+/// What a technique of light culling is asked.
 pub trait CullingTechnique: AnyTechnique {
-    /// The feature that makes `light_list.wesl` read this room's lists.
+    /// The feature that makes `light_list.wesl` read this technique's lists.
     fn feature(&self) -> Feature;
 
     /// Whether it finds clusters, for debug views of them.
@@ -95,7 +95,7 @@ pub trait CullingTechnique: AnyTechnique {
     fn build(&self, device: &wgpu::Device, samples: Samples) -> Result<Box<dyn LightCullingPasses>, RenderError>;
 }
 
-/// The passes of a room.
+/// The passes of a technique.
 pub trait LightCullingPasses: Any + fmt::Debug {
     /// Fills the lists of views of one scene, in their order, with the lights of a set.
     fn record(
@@ -110,7 +110,7 @@ pub trait LightCullingPasses: Any + fmt::Debug {
     fn forget(&mut self) {}
 }
 
-/// The shaders of this folder, but for those of its rooms.
+/// The shaders of this folder, but for those of its techniques.
 pub(crate) const DECLARED: Shaders = Shaders::new(&[], &[SharedStruct::of::<Volume>()]);
 
 /// The lists of one view.
@@ -120,7 +120,7 @@ pub struct LightLists {
     pub cells: wgpu::Buffer,
     /// Indices of lights, cell after cell.
     pub indices: wgpu::Buffer,
-    /// What `cell_from_fragment` needs, under the name its room gives it.
+    /// What `cell_from_fragment` needs, under the name its technique gives it.
     pub grid: Option<(&'static str, BufferPart)>,
     /// Entries of all lists.
     pub listed: u64,
@@ -156,24 +156,25 @@ pub enum Reach {
     Anywhere,
 }
 
-/// The passes of the room that was chosen.
+/// The passes of the technique that was chosen.
 #[derive(Debug)]
 pub(crate) struct LightCulling {
     /// None: every light for every point.
-    room: Option<Box<dyn LightCullingPasses>>,
+    passes: Option<Box<dyn LightCullingPasses>>,
     tests_every_light: bool,
 }
 
 impl LightCulling {
-    /// Compiles the room's passes.
+    /// Compiles the technique's passes.
     pub fn new(device: &wgpu::Device, culling: &Culling, samples: Samples) -> Result<Self, RenderError> {
-        let room = culling.technique().map(|room| room.build(device, samples)).transpose()?;
-        Ok(Self { room, tests_every_light: culling.technique().is_none_or(|room| room.tests_every_light()) })
+        let passes = culling.technique().map(|technique| technique.build(device, samples)).transpose()?;
+        let tests_every_light = culling.technique().is_none_or(|technique| technique.tests_every_light());
+        Ok(Self { passes, tests_every_light })
     }
 
-    /// The feature that makes `light_list.wesl` use this room.
+    /// The feature that makes `light_list.wesl` use this technique.
     pub fn feature(culling: &Culling) -> Feature {
-        culling.technique().map_or(all::CULLING_ALL, |room| room.feature())
+        culling.technique().map_or(all::CULLING_ALL, |technique| technique.feature())
     }
 
     /// The features of all schemes.
@@ -192,22 +193,22 @@ impl LightCulling {
         if self.tests_every_light {
             check_driver(&frame.device.adapter_info(), lights.capacity)?;
         }
-        match &mut self.room {
+        match &mut self.passes {
             None => views.iter().map(|_| all::record(frame, lights)).collect(),
-            Some(room) => room.record(frame, views, reach, lights),
+            Some(passes) => passes.record(frame, views, reach, lights),
         }
     }
 
     /// Forgets what is kept from frame to frame: the last one was not handed to the device.
     pub fn forget(&mut self) {
-        if let Some(room) = &mut self.room {
-            room.forget();
+        if let Some(passes) = &mut self.passes {
+            passes.forget();
         }
     }
 
     /// The passes, if they are of this type.
     pub fn passes<P: LightCullingPasses>(&self) -> Option<&P> {
-        let passes: &dyn Any = &**self.room.as_ref()?;
+        let passes: &dyn Any = &**self.passes.as_ref()?;
         passes.downcast_ref()
     }
 }

@@ -52,8 +52,13 @@ impl LightSet {
         }
     }
 
+    /// How many lights there are at most: as many as there are, where the host knows.
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
     /// Bindings under the names that the shaders use.
-    pub(crate) fn bindings(&self) -> Bindings<'_> {
+    pub fn bindings(&self) -> Bindings<'_> {
         Bindings::new().buffer("lights", &self.lights).buffer("light_count", &self.count)
     }
 }

@@ -1,7 +1,7 @@
 //! How much of the surroundings each visible surface sees, and what light arrives from them: ambient occlusion and obscurance,
 //! [`crate::environment_light`].
 //!
-//! The rooms are `deep` (by the directions of deep images) and `hbao` (in screen space, for comparison); what asks for the
+//! The techniques are `deep` (by the directions of deep images) and `hbao` (in screen space, for comparison); what asks for the
 //! answer imports `openness.wesl`.
 
 mod by_normal;
@@ -28,7 +28,7 @@ use crate::{
     texture::frame_target,
 };
 
-/// The shaders of this folder, but for those of its rooms.
+/// The shaders of this folder, but for those of its techniques.
 pub(crate) const DECLARED: Shaders =
     Shaders::new(&[Root::new("occlusion/by_normal"), Root::new("occlusion/history")], &[]);
 
@@ -55,18 +55,18 @@ impl Occlusion {
         self.technique().map_or(1, |technique| technique.update_frames(settings))
     }
 
-    /// Whether what the chosen room finds may be mixed with that of the frames before.
+    /// Whether what the technique finds may be mixed with that of the frames before.
     pub(crate) fn is_noisy(&self) -> bool {
-        self.technique().is_some_and(|room| room.is_noisy())
+        self.technique().is_some_and(|technique| technique.is_noisy())
     }
 
-    /// What the chosen room reads of a scene.
+    /// What the technique reads of a scene.
     pub(crate) fn parts(&self) -> Parts {
-        self.technique().map_or(Parts::NONE, |room| room.parts() | Parts::OPEN_SURROUNDINGS)
+        self.technique().map_or(Parts::NONE, |technique| technique.parts() | Parts::OPEN_SURROUNDINGS)
     }
 }
 
-/// The setting that both rooms have.
+/// The parameter that both techniques have.
 const DISTANCE: ParameterInfo = ParameterInfo::new(
     "occlusion-distance",
     "METRES",
@@ -75,7 +75,7 @@ const DISTANCE: ParameterInfo = ParameterInfo::new(
      however far; with hbao 1 m",
 );
 
-/// What every room of occlusion is asked.
+/// What a technique of occlusion is asked.
 pub trait OcclusionTechnique: AnyTechnique {
     /// Distance from which on nothing occludes, m; none: everything occludes, however far.
     fn max_distance(&self) -> Option<f32>;
@@ -99,7 +99,7 @@ pub trait OcclusionTechnique: AnyTechnique {
     fn build(&self, device: &wgpu::Device, settings: &Settings) -> Result<Box<dyn OcclusionPasses>, RenderError>;
 }
 
-/// The passes of a room.
+/// The passes of a technique.
 pub trait OcclusionPasses: fmt::Debug {
     /// Finds the openness of a surface that a view shows, one sample a pixel, with normals.
     fn record(
@@ -109,7 +109,7 @@ pub trait OcclusionPasses: fmt::Debug {
         surface: &Surface,
     ) -> Result<Openness, RenderError>;
 
-    /// An error unless frames that get their room so can be recorded.
+    /// An error unless frames that get their lists so can be recorded.
     fn check_growth(&self, _growth: Growth) -> Result<(), RenderError> {
         Ok(())
     }
@@ -143,8 +143,8 @@ pub(crate) fn passes(
     device: &wgpu::Device,
     settings: &Settings,
 ) -> Result<Option<Box<dyn OcclusionPasses>>, RenderError> {
-    let Some(room) = settings.occlusion.technique() else { return Ok(None) };
-    if let Some(distance) = room.max_distance().filter(|distance| !(*distance > 0.0 && distance.is_finite())) {
+    let Some(technique) = settings.occlusion.technique() else { return Ok(None) };
+    if let Some(distance) = technique.max_distance().filter(|distance| !(*distance > 0.0 && distance.is_finite())) {
         return Err(RenderError::Value {
             setting: "`occlusion-distance`",
             got: distance.to_string(),
@@ -154,9 +154,9 @@ pub(crate) fn passes(
     if !settings.finds_openness() {
         return Ok(None);
     }
-    let passes = room.build(device, settings)?;
+    let passes = technique.build(device, settings)?;
     Ok(Some(match settings.history {
-        History::On if room.is_noisy() => Box::new(SteadyOcclusion::new(device, settings, passes)?),
+        History::On if technique.is_noisy() => Box::new(SteadyOcclusion::new(device, settings, passes)?),
         _ => passes,
     }))
 }
@@ -166,8 +166,8 @@ pub(crate) fn feature(setting: &Occlusion) -> Option<Feature> {
     setting.is_some().then_some(OCCLUSION)
 }
 
-/// A texture for the openness of each pixel.
-fn openness_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
+/// A texture for the openness of each pixel, for compute passes to write: one 32-bit float.
+pub fn openness_target(frame: &mut Frame<'_>, size: UVec2) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
     frame_target(frame, "openness", size, wgpu::TextureFormat::R32Float, usage, 1)
 }

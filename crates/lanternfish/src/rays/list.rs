@@ -78,7 +78,8 @@ impl RayTracer {
         let mut features = structure.map(TracedStructure::distance_features).unwrap_or_default();
         features.push(tracer.feature());
         let kernel = self.kernels.iter().find(|(known, _)| *known == features);
-        let (_, kernel) = kernel.expect("every kind that the device supports is compiled");
+        let unknown = RenderError::Together { setting: "a list of rays", needed: "a structure of the tracer's own" };
+        let (_, kernel) = kernel.ok_or(unknown)?;
         let distances = storage_buffer(frame.device, "rays/distances", 4 * u64::from(count))?;
         let scene_bindings = scene.bindings();
         let bindings = scene_bindings.buffer("traced_rays", rays).buffer("traced_distances", &distances);

@@ -4,7 +4,7 @@
 //! - `closest_hit`: which triangle does a ray from a surface meet first? Asked by indirect light.
 //! - `first_distance`: how far does a ray go? Asked of lists of rays, by tests and benches ([`RayTracer`]).
 //!
-//! A structure is a folder here: its `tracer.wesl` answers, its `mod.rs` says what it is (`TracerInfo`). The host chooses one when it links
+//! A tracer is a folder: its `tracer.wesl` answers, its `mod.rs` says what it is (`TracerInfo`). The host chooses one when it links
 //! ([`Tracer::features`]). A pass with rays is a `TracePass`, which binds what its tracer reads.
 
 pub(crate) mod across_texels;
@@ -12,6 +12,8 @@ mod bvh;
 mod list;
 mod ray_query;
 mod structure;
+#[cfg(test)]
+mod tests;
 mod trace_pass;
 pub(crate) mod within_texel;
 
@@ -33,6 +35,7 @@ use crate::{
     error::RenderError,
     gpu_scene::Parts,
     shaders::{Root, Shaders},
+    technique::AnyTechnique,
 };
 
 /// What a tracer is: its name, its shaders and what it reads.
@@ -233,13 +236,12 @@ impl Tracer {
         self.0.structure.is_none()
     }
 
-    /// What it goes through beside the scene itself: what the settings choose, or its default; none where it needs nothing.
+    /// What it goes through beside the scene itself: what the settings choose, where that is a structure of its kind, else its default; none
+    /// where it needs nothing.
     pub fn structure(self, chosen: &Structure) -> Structure {
-        match self.0.structure {
-            Some(usual) if chosen.is_none() => usual(),
-            Some(_) => chosen.clone(),
-            None => Structure::NONE,
-        }
+        let name = |structure: &Structure| structure.technique().map(AnyTechnique::name);
+        let usual = self.0.structure.map_or(Structure::NONE, |usual| usual());
+        if name(chosen) == name(&usual) { chosen.clone() } else { usual }
     }
 
     /// The features that make shaders ask it, through the structure that the settings choose. `with_triangles`: which triangle a ray hits is
@@ -306,7 +308,7 @@ impl Tracer {
 }
 
 #[cfg(test)]
-mod tests {
+mod choices {
     use wgpu::{DeviceType, Features};
 
     use super::*;

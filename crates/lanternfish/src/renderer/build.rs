@@ -91,11 +91,11 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let openness_passes = occlusion::passes(device, &settings)?;
     let openness = if openness_passes.is_some() { settings.occlusion.parts() } else { Parts::NONE };
     let tracers: Vec<Tracer> = tracer.into_iter().chain(settings.indirect.tracers()).collect();
-    let traced = tracers.iter().fold(Parts::NONE, |parts, tracer| parts | tracer.parts());
+    // What structures are not asked for goes through the scene itself.
+    let traced = tracers.iter().fold(Parts::NONE, |parts, tracer| parts | tracer.parts() | tracer.exact().parts());
     let parts = traced | settings.indirect.parts() | openness;
-    let structures = tracers.iter().map(|tracer| tracer.structure(&settings.structure));
-    let structure = structures.into_iter().find(Structure::is_some);
-    let structure = structure.as_ref().and_then(Structure::technique).map(|structure| structure.build(device));
+    let structure = structure(&tracers, &settings.structure)?;
+    let structure = structure.technique().map(|structure| structure.build(device));
     let finds_arriving = openness_passes.is_some() || settings.indirect != Indirect::NONE;
     let asks_for_normals = tracer.is_some() || settings.debug_view.is_some() || finds_arriving;
     let asks_for_motion = settings.debug_view == Some(DebugView::Motion) || settings.keeps_history();
@@ -131,6 +131,16 @@ fn passes(device: &wgpu::Device, mut settings: Settings) -> Result<Built, Render
     let drawn = (asks_for_normals, asks_for_motion, one_sample, settings.samples, shading::features(&settings, tracer));
     let compiled = Compiled { asked: Asked::default(), drawn: format!("{drawn:?}") };
     Ok(Built { effective: settings, needs, passes, compiled })
+}
+
+/// What inexact tracers go through. An error where two of them go through different structures: a frame has one.
+fn structure(tracers: &[Tracer], chosen: &Structure) -> Result<Structure, RenderError> {
+    let mut structures = tracers.iter().map(|tracer| tracer.structure(chosen)).filter(Structure::is_some);
+    let first = structures.next().unwrap_or(Structure::NONE);
+    match structures.all(|other| other == first) {
+        true => Ok(first),
+        false => Err(RenderError::Together { setting: "tracers of two structures", needed: "one structure for all" }),
+    }
 }
 
 /// Which parts of a material the passes read.

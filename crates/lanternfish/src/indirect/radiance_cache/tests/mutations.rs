@@ -206,7 +206,7 @@ fn another_accumulation_is_found_out() {
             ("accumulate", "select(met, slot, met == NO_SLOT)", "slot"),
             ("accumulate", "triangle != NOTHING", "slot_met != NO_SLOT"),
             ("accumulate", "met.w > 0.0", "met.w > 1.0"),
-            ("accumulate", "LINKS = 16u", "LINKS = 15u"),
+            ("host", "LINKS: u32 = 16", "LINKS: u32 = 15"),
             ("accumulate", "step * (radiance_cache.slot_mask + 1u)", "step * radiance_cache.slot_mask"),
         ],
     );
