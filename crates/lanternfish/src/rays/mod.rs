@@ -306,33 +306,3 @@ impl Tracer {
         Err(RenderError::MissingFeature { setting, feature: "ray queries", instead })
     }
 }
-
-#[cfg(test)]
-mod choices {
-    use wgpu::{DeviceType, Features};
-
-    use super::*;
-    use crate::deep_images;
-
-    #[test]
-    fn the_automatic_tracer_is_decided_by_the_kind_of_adapter_and_can_be_overridden() {
-        let ray_query = Features::EXPERIMENTAL_RAY_QUERY;
-        for (kind, features, expected) in [
-            (DeviceType::DiscreteGpu, ray_query, Tracer::RAY_QUERY),
-            (DeviceType::IntegratedGpu, ray_query, Tracer::RAY_QUERY),
-            (DeviceType::DiscreteGpu, Features::empty(), Tracer::BVH),
-            (DeviceType::Cpu, ray_query, Tracer::BVH),
-        ] {
-            assert_eq!(Tracer::automatic(kind, features), expected, "{kind:?}");
-            let resolved = |mut choice: TracerChoice| {
-                choice.resolve(expected);
-                choice.fixed()
-            };
-            assert_eq!(resolved(TracerChoice::Auto), expected);
-            assert_eq!(resolved(deep_images::WITHIN_TEXEL.into()), deep_images::WITHIN_TEXEL, "what is named is kept");
-        }
-        for choice in TracerChoice::all() {
-            assert_eq!(choice.name().parse(), Ok(choice));
-        }
-    }
-}

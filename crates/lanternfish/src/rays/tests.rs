@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glam::Quat;
 use lanternfish_gpu::{Bindings, Feature, Frame, Growth, testing};
 use lanternfish_scene::generate::demo;
+use wgpu::{DeviceType, Features};
 
-use super::{KeptStructure, Structure, StructureTechnique, TracedStructure, Tracer, TracerInfo};
+use super::{KeptStructure, Structure, StructureTechnique, TracedStructure, Tracer, TracerChoice, TracerInfo};
 use crate::{
     GpuScene, RenderError, Renderer, Settings,
     gpu_scene::Parts,
@@ -117,4 +118,26 @@ fn gpu_a_tracer_with_a_structure_of_its_own_is_traced_and_stands_alone() {
     let both = Settings { shadows: Shadows::Traced(WITHIN_TEXEL), ..settings(other) };
     let refused = Renderer::with_engine(&testing::engine(gpu), both).unwrap_err();
     assert!(matches!(refused, RenderError::Together { .. }), "{refused}");
+}
+
+#[test]
+fn the_automatic_tracer_is_decided_by_the_kind_of_adapter_and_can_be_overridden() {
+    let ray_query = Features::EXPERIMENTAL_RAY_QUERY;
+    for (kind, features, expected) in [
+        (DeviceType::DiscreteGpu, ray_query, Tracer::RAY_QUERY),
+        (DeviceType::IntegratedGpu, ray_query, Tracer::RAY_QUERY),
+        (DeviceType::DiscreteGpu, Features::empty(), Tracer::BVH),
+        (DeviceType::Cpu, ray_query, Tracer::BVH),
+    ] {
+        assert_eq!(Tracer::automatic(kind, features), expected, "{kind:?}");
+        let resolved = |mut choice: TracerChoice| {
+            choice.resolve(expected);
+            choice.fixed()
+        };
+        assert_eq!(resolved(TracerChoice::Auto), expected);
+        assert_eq!(resolved(WITHIN_TEXEL.into()), WITHIN_TEXEL, "what is named is kept");
+    }
+    for choice in TracerChoice::all() {
+        assert_eq!(choice.name().parse(), Ok(choice));
+    }
 }
