@@ -298,7 +298,7 @@ impl RenderArgs {
             anisotropy: self.look.anisotropy,
             samples: technique.samples.unwrap_or(self.indirect.samples(frames)),
             indirect: self.indirect.indirect(),
-            structure: self.indirect.deep_images().into(),
+            structure: self.indirect.deep_images().chosen(),
             accumulate: frames,
         }
     }

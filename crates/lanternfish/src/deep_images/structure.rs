@@ -29,6 +29,11 @@ pub const WITHIN_TEXEL: Tracer = Tracer::new(&within_texel::INFO);
 pub const ACROSS_TEXELS: Tracer = Tracer::new(&across_texels::INFO);
 
 impl DeepImageSettings {
+    /// A choice of them: none where they are the default, which is what tracers take then.
+    pub fn chosen(self) -> Structure {
+        if self == Self::default() { Structure::NONE } else { self.into() }
+    }
+
     /// Those that settings choose, or the default.
     pub fn of(chosen: &Structure) -> Self {
         chosen.get().copied().unwrap_or_default()

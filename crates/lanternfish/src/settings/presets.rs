@@ -16,7 +16,7 @@ impl Settings {
         let deep_images = DeepImageSettings { resolution: quality.deep_resolution(), ..DeepImageSettings::default() };
         Self {
             indirect: quality.sampled().into(),
-            structure: deep_images.into(),
+            structure: deep_images.chosen(),
             samples: quality.samples(),
             ..Self::direct_light()
         }

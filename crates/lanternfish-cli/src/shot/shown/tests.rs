@@ -4,7 +4,7 @@ use clap::Parser as _;
 use glam::{Mat3A, Vec3A};
 use lanternfish::{
     settings::{Culling, DebugView, Exposure, Indirect, Occlusion, Quality, Samples, Shadows, TextureBinding, ToneMap},
-    techniques::{Clustered, DeepImageSettings, DirectionSet, Hbao, RasterGrid, TileSize, Tiled},
+    techniques::{Clustered, DeepImageSettings, DeepStore, DirectionSet, Hbao, RasterGrid, TileSize, Tiled},
 };
 use lanternfish_scene::generate::demo;
 
@@ -61,10 +61,9 @@ fn many_settings() -> Vec<Settings> {
     all.extend(Quality::ALL.iter().map(|quality| Settings::of_quality(*quality)));
     all.extend(Indirect::all().into_iter().map(|indirect| Settings { indirect, ..Settings::default() }));
     all.extend(Occlusion::all().into_iter().map(|occlusion| Settings { occlusion, ..Settings::direct_light() }));
-    let deep = Settings { range_threshold: 0.0031, ..Settings::direct_light() };
-    (DeepImageSettings::of(&deep.structure).resolution, DeepImageSettings::of(&deep.structure).directions) =
-        (96, DirectionSet::Cube { k: 5 });
-    all.push(deep);
+    let images =
+        DeepImageSettings { resolution: 96, directions: DirectionSet::Cube { k: 5 }, ..DeepImageSettings::default() };
+    all.push(Settings { range_threshold: 0.0031, structure: images.into(), ..Settings::direct_light() });
     all
 }
 
@@ -197,8 +196,7 @@ fn cameras_and_settings_that_no_flag_says_are_refused() {
         let shown = Shown { settings, scene: &scene, camera, eyes: None, size: [300, 200], moment: None };
         opened.shown(&shown).unwrap_err().to_string()
     };
-    settings.structure.get_mut::<lanternfish::techniques::DeepImageSettings>().unwrap().store =
-        lanternfish::techniques::DeepStore::ALL[1];
+    settings.structure = DeepImageSettings { store: DeepStore::ALL[1], ..DeepImageSettings::default() }.into();
     assert!(refused(&settings, &camera).contains("flags cannot say these settings"));
     let settings = Settings::default();
     camera.world_from_camera.matrix3 *= Mat3A::from_rotation_z(0.3);
