@@ -274,7 +274,7 @@ impl<K: Kind + ?Sized> Choice<K> {
     /// Panics where another technique of the kind has the name: a bug.
     pub fn register(self) {
         let (known, registry) = (Self::named(self.name()), K::registry());
-        assert!(known.is_none(), "--{}: two techniques are called {}", K::FLAG, self.name());
+        assert!(known.is_none(), "{}: two techniques are called {}", K::FLAG, self.name());
         registry.added.write().unwrap_or_else(PoisonError::into_inner).push(self);
     }
 }
