@@ -119,6 +119,27 @@ macro_rules! named_enum {
     };
 }
 
+/// The same of a type that has `all`, `name` and `words` itself: values that are not known when it is compiled.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! named_type_impls {
+    ($name:ident) => {
+        impl $crate::Named for $name {
+            fn all() -> Vec<Self> {
+                Self::all()
+            }
+            fn name(self) -> &'static str {
+                self.name()
+            }
+            fn words(self) -> &'static str {
+                self.words()
+            }
+        }
+
+        $crate::named_enum_impls!($name);
+    };
+}
+
 /// What a type can that is [`Named`](crate::Named): its names are read, written and listed.
 #[doc(hidden)]
 #[macro_export]

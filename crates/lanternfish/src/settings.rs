@@ -6,7 +6,7 @@ mod presets;
 use std::fmt;
 
 pub use lanternfish_scene::shading::{Attenuation, Materials};
-use lanternfish_scene::{Named, named_enum, named_enum_impls};
+use lanternfish_scene::{named_enum, named_type_impls};
 
 use crate::lights::LightSettings;
 pub use crate::{
@@ -184,21 +184,7 @@ impl Shadows {
     }
 }
 
-impl Named for Shadows {
-    fn all() -> Vec<Self> {
-        Self::all()
-    }
-
-    fn name(self) -> &'static str {
-        self.name()
-    }
-
-    fn words(self) -> &'static str {
-        self.words()
-    }
-}
-
-named_enum_impls!(Shadows);
+named_type_impls!(Shadows);
 
 named_enum! {
     /// Which shadow rays are not traced because the surface faces away from the light [Elagabani2025, §4.3.1].

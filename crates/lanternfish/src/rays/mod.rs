@@ -24,7 +24,7 @@ use std::{
 };
 
 use lanternfish_gpu::{Feature, SharedStruct};
-use lanternfish_scene::{Named, named_enum_impls};
+use lanternfish_scene::named_type_impls;
 
 pub use self::{
     list::{RayTracer, TracedRay},
@@ -88,21 +88,7 @@ impl fmt::Debug for Tracer {
     }
 }
 
-impl Named for Tracer {
-    fn all() -> Vec<Self> {
-        Self::all()
-    }
-
-    fn name(self) -> &'static str {
-        self.name()
-    }
-
-    fn words(self) -> &'static str {
-        self.words()
-    }
-}
-
-named_enum_impls!(Tracer);
+named_type_impls!(Tracer);
 
 /// Which tracer rays go through: one that is named, or the adapter's fastest exact one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -152,21 +138,7 @@ impl TracerChoice {
     }
 }
 
-impl Named for TracerChoice {
-    fn all() -> Vec<Self> {
-        Self::all()
-    }
-
-    fn name(self) -> &'static str {
-        self.name()
-    }
-
-    fn words(self) -> &'static str {
-        self.words()
-    }
-}
-
-named_enum_impls!(TracerChoice);
+named_type_impls!(TracerChoice);
 
 impl From<Tracer> for TracerChoice {
     fn from(tracer: Tracer) -> Self {
